@@ -16,7 +16,7 @@ from benchmarks.endurance.held import Held
 from benchmarks.line import Figures
 from goalwire.transport.contract import NodeName
 from goalwire.transport.zenoh.tokens import encode_node
-from goalwire.zenoh.io.session import NativeSession, Settings
+from goalwire.zenoh.io.native_session import NativeSession, Settings
 
 SESSIONS = 20
 """So many links at a time: those of one process."""

@@ -21,8 +21,8 @@ from benchmarks import stage
 from benchmarks.line import Figures
 from goalwire.transport.zenoh.native import NativeWire
 from goalwire.transport.zenoh.wire import Message, OnAnswer
-from goalwire.zenoh.io.session import Settings
-from goalwire.zenoh.protocol.queries import Query
+from goalwire.zenoh.io.native_session import Settings
+from goalwire.zenoh.protocol.incoming_queries import Query
 
 PAYLOAD = bytes(64)
 ATTACHMENT = bytes(33)

@@ -91,7 +91,7 @@ def test_a_handler_that_raises_leaves_no_link_locked(
             interruption.run(partial(first.put, b'1'), partial(handler, second.put))
         except KeyboardInterrupt:
             assert interruption.place
-        assert is_free(cable.links[0].section), interruption.place
+        assert is_free(cable.links[0].outgoing.section), interruption.place
         assert is_free(one.section), interruption.place
 
 

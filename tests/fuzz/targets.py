@@ -276,7 +276,7 @@ def shake_hands(data: bytes) -> None:
     for connects in (True, False):
         link, _ = ZenohSession(b'\xb1\xb2\xb3\xb4').new_link(connects=connects)
         link.start()
-        link.receive(data)
+        link.frames.receive(data)
 
 
 def look_at(sample: ZenohSample) -> None:
@@ -290,15 +290,15 @@ def hear_frames(data: bytes) -> None:
     session = ZenohSession(b'\xb1\xb2\xb3\xb4')
     link, wire = session.new_link(connects=True)
     link.start()
-    link.receive(b''.join(_A_SAYS[:2]))
+    link.frames.receive(b''.join(_A_SAYS[:2]))
     session.declare_subscriber('**', look_at)
     session.declare_queryable('**', lambda query: query.answer(query.key, b''), complete=True)
     session.watch_tokens('@ros2_lv/**', lambda _: None, history=True)
     try:
-        link.receive(data)
+        link.frames.receive(data)
     finally:
         wire.take()
-        session.link_lost(link)
+        session.lose_link(link)
         for failure in session.failures:
             raise failure
 
@@ -321,14 +321,14 @@ def hear_from(role: Role) -> Callable[[bytes], None]:
         session.declare_queryable('a/**', lambda query: query.answer('a/b', b''), complete=True)
         session.watch_tokens('**', lambda _: None, history=True)
         cable.carry()
-        head = frame_head(DATA_CHANNEL, far._sent[DATA_CHANNEL])
+        head = frame_head(DATA_CHANNEL, far.outgoing._sent[DATA_CHANNEL])
         try:
-            link.receive((len(head) + len(data)).to_bytes(2, 'little') + head + data)
+            link.frames.receive((len(head) + len(data)).to_bytes(2, 'little') + head + data)
         finally:
-            assert len(session.nodes) <= len(data)
+            assert len(session.gossip.nodes) <= len(data)
             for node in session.to_meet:
                 read_addresses('\n'.join(node.locators).encode(errors='replace'))
-            session.link_lost(link)
+            session.lose_link(link)
             assert session.tokens('**') == []
             for failure in [*session.failures, *other.failures]:
                 raise failure

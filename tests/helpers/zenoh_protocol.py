@@ -6,12 +6,13 @@ import itertools
 from collections.abc import Callable, Sequence
 
 from goalwire.zenoh.protocol.channels import Buffer
+from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.handshake import Handshake, Identity
-from goalwire.zenoh.protocol.link import ClosedByPeerError, Link
+from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.link_state import Node
 from goalwire.zenoh.protocol.outgoing import Outgoing
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError
-from goalwire.zenoh.protocol.session import SessionProtocol
+from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.transport import Role
 
 _seeds = itertools.count(1)
@@ -42,6 +43,7 @@ class Wire:
         self.writes = 0
         self.held = 0
         self.waits = 0
+        self.can_hold = False
 
     def write(self, data: Buffer) -> int:
         taken = len(data) if self.room is None else min(self.room, len(data))
@@ -54,13 +56,13 @@ class Wire:
     def write_many(self, buffers: Sequence[Buffer]) -> int:
         return self.write(b''.join(bytes(each) for each in buffers))
 
-    def when_full(self) -> None:
+    def request_flush(self) -> None:
         self.wants_room += 1
 
-    def wait_for_room(self, _is_answer: bool) -> None:
+    def wait_for_room(self, is_answer: bool) -> None:
         self.waits += 1
 
-    def when_held(self, _link: Outgoing) -> None:
+    def hold(self, outgoing: Outgoing) -> None:
         self.held += 1
 
     def take(self) -> bytes:
@@ -68,38 +70,59 @@ class Wire:
         return data
 
 
-class Session(SessionProtocol):
-    """A session whose effects are noted."""
+class Effects:
+    """The owner of a session: notes what the session asks for, and closes links."""
 
-    def __init__(self, zid: bytes, role: Role = Role.PEER, lease_ms: int = 60_000, **options: int) -> None:
-        self.time = Clock()
+    def __init__(self) -> None:
         self.to_meet: list[Node] = []
         self.changes = 0
         self.failures: list[Exception] = []
         self.refused: list[str] = []
         self.sooner = 0
-        super().__init__(
-            Identity(zid, role, lease_ms, **options),
-            clock=self.time,
-            wall_clock_ns=lambda: int(self.time.now * 1e9),
-            when_told=self.to_meet.append,
-            when_changed=self._note_change,
-            when_sooner=self._note_sooner,
-            close_link=lambda link, _why, reason: link.close(reason),
-            when_refused=lambda kind, _: self.refused.append(kind),
-        )
 
-    def _note_change(self) -> None:
+    def meet(self, node: Node) -> None:
+        self.to_meet.append(node)
+
+    def welcome(self, link: Link) -> None:
+        pass
+
+    def close_link(self, link: Link, why: str, reason: int) -> None:
+        link.close(reason)
+
+    def note_change(self) -> None:
         self.changes += 1
 
-    def _note_sooner(self) -> None:
+    def expire_sooner(self) -> None:
         self.sooner += 1
 
-    def callback_failed(self, error: Exception) -> None:
+    def refuse(self, kind: str, reason: object) -> None:
+        self.refused.append(kind)
+
+    def relink(self) -> None:
+        pass
+
+    def report(self, error: Exception) -> None:
         self.failures.append(error)
+
+
+class Session(SessionProtocol):
+    """A session whose effects are noted."""
 
     holds_back = False
     """Whether its links may hold messages back in a flood."""
+
+    def __init__(self, zid: bytes, role: Role = Role.PEER, lease_ms: int = 60_000, **options: int) -> None:
+        self.time = Clock()
+        self.effects = Effects()
+        self.failures = self.effects.failures
+        self.refused = self.effects.refused
+        self.to_meet = self.effects.to_meet
+        super().__init__(
+            Identity(zid, role, lease_ms, **options),
+            self.effects,
+            clock=self.time,
+            wall_clock_ns=lambda: int(self.time.now * 1e9),
+        )
 
     def new_link(self, *, connects: bool, expected: bytes | None = None) -> tuple[Link, Wire]:
         wire = Wire()
@@ -110,16 +133,8 @@ class Session(SessionProtocol):
             expected=expected,
             is_linked=self.is_linked,
         )
-        link = Link(
-            self,
-            handshake,
-            write=wire.write,
-            write_many=wire.write_many,
-            when_full=wire.when_full,
-            wait_for_room=wire.wait_for_room,
-            when_held=wire.when_held if self.holds_back else None,
-            lease_ms=self.identity.lease_ms,
-        )
+        wire.can_hold = self.holds_back
+        link = Link(self, handshake, wire, lease_ms=self.identity.lease_ms)
         return link, wire
 
 
@@ -148,20 +163,20 @@ class Cable:
 
     def _hand_over(self, to: int, piece: bytes) -> None:
         link = self.links[to]
-        if not piece or not link.is_open:
+        if not piece or not link.outgoing.is_open:
             return
         try:
-            link.receive(piece)
+            link.frames.receive(piece)
         except (ZenohProtocolError, ClosedByPeerError) as error:
             self.ends[to] = error
             link.close(error.reason if isinstance(error, ZenohProtocolError) else None)
-            self.sessions[to].link_lost(link)
+            self.sessions[to].lose_link(link)
 
     def cut(self) -> None:
         """The connection breaks."""
         for link, session in zip(self.links, self.sessions, strict=True):
             link.close()
-            session.link_lost(link)
+            session.lose_link(link)
 
 
 def pair(

@@ -15,9 +15,9 @@ from helpers.patience import PATIENCE, wait_for
 from goalwire.transport.zenoh import threads
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles
-from goalwire.zenoh.io.session import NativeSession, Settings
+from goalwire.zenoh.io.native_session import NativeSession, Settings
+from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Consolidation, ReplyError, Sample, Target
-from goalwire.zenoh.protocol.queries import Query
 from goalwire.zenoh.protocol.senders import Publication, Querier
 from goalwire.zenoh.protocol.transport import Role
 
@@ -184,7 +184,7 @@ class Ours(Side):
     def links(self) -> set[str]:
         from goalwire.zenoh.protocol.primitives import show_id
 
-        return {show_id(link.zid) for link in self.protocol.links if link.knows_all}
+        return {show_id(link.zid) for link in self.protocol.links if link.peer.knows_all}
 
     def close(self) -> None:
         self.session.close()

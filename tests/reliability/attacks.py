@@ -63,8 +63,8 @@ class Stranger:
         self._socket = socket.create_connection(('127.0.0.1', port), timeout=30)
         self.link.start()
         self.flush()
-        while not (self.link.is_up and (self.link.knows_all or role is not Role.PEER)):
-            self.link.receive(self._socket.recv(65536))
+        while not (self.link.is_up and (self.link.peer.knows_all or role is not Role.PEER)):
+            self.link.frames.receive(self._socket.recv(65536))
             self.flush()
 
     def flush(self) -> None:
@@ -74,7 +74,7 @@ class Stranger:
     def say(self, *messages: bytes) -> None:
         """Say network messages."""
         for each in messages:
-            self.link.send(DATA_CHANNEL, each)
+            self.link.outgoing.send(DATA_CHANNEL, each)
         self.flush()
 
     def say_raw(self, batch: bytes) -> None:
@@ -142,7 +142,7 @@ def gossip(port: int) -> None:
 def ask_and_never_read(port: int) -> None:
     """Ask for large answers and read none."""
     with stranger(port) as one:
-        key = next(key for _, key, _ in one.link.queryables.all() if '/picture/' in key)
+        key = next(key for _, key, _ in one.link.peer.queryables.all() if '/picture/' in key)
         querier = Querier(one.session, key, target=Target.ALL, qos=DEFAULT_QOS | BLOCK)
         for number in range(1, 150):
             beside = encode(number, time_ns(), GID_SIZE, bytes(GID_SIZE))

@@ -13,7 +13,7 @@ from helpers.zenoh_sides import Ours, address
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh.native import NativeWire
 from goalwire.zenoh.io.dialler import Retry
-from goalwire.zenoh.io.session import Settings
+from goalwire.zenoh.io.native_session import Settings
 from goalwire.zenoh.protocol.channels import Buffer
 from goalwire.zenoh.protocol.network import Target
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
@@ -79,12 +79,12 @@ def test_who_waits_for_room_goes_on_though_another_publisher_made_it(
     (link,) = wire.session.protocol.links
     socket_link = wire.session._links[link]
     is_filled, done = Event(), Event()
-    real = link._write_many
+    real = socket_link.write_many
 
     def write_all(buffers: list[Buffer]) -> int:
         """Send everything, once somebody waits for room."""
         is_filled.set()
-        if link.queue.size > QUEUE_LIMIT:
+        if link.outgoing.queue.size > QUEUE_LIMIT:
             wait_for(lambda: socket_link.waiting, 'somebody who waits')
         wait_for(lambda: select.select([], [socket_link._fd], [], 0)[1], 'room')
         return real(buffers)
@@ -93,7 +93,7 @@ def test_who_waits_for_room_goes_on_though_another_publisher_made_it(
         small.put(b'x', attachment=b'')
         done.set()
 
-    monkeypatch.setattr(link, '_write_many', write_all)
+    monkeypatch.setattr(socket_link, 'write_many', write_all)
     threads = [
         Thread(target=wire.put_waiting, args=('a', bytes(4 * MEGABYTE), b'')),
         Thread(target=put_small),

@@ -21,8 +21,7 @@ from helpers.zenoh_sides import Ours, address
 from goalwire.concurrency import poller
 from goalwire.concurrency.poller import IN, Poller
 from goalwire.errors import TransportError
-from goalwire.zenoh.io import dialler, socket_link
-from goalwire.zenoh.io import session as native_session
+from goalwire.zenoh.io import dialler, native_session, socket_link
 from goalwire.zenoh.io.dialler import DialSlots, Retry
 from goalwire.zenoh.io.endpoints import Endpoint, is_quickly_resolved, parse, resolve
 from goalwire.zenoh.protocol import bounds
@@ -57,7 +56,7 @@ class Stranger:
     def __init__(self, other: Ours | socket.socket) -> None:
         """`other` is a session to connect to, or the socket of one that has connected."""
         if isinstance(other, Ours):
-            where = parse(other.protocol.locators[0])
+            where = parse(other.protocol.gossip.locators[0])
             self.socket = socket.create_connection((where.host, where.port), timeout=PATIENCE)
         else:
             self.socket = other
@@ -87,7 +86,7 @@ class Stranger:
 def test_a_malformed_frame_closes_its_link_with_one_line_and_no_other(
     listener: Ours, warnings: list[str]
 ) -> None:
-    good, bad = Ours('peer', connect=(listener.protocol.locators[0],)), Stranger(listener)
+    good, bad = Ours('peer', connect=(listener.protocol.gossip.locators[0],)), Stranger(listener)
     bad.shake_hands()
     wait_for(lambda: len(listener.protocol.links) == 2, 'both links')
     bad.says(b'\x25\x05\x3d\x00\x7f')
@@ -159,8 +158,8 @@ def test_one_that_does_not_read_stops_its_sender_until_the_link_is_given_up(
     most = 0
     for _ in range(100):
         listener.put('a', bytes(QUEUE_LIMIT // 2))  # not final yet, so it gets everything
-        most = max(most, link.queue.size)
-        if not link.is_open:
+        most = max(most, link.outgoing.queue.size)
+        if not link.outgoing.is_open:
             break
     wait_for(lambda: not listener.protocol.links, 'the end')
     assert most < 2 * QUEUE_LIMIT
@@ -172,7 +171,7 @@ def test_one_that_does_not_read_makes_others_lose_nothing(listener: Ours) -> Non
     stranger = Stranger(listener)
     stranger.shake_hands()
     wait_for(lambda: listener.protocol.links, 'the link')
-    good = Ours('peer', connect=(listener.protocol.locators[0],))
+    good = Ours('peer', connect=(listener.protocol.gossip.locators[0],))
     heard = good.subscribe('a')
     watch = listener.watch('up')
     good.token('up')
@@ -189,12 +188,12 @@ def test_one_that_does_not_read_makes_others_lose_nothing(listener: Ours) -> Non
 
 def test_a_reader_that_is_interrupted_by_a_signal_loses_no_byte(listener: Ours) -> None:
     """What a signal's handler raises, in the midst of a batch, loses that batch alone."""
-    other = Ours('peer', connect=(listener.protocol.locators[0],))
+    other = Ours('peer', connect=(listener.protocol.gossip.locators[0],))
     heard = listener.subscribe('a')
     watch = other.watch('up')
     listener.token('up')
     watch.wait(1)
-    real = listener.protocol.receivers
+    real = listener.protocol.routes.receivers
     raised: list[bool] = []
 
     def raise_once(*arguments: object) -> object:
@@ -203,7 +202,7 @@ def test_a_reader_that_is_interrupted_by_a_signal_loses_no_byte(listener: Ours) 
             raise KeyboardInterrupt
         return real(*arguments)  # type: ignore[arg-type]
 
-    listener.protocol.receivers = raise_once  # type: ignore[method-assign, assignment]
+    listener.protocol.routes.receivers = raise_once  # type: ignore[method-assign, assignment]
     link = listener.protocol.links[0]
     with pytest.raises(KeyboardInterrupt):
         _lead_until_interrupted(listener, lambda: other.put('a', b'lost'))
@@ -356,7 +355,7 @@ def test_who_waits_for_room_on_a_link_that_dies_goes_on(listener: Ours, warnings
     writer.join(PATIENCE)
     assert not writer.is_alive()
     wait_for(lambda: not listener.session._links, 'the end')
-    assert (link.queue.size, warnings) == (0, [])
+    assert (link.outgoing.queue.size, warnings) == (0, [])
 
 
 def test_one_that_says_a_byte_now_and_then_has_no_more_time_than_others(
@@ -390,7 +389,7 @@ def test_a_name_that_no_host_can_have_is_not_found(host: str) -> None:
 
 
 def test_a_port_that_is_taken_is_said(listener: Ours) -> None:
-    where = listener.protocol.locators[0]
+    where = listener.protocol.gossip.locators[0]
     with pytest.raises(TransportError, match=f"cannot listen on '{where}'"):
         Ours('peer', listen=(where,))
 
@@ -434,7 +433,7 @@ def test_the_first_query_after_a_long_stop_goes_over_a_new_link() -> None:
     """The server has closed the link when the lease was over; the client reads that after it has asked."""
     with closing(Ours('peer', listen=(address(),))) as server:
         server.serve('k', b'yes')
-        with closing(Ours('peer', connect=(server.protocol.locators[0],))) as client:
+        with closing(Ours('peer', connect=(server.protocol.gossip.locators[0],))) as client:
             wait_for(lambda: client.ask('k').wait() == [('k', b'yes')], 'the first answer')
             stopped, goes_on = threading.Event(), threading.Event()
 
@@ -448,13 +447,13 @@ def test_the_first_query_after_a_long_stop_goes_over_a_new_link() -> None:
             server.session.close_link(link, 'nothing was heard for its lease', EXPIRED)
             wait_for(lambda: not server.protocol.links, 'the end of the link')
             client.protocol.stale_after = monotonic() - 1
-            when_stale = client.protocol.when_stale
+            when_stale = client.protocol.relink
 
             def go_on() -> None:
                 goes_on.set()
                 when_stale()
 
-            client.protocol.when_stale = go_on
+            client.protocol.relink = go_on
             assert client.ask('k').wait() == [('k', b'yes')]
 
 
@@ -479,8 +478,8 @@ def test_a_session_that_is_closed_while_a_handshake_ends_raises_nothing(
             closer.start()
             wait_for(lambda: not session._links, 'the end of the links')
 
-    monkeypatch.setattr(session.protocol, '_when_changed', wake_all)
-    other = Ours('peer', connect=(session.protocol.locators[0],))
+    monkeypatch.setattr(session, 'note_change', wake_all)
+    other = Ours('peer', connect=(session.protocol.gossip.locators[0],))
     wait_for(lambda: closer.ident, 'the link')
     closer.join(PATIENCE)
     other.close()
@@ -544,7 +543,7 @@ def test_a_newcomer_takes_the_place_of_the_oldest_that_says_nothing(
 ) -> None:
     monkeypatch.setattr(bounds, 'MOST_GREETINGS', 5)
     silent = [Stranger(listener) for _ in range(12)]
-    other = Ours('peer', connect=(listener.protocol.locators[0],))
+    other = Ours('peer', connect=(listener.protocol.gossip.locators[0],))
     wait_for(lambda: listener.links() == {other.id}, 'the newcomer')
     for each in silent[:7]:
         assert each.is_hung_up()

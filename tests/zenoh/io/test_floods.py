@@ -28,7 +28,9 @@ def sides(request: pytest.FixtureRequest) -> Iterator[tuple[Ours, Side]]:
 
 def meet(ours: Ours, key: str) -> None:
     """Wait until the other side's subscriber is known."""
-    wait_for(lambda: any(link.subscribers.has_meeting(key) for link in ours.protocol.links), 'its subscriber')
+    wait_for(
+        lambda: any(each.peer.subscribers.has_meeting(key) for each in ours.protocol.links), 'its subscriber'
+    )
 
 
 def flood(ours: Ours, first: int, count: int) -> None:

@@ -77,7 +77,7 @@ async def reading(side: Ours) -> AsyncIterator[None]:
 
 def put(other: Ours, payload: bytes) -> None:
     """Put on `k`, once the subscriber there is known."""
-    wait_for(lambda: any(link.subscribers.has_meeting('k') for link in other.protocol.links), 'it')
+    wait_for(lambda: any(each.peer.subscribers.has_meeting('k') for each in other.protocol.links), 'it')
     other.put('k', payload)
 
 
@@ -138,7 +138,9 @@ def test_the_last_that_leaves_ends_it(sides: tuple[Ours, Ours], run: RunLoop) ->
 def test_a_thread_that_blocks_beside_a_loop_is_served(sides: tuple[Ours, Ours], run: RunLoop) -> None:
     one, other = sides
     other.serve('q', b'answer ')
-    wait_for(lambda: any(link.queryables.has_meeting('q') for link in one.protocol.links), 'the queryable')
+    wait_for(
+        lambda: any(each.peer.queryables.has_meeting('q') for each in one.protocol.links), 'the queryable'
+    )
 
     async def main() -> None:
         async with reading(one):
@@ -155,7 +157,9 @@ def test_a_loop_that_waits_for_room_reads_meanwhile(sides: tuple[Ours, Ours], ru
 
     async def main() -> None:
         async with reading(one):
-            wait_for(lambda: any(link.subscribers.has_meeting('big') for link in one.protocol.links), 'it')
+            wait_for(
+                lambda: any(each.peer.subscribers.has_meeting('big') for each in one.protocol.links), 'it'
+            )
             for _ in range(8):
                 one.put('big', bytes(QUEUE_LIMIT))
 

@@ -39,7 +39,7 @@ def put_for_ever(side: Ours, size: int, killer: threading.Timer) -> None:
 @pytest.mark.parametrize('size', [100, 300_000], ids=['small', 'in pieces'])
 def test_messages_are_whole_and_the_link_stays_whenever_a_handler_raises(raised: None, size: int) -> None:
     one = Ours('peer', listen=(address(),))
-    other = Ours('peer', connect=(one.protocol.locators[0],))
+    other = Ours('peer', connect=(one.protocol.gossip.locators[0],))
     heard = other.subscribe('a')
     last = other.subscribe('last')
     wait_for(lambda: (one.put('last', b''), last.samples)[1], 'the link')  # type: ignore[func-returns-value]

@@ -18,8 +18,7 @@ from helpers.zenoh_sides import Ours, Portable, Side, Theirs, address
 from goalwire.errors import TransportError
 from goalwire.records import replace
 from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
-from goalwire.zenoh.io import session as native_session
-from goalwire.zenoh.io import socket_link
+from goalwire.zenoh.io import native_session, socket_link
 from goalwire.zenoh.io.endpoints import TlsFiles, parse
 from goalwire.zenoh.io.tls import TlsStream, client_context, server_context
 

@@ -37,7 +37,7 @@ def attack(role: Role = Role.PEER) -> tuple[Session, Cable]:
 def says(cable: Cable, *messages: bytes) -> None:
     """Have the stranger say network messages."""
     for message in messages:
-        cable.links[1].send(DATA_CHANNEL, message)
+        cable.links[1].outgoing.send(DATA_CHANNEL, message)
     cable.carry()
 
 
@@ -76,9 +76,9 @@ def test_a_key_beyond_the_bounds_is_ignored_wherever_it_stands(key: str) -> None
     )
     link = cable.links[0]
     assert session.refused == ['key'] * 4
-    assert [*link.tokens, *link.push_receivers] == []
-    assert 902 not in link.interests
-    assert 900 not in link.subscribers
+    assert [*link.peer.tokens, *link.push_receivers] == []
+    assert 902 not in link.peer.interests
+    assert 900 not in link.peer.subscribers
     assert cable.ends == [None, None]
 
 
@@ -86,8 +86,8 @@ def test_a_key_put_together_from_an_id_and_a_suffix_has_the_same_bound() -> None
     session, cable = attack()
     says(cable, declare_expression(900, 'k' * bounds.KEY_LIMIT))
     link = cable.links[0]
-    assert link.key_of(900, b'', {}, 1) is not None
-    assert link.key_of(900, b'/k', {}, 1) is None
+    assert link.peer.key_of(900, b'', 1) is not None
+    assert link.peer.key_of(900, b'/k', 1) is None
     assert session.refused == ['key']
 
 
@@ -107,25 +107,25 @@ def test_what_a_link_declares_has_a_bound_that_taking_back_undoes(monkeypatch: p
     link = cable.links[0]
     kinds = [Kind.TOKEN, Kind.SUBSCRIBER, Kind.QUERYABLE]
     says(cable, *(declare(kinds[at % 3], 900 + at, wire_key(f'k{at:02}')) for at in range(12)))
-    assert len(link.tokens) + len(link.subscribers) + len(link.queryables) == 10
+    assert len(link.peer.tokens) + len(link.peer.subscribers) + len(link.peer.queryables) == 10
     assert session.refused == ['declaration'] * 2
     says(cable, *(take_back(kinds[at % 3], 900 + at) for at in range(12)))
-    assert link.declared == 0
+    assert link.peer.size == 0
     says(cable, declare_expression(900, 'abc'), declare(Kind.TOKEN, 901, wire_key('abc')))
     says(
         cable, declare(Kind.SUBSCRIBER, 902, wire_key('abc')), declare(Kind.SUBSCRIBER, 902, wire_key('abd'))
     )
-    assert link.declared == 3 * (bounds.DECLARED_COST + 3)
+    assert link.peer.size == 3 * (bounds.DECLARED_COST + 3)
 
 
 def test_interests_are_counted_once_for_each_number(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bounds, 'MOST_INTERESTS', 3)
     session, cable = attack(Role.CLIENT)
     link = cable.links[0]
-    before = link.declared
+    before = link.peer.size
     says(cable, *(interest(900 + at % 4, When.FUTURE, About.ALL, 'a/b') for at in range(8)))
-    assert len(link.interests) == 3
-    assert link.declared == before + 2 * (bounds.DECLARED_COST + 3)
+    assert len(link.peer.interests) == 3
+    assert link.peer.size == before + 2 * (bounds.DECLARED_COST + 3)
     assert set(session.refused) == {'interest'}
 
 
@@ -136,8 +136,8 @@ def test_expressions_that_are_compared_one_by_one_are_few(monkeypatch: pytest.Mo
     says(cable, *(declare(Kind.SUBSCRIBER, 900 + at, wire_key(f'*/k{at}')) for at in range(5)))
     says(cable, *(declare(Kind.SUBSCRIBER, 950 + at, wire_key(f'k{at}/**')) for at in range(50)))
     assert session.refused == ['declaration'] * 2
-    assert len(link.subscribers) == 53
-    assert [key for key, _ in link.subscribers.meeting('k7/a/b')] == ['k7/**']
+    assert len(link.peer.subscribers) == 53
+    assert [key for key, _ in link.peer.subscribers.meeting('k7/a/b')] == ['k7/**']
 
 
 def test_the_oldest_node_without_a_link_makes_room_for_a_new_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -145,8 +145,8 @@ def test_the_oldest_node_without_a_link_makes_room_for_a_new_one(monkeypatch: py
     session, cable = attack(Role.ROUTER)
     nodes = [Node(bytes((1, at + 1)), Role.PEER, ('tcp/localhost:1',) * 20) for at in range(5)]
     for at, node in enumerate([Node(b'\xa1\xa2', Role.ROUTER, ('tcp/localhost:1',)), *nodes]):
-        session.nodes_came(cable.links[0], LinkStates().read(Reader(tell_of(node, at))))
-    assert list(session.nodes) == [b'\xa1\xa2', nodes[3].zid, nodes[4].zid]
+        session.take_nodes(cable.links[0], LinkStates().read(Reader(tell_of(node, at))))
+    assert list(session.gossip.nodes) == [b'\xa1\xa2', nodes[3].zid, nodes[4].zid]
     assert session.refused == ['node of gossip'] * 3
     assert all(len(node.locators) <= bounds.MOST_LOCATORS for node in session.to_meet)
 
@@ -158,7 +158,7 @@ def test_whoever_asks_on_without_reading_loses_its_link(monkeypatch: pytest.Monk
     cable.carry()
     cable.wires[0].room = 0
     for _ in range(6):
-        cable.links[1].send(DATA_CHANNEL, REQUEST_FOR_K)
+        cable.links[1].outgoing.send(DATA_CHANNEL, REQUEST_FOR_K)
         cable.carry()
     assert isinstance(cable.ends[0], ZenohProtocolError)
     assert 'leaves answers of 3 MiB unread' in str(cable.ends[0])
@@ -173,17 +173,17 @@ REQUEST_FOR_K = bytes.fromhex('bc 01 00 01 6b 21 0d 03')
 def test_an_unfinished_message_is_given_up_after_a_while() -> None:
     session, cable = attack()
     link, far = cable.links
-    far.send(DATA_CHANNEL, put('k', bytes(200_000)))
+    far.outgoing.send(DATA_CHANNEL, put('k', bytes(200_000)))
     pieces = cable.wires[1].take()
-    link.receive(pieces[:140_000])
+    link.frames.receive(pieces[:140_000])
     assert session.pieces.used > 100_000
     session.time.now += 1
-    assert link.discard_stale(session.time()) == 0
+    assert link.frames.discard_stale(session.time()) == 0
     session.time.now += bounds.STALE_S
-    assert link.discard_stale(session.time()) > 100_000
+    assert link.frames.discard_stale(session.time()) > 100_000
     assert session.pieces.used == 0
     assert session.refused == ['message in pieces']
-    link.receive(pieces[140_000:])
-    far.send(DATA_CHANNEL, put('k'))
+    link.frames.receive(pieces[140_000:])
+    far.outgoing.send(DATA_CHANNEL, put('k'))
     cable.carry()
     assert cable.ends == [None, None]

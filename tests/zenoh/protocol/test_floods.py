@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from goalwire.zenoh.protocol.channels import DATA_CHANNEL, SendQueue, channel_of
-from goalwire.zenoh.protocol.link import ClosedByPeerError, Link
+from goalwire.zenoh.protocol.frames import ClosedByPeerError
+from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.network import LARGE, Sample
 from goalwire.zenoh.protocol.outgoing import HELD_SIZE
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError, decode_timestamp, ntp64
@@ -97,10 +98,10 @@ def test_where_the_socket_is_full_messages_share_frames() -> None:
     flood = Flood(holds_back=False)
     flood.wire.room = 0
     flood.put(1000, size=100)
-    assert flood.link.queue.size > 100_000
+    assert flood.link.outgoing.queue.size > 100_000
     flood.wire.room = None
     flood.wire.writes = 0
-    assert flood.link.flush()
+    assert flood.link.outgoing.flush()
     assert flood.wire.writes == 1
     first = 2 + int.from_bytes(flood.wire.data[:2], 'little')  # it was put where nothing waited yet
     second = int.from_bytes(flood.wire.data[first : first + 2], 'little')
@@ -119,7 +120,7 @@ def test_frames_grow_no_larger_than_the_other_side_takes() -> None:
     for size in [10, 900, 300, 2000, 10] * 20:
         publication.put(bytes(size), ATTACHMENT)
     cable.wires[0].room = None
-    cable.links[0].flush()
+    cable.links[0].outgoing.flush()
     cable.carry()
     assert cable.ends == [None, None]
     assert [len(sample.payload or b'') for sample in samples] == [10, 900, 300, 2000, 10] * 20
@@ -153,8 +154,8 @@ def test_each_channel_keeps_its_order_however_the_socket_takes_it(
         publications[at].put(payload, ATTACHMENT)
         wanted.setdefault(f'k/{at}', []).append(payload)
     cable.wires[0].room = None
-    cable.links[0].release()
-    cable.links[0].flush()
+    cable.links[0].outgoing.release()
+    cable.links[0].outgoing.flush()
     cable.carry()
     assert cable.ends == [None, None]
     came: dict[str, list[bytes]] = {}
@@ -185,19 +186,19 @@ def test_in_a_flood_messages_wait_and_go_out_together(flood: Flood) -> None:
     flood.wire.writes = flood.wire.held = 0
     flood.put(10)
     assert (flood.wire.writes, flood.wire.held) == (0, 1)
-    flood.link.release()
+    flood.link.outgoing.release()
     assert flood.wire.writes == 1
     assert flood.numbers() == list(range(flood.sent))
-    flood.link.release()
+    flood.link.outgoing.release()
     assert flood.wire.writes == 1
 
 
 def test_no_more_than_a_few_kilobytes_are_held_back(flood: Flood) -> None:
     flood.wire.writes = 0
     flood.put(1000, size=100)
-    assert flood.link.queue.size < HELD_SIZE
+    assert flood.link.outgoing.queue.size < HELD_SIZE
     assert 10 < flood.wire.writes < 40
-    flood.link.release()
+    flood.link.outgoing.release()
     assert flood.numbers() == list(range(flood.sent))
 
 
@@ -206,7 +207,7 @@ def test_a_larger_message_takes_what_is_held_back_with_it(flood: Flood, size: in
     flood.put(3)
     flood.put(1, size=size)
     assert flood.numbers() == list(range(flood.sent))
-    assert not flood.link.is_held
+    assert not flood.link.outgoing.is_held
 
 
 def test_what_is_declared_and_what_is_asked_is_held_up_by_nothing(flood: Flood) -> None:
@@ -217,8 +218,8 @@ def test_what_is_declared_and_what_is_asked_is_held_up_by_nothing(flood: Flood) 
     assert flood.numbers() == list(range(flood.sent))
     assert len(tokens) == 1
     flood.put(3)
-    flood.link.tick()
-    flood.link.tick()
+    flood.link.outgoing.tick()
+    flood.link.outgoing.tick()
     flood.link.close(0)
     flood.cable.carry()
     assert [int.from_bytes(bytes(each.payload or b''), 'little') for each in flood.samples] == list(
@@ -230,19 +231,19 @@ def test_what_is_held_back_while_the_socket_is_full_waits_for_it(flood: Flood) -
     flood.put(3)
     flood.wire.room = 5
     wanted = flood.wire.wants_room
-    flood.link.release()
+    flood.link.outgoing.release()
     assert flood.wire.wants_room == wanted + 1
-    assert not flood.link.is_held
+    assert not flood.link.outgoing.is_held
     flood.put(300, size=100)
     flood.wire.room = None
-    assert flood.link.flush()
+    assert flood.link.outgoing.flush()
     assert flood.numbers() == list(range(flood.sent))
 
 
 def test_an_expression_is_taken_back_behind_what_is_held_back(flood: Flood) -> None:
     flood.put(3)
     flood.publication.close()
-    flood.link.release()
+    flood.link.outgoing.release()
     assert flood.numbers() == list(range(flood.sent))
 
 
@@ -323,8 +324,8 @@ def test_messages_are_read_alike_by_their_form_and_without(
         for number, (at, size, attachment, goes) in enumerate(messages):
             publications[at].put(number.to_bytes(4, 'little') * (size // 4), attachment)
             if goes:
-                cable.links[0].release()
-        cable.links[0].release()
+                cable.links[0].outgoing.release()
+        cable.links[0].outgoing.release()
         cable.carry()
         assert cable.ends == [None, None]
         sides.append([(each.key, bytes(each.payload or b''), each.attachment) for each in samples])  # type: ignore[misc]
@@ -341,12 +342,12 @@ def test_a_form_is_remembered_and_forgotten_with_who_gets_what(flood: Flood) -> 
     number = flood.other.declare_subscriber('k', late.append)
     assert link.push_forms == {}
     flood.put(3)
-    flood.link.release()
+    flood.link.outgoing.release()
     assert flood.numbers() == list(range(flood.sent))
     assert len(late) == 3
     flood.other.undeclare(number)
     flood.put(3)
-    flood.link.release()
+    flood.link.outgoing.release()
     assert flood.numbers() == list(range(flood.sent))
     assert len(late) == 3
 
@@ -357,7 +358,7 @@ def test_one_that_raises_keeps_the_others_from_nothing(flood: Flood) -> None:
 
     flood.other.declare_subscriber('k', fail)
     flood.put(5)
-    flood.link.release()
+    flood.link.outgoing.release()
     assert flood.numbers() == list(range(flood.sent))
     assert len(flood.other.failures) == 5
 
@@ -365,14 +366,14 @@ def test_one_that_raises_keeps_the_others_from_nothing(flood: Flood) -> None:
 @pytest.mark.parametrize('cut', range(1, 60))
 def test_a_message_of_a_known_form_that_is_cut_off_ends_its_link(flood: Flood, cut: int) -> None:
     flood.put(2)
-    flood.link.release()
+    flood.link.outgoing.release()
     batch = bytearray(flood.wire.take())
     size = int.from_bytes(batch[:2], 'little')
     assert size == len(batch) - 2
     batch[:2] = (size - cut).to_bytes(2, 'little')
     link = link_of(flood.other)
     with pytest.raises(ZenohProtocolError):
-        link.receive(bytes(batch[: len(batch) - cut]))
+        link.frames.receive(bytes(batch[: len(batch) - cut]))
     assert len(flood.samples) == FLOOD + 2
 
 
@@ -383,12 +384,12 @@ def test_a_message_of_a_known_form_with_other_bytes_breaks_nothing_but_its_link(
     flood.put(FLOOD + 1)
     flood.numbers()
     flood.put(2)
-    flood.link.release()
+    flood.link.outgoing.release()
     batch = bytearray(flood.wire.take())
     for _ in range(data.draw(st.integers(1, 3))):
         batch[data.draw(st.integers(7, len(batch) - 1))] = data.draw(st.integers(0, 255))
     try:
-        link_of(flood.other).receive(bytes(batch))
+        link_of(flood.other).frames.receive(bytes(batch))
     except (ZenohProtocolError, ClosedByPeerError):
         return
     for sample in flood.samples:

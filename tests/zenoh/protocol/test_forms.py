@@ -8,10 +8,11 @@ from helpers.zenoh_protocol import Cable, Session
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from goalwire.zenoh.protocol.link import ClosedByPeerError
+from goalwire.zenoh.protocol.frames import ClosedByPeerError
+from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Sample, Target
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError
-from goalwire.zenoh.protocol.queries import Answer, Query
+from goalwire.zenoh.protocol.queries import Answer
 from goalwire.zenoh.protocol.senders import Querier
 
 KEY = '0/add/T/H'
@@ -62,7 +63,7 @@ class Service:
     def deliver(self, to: int, data: bytes) -> str:
         """Hand bytes to one side; return how its link ended, if it did."""
         try:
-            self.cable.links[to].receive(data)
+            self.cable.links[to].frames.receive(data)
         except (ZenohProtocolError, ClosedByPeerError) as error:
             return str(error)
         return ''

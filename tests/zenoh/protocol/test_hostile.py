@@ -8,7 +8,8 @@ import pytest
 from helpers.zenoh_captured import Batch, conversation
 from helpers.zenoh_protocol import Session, Wire
 
-from goalwire.zenoh.protocol.link import ClosedByPeerError, Link
+from goalwire.zenoh.protocol.frames import ClosedByPeerError
+from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.network import Sample
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError
 from goalwire.zenoh.protocol.queries import PendingQuery
@@ -31,19 +32,21 @@ def open_session() -> tuple[Session, Link, Wire]:
     link, wire = session.new_link(connects=True)
     link.start()
     for batch in A_SAYS[:2]:
-        link.receive(batch.sent)
+        link.frames.receive(batch.sent)
     session.declare_subscriber('**', look_at)
     session.declare_queryable('**', lambda query: query.answer(query.key, b'x'), complete=True)
     session.watch_tokens('@ros2_lv/**', lambda _: None, history=True)
     for _ in range(2):
-        session.ask(PendingQuery('**', b'**', [link], 1e9, lambda _: None, lambda: None, takes_any_key=True))
+        session.queries.add(
+            PendingQuery('**', b'**', [link], 1e9, lambda _: None, lambda: None, takes_any_key=True)
+        )
     return session, link, wire
 
 
 def take(link: Link, data: bytes) -> bool:
     """Return whether the link goes on."""
     try:
-        link.receive(data)
+        link.frames.receive(data)
     except (ZenohProtocolError, ClosedByPeerError) as error:
         return not str(error)
     return True
@@ -53,7 +56,7 @@ def number_of(batch: Batch, link: Link) -> bytes:
     """Return a batch whose sequence number is the next of its channel."""
     data = bytearray(batch.data)
     channel = 11 if data[0] & 0x80 == 0 else 2 * data[6] + 1
-    last = link._numbers.last[channel] + 1
+    last = link.frames._numbers.last[channel] + 1
     for at in range(4):
         data[1 + at] = last >> 7 * at & 0x7F | (0x80 if at < 3 else 0)
     return bytes(data)
@@ -69,7 +72,7 @@ def test_every_bit_of_captured_frames_may_be_wrong(batch: Batch) -> None:
         data = bytearray(number_of(batch, link))
         data[bit // 8] ^= 1 << bit % 8
         if not take(link, len(data).to_bytes(2, 'little') + data):
-            session.link_lost(link)
+            session.lose_link(link)
             session, link, wire = open_session()
         wire.take()
     unexpected = [each for each in session.failures if not isinstance(each, ZenohProtocolError)]

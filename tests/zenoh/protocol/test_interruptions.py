@@ -10,9 +10,10 @@ import pytest
 from helpers.interrupting import at_each_call, at_each_line
 from helpers.zenoh_protocol import Session, pair
 
+from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Sample
 from goalwire.zenoh.protocol.primitives import decode_z
-from goalwire.zenoh.protocol.queries import Answer, Query
+from goalwire.zenoh.protocol.queries import Answer
 from goalwire.zenoh.protocol.senders import FLOOD, Publication, Querier
 from goalwire.zenoh.protocol.stamps import Stamps
 
@@ -41,8 +42,8 @@ class Linked:
         """Have everything arrive."""
         link, wire = self.cable.links[0], self.cable.wires[0]
         wire.room = None
-        link.release()
-        link.flush()
+        link.outgoing.release()
+        link.outgoing.flush()
         self.cable.carry()
         assert self.cable.ends == [None, None]
         assert not self.one.failures + self.other.failures
@@ -91,9 +92,9 @@ def flush(linked: Linked) -> Callable[[], object]:
     wire.room = 9
 
     def write() -> None:
-        linked.cable.links[0].flush()
+        linked.cable.links[0].outgoing.flush()
         wire.room = 20
-        linked.cable.links[0].flush()
+        linked.cable.links[0].outgoing.flush()
 
     return write
 
@@ -106,14 +107,14 @@ def put_in_a_flood(linked: Linked) -> Callable[[], object]:
     def put_two() -> None:
         publication.put(b'main')
         publication.put(b'main')
-        linked.cable.links[0].release()
+        linked.cable.links[0].outgoing.release()
 
     return put_two
 
 
 def say_that_it_lives(linked: Linked) -> Callable[[], object]:
-    linked.cable.links[0].tick()
-    return linked.cable.links[0].tick
+    linked.cable.links[0].outgoing.tick()
+    return linked.cable.links[0].outgoing.tick
 
 
 def declare(linked: Linked) -> Callable[[], object]:
@@ -191,7 +192,7 @@ def test_nothing_is_lost_wherever_a_handler_comes(prepare: Callable[[Linked], Ca
             assert handlers == [('b', payload) for payload in HANDLERS], interruption.place
             assert (handler.answers, handler.ends) == ([b'?'], 1), interruption.place
         assert [each for each in linked.heard if each not in handlers] == undisturbed, interruption.place
-        assert not linked.one.pending, interruption.place
+        assert not linked.one.queries.pending, interruption.place
 
 
 class RaisedError(Exception):
@@ -224,7 +225,7 @@ def test_a_handler_that_raises_leaves_the_link_whole_wherever_it_comes(
             assert each in heard, interruption.place
             heard.remove(each)
         assert linked.heard[-len(HANDLERS) :] == [('z', payload) for payload in HANDLERS], interruption.place
-        assert not linked.cable.links[0].queue.size, interruption.place
+        assert not linked.cable.links[0].outgoing.queue.size, interruption.place
 
 
 def test_what_a_handler_declares_is_known_wherever_it_comes() -> None:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from goalwire.zenoh.protocol.channels import MASK, frame_head
-from goalwire.zenoh.protocol.link import ClosedByPeerError
+from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.network import Sample
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.zenoh.protocol.primitives import (
@@ -39,7 +39,7 @@ class Receiver:
         self.link = self.cable.links[1]
 
     def batch(self, data: bytes) -> None:
-        self.link.receive(len(data).to_bytes(2, 'little') + data)
+        self.link.frames.receive(len(data).to_bytes(2, 'little') + data)
 
     def frame(self, message: bytes, number: int | None = None) -> None:
         if number is None:
@@ -84,7 +84,7 @@ def test_several_messages_in_one_batch(receiver: Receiver) -> None:
     start = receiver.next
     second = b'\x25' + encode_z((start + 1) & MASK) + push(b'3')
     receiver.batch(b'\x25' + encode_z(start) + push(b'1') + push(b'2') + b'\x04' + second)
-    receiver.link.receive(b'\0\0')
+    receiver.link.frames.receive(b'\0\0')
     assert receiver.heard() == [b'1', b'2', b'3']
 
 
@@ -139,14 +139,14 @@ def test_a_link_without_priorities_uses_none_and_takes_none() -> None:
     other = Session(b'\xa1')
     link, wire = other.new_link(connects=False)
     init = Init(b'\xb1', Role.PEER, qos=False, patch=0).encode()
-    link.receive(len(init).to_bytes(2, 'little') + init)
+    link.frames.receive(len(init).to_bytes(2, 'little') + init)
     cookie = wire.take()[-16:]
-    link.receive(b'\x14\x00\x42\x3c\x05\x10' + cookie)
+    link.frames.receive(b'\x14\x00\x42\x3c\x05\x10' + cookie)
     said = wire.take()
     assert b'\x25' in said
     assert b'\xa5' not in said
     with pytest.raises(ZenohProtocolError, match='priority'):
-        link.receive(b'\x05\x00\xa5\x05\x31\x05\x04')
+        link.frames.receive(b'\x05\x00\xa5\x05\x31\x05\x04')
 
 
 @settings(max_examples=10, deadline=None)
@@ -192,7 +192,7 @@ def test_large_and_small_messages_come_whole_however_the_stream_is_cut(cuts: lis
     cable.carry(cut)
     assert [bytes(sample.payload or b'') for sample in samples] == sent
     assert cable.ends == [None, None]
-    assert not cable.links[1].in_pieces
+    assert not cable.links[1].frames.in_pieces
 
 
 def full_wire() -> tuple[Session, Session, Cable, list[Sample]]:
@@ -212,10 +212,10 @@ def test_what_may_be_dropped_is_dropped_and_counted_where_too_much_waits() -> No
         publication.put(b'%06d' % number + bytes(994))
     assert cable.wires[0].wants_room > 0
     assert cable.wires[0].waits == 0
-    dropped = cable.links[0].dropped
+    dropped = cable.links[0].outgoing.dropped
     assert 0 < dropped < 200
     cable.wires[0].room = None
-    cable.links[0].flush()
+    cable.links[0].outgoing.flush()
     cable.carry()
     assert [int(bytes(each.payload or b'')[:6]) for each in samples] == list(range(sent - dropped))
 
@@ -227,7 +227,7 @@ def test_what_may_not_be_dropped_waits_for_room() -> None:
         publication.put(bytes(QUEUE_LIMIT))
     assert cable.wires[0].waits == 2
     cable.wires[0].room = None
-    cable.links[0].flush()
+    cable.links[0].outgoing.flush()
     cable.carry()
     assert len(samples) == 3
 
@@ -236,10 +236,12 @@ def test_a_large_message_is_not_copied() -> None:
     one, _, cable, samples = full_wire()
     payload = bytes(300_000)
     Publication(one, 'k').put(payload, b'att')
-    waiting = [each for each in cable.links[0].queue.next_buffers(100) if isinstance(each, memoryview)]
+    waiting = [
+        each for each in cable.links[0].outgoing.queue.next_buffers(100) if isinstance(each, memoryview)
+    ]
     assert sum(len(each) for each in waiting if each.obj is payload) == len(payload)
     cable.wires[0].room = None
-    cable.links[0].flush()
+    cable.links[0].outgoing.flush()
     cable.carry()
     assert [(len(each.payload or b''), each.attachment) for each in samples] == [(300_000, b'att')]
 
@@ -256,7 +258,7 @@ def test_what_the_socket_takes_in_part_is_finished_before_what_is_more_urgent(ro
     tokens: list[Sample] = []
     other.watch_tokens('t/*', tokens.append, history=True)
     cable.wires[0].room = None
-    cable.links[0].flush()
+    cable.links[0].outgoing.flush()
     cable.carry()
     assert len(samples) == len(tokens) == 1
     assert token
@@ -271,27 +273,27 @@ def test_an_expression_is_taken_back_behind_the_messages_that_name_it() -> None:
     publication = Publication(one, 'a/b')
     publication.put(b'1')
     cable.carry()
-    assert list(cable.links[1].expressions.values()) == ['a/b']
+    assert list(cable.links[1].peer.expressions.values()) == ['a/b']
     cable.wires[0].room = 0
     publication.put(b'2')
     publication.close()
     cable.wires[0].room = None
-    cable.links[0].flush()
+    cable.links[0].outgoing.flush()
     cable.carry()
     assert [bytes(each.payload or b'') for each in samples] == [b'1', b'2']
-    assert cable.links[1].expressions == {}
+    assert cable.links[1].peer.expressions == {}
 
 
 def test_a_silent_link_says_that_it_lives_and_a_talking_one_need_not() -> None:
     one, _, cable = pair()
     link, wire = cable.links[0], cable.wires[0]
-    link.tick()
+    link.outgoing.tick()
     assert wire.take() == b''  # it has just spoken
-    link.tick()
+    link.outgoing.tick()
     assert wire.take() == b'\x01\x00\x04'
     one.declare_token('a')
     wire.take()
-    link.tick()
+    link.outgoing.tick()
     assert wire.take() == b''
 
 
@@ -303,8 +305,8 @@ def test_a_link_is_dead_after_the_other_sides_lease_and_not_before() -> None:
     now = 0.0
     for now in (0.0, 0.5, 1.0, 1.5, 1.99):
         link.check_lease(now)
-    cable.links[0].tick()
-    cable.links[0].tick()
+    cable.links[0].outgoing.tick()
+    cable.links[0].outgoing.tick()
     cable.carry()
     link.check_lease(now := now + 0.5)
     link.check_lease(now + 1.9)

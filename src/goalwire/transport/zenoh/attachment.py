@@ -17,7 +17,7 @@ from typing import TypeAlias
 from goalwire.errors import RemoteError
 from goalwire.transport.contract import Sample, new_sample
 from goalwire.transport.zenoh.wire import Message
-from goalwire.zenoh.protocol.queries import Query
+from goalwire.zenoh.protocol.incoming_queries import Query
 
 GID_SIZE = 16
 SIZE = 33

@@ -31,9 +31,10 @@ from goalwire.transport.zenoh.settings.built_in import advise_unreached
 from goalwire.transport.zenoh.settings.config import Configuration
 from goalwire.transport.zenoh.threads import keep_thread_state
 from goalwire.transport.zenoh.wire import Declared, taken_back, undeclare
+from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Payload, ReplyError
 from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
-from goalwire.zenoh.protocol.queries import Answer, Query
+from goalwire.zenoh.protocol.queries import Answer
 
 UNTIMED_S: float | None = None
 """Of requests without a time; None: what the session's configuration says, ten minutes as under rmw_zenoh.

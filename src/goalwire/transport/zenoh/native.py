@@ -10,7 +10,8 @@ from threading import RLock
 
 from goalwire.errors import ClosedError
 from goalwire.transport.zenoh import wire
-from goalwire.zenoh.io.session import NativeSession, Settings
+from goalwire.zenoh.io.native_session import NativeSession, Settings
+from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Payload, Sample, Target
 from goalwire.zenoh.protocol.primitives import (
     SourceInfo,
@@ -18,9 +19,9 @@ from goalwire.zenoh.protocol.primitives import (
     encode_source,
     show_id,
 )
-from goalwire.zenoh.protocol.queries import ANY_KEY, Query
+from goalwire.zenoh.protocol.queries import ANY_KEY
 from goalwire.zenoh.protocol.senders import Publication, Querier
-from goalwire.zenoh.protocol.session import SessionProtocol
+from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.transport import Role
 
 UNNUMBERED = 'uhlc'
@@ -124,7 +125,7 @@ class _Querier(wire.Querier):
         self._untimed_s = untimed_s
         self._querier = Querier(protocol, key, target=Target.ALL_COMPLETE)
         self._ask = self._querier.ask
-        self._cancel = protocol.cancel
+        self._cancel = protocol.queries.cancel
         self._is_open = True
 
     def ask(

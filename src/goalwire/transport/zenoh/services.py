@@ -17,8 +17,8 @@ from goalwire.transport.endpoint import EndpointState, OpenPort
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode, sample_of
 from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.wire import Declared, Message, Querier
+from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import ReplyError
-from goalwire.zenoh.protocol.queries import Query
 
 
 class ZenohCall:

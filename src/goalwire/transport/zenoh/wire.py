@@ -12,9 +12,9 @@ from contextlib import suppress
 from typing import Never, Protocol, TypeAlias
 
 from goalwire.concurrency.wire_poller import WirePoller
+from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Payload, ReplyError
 from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp
-from goalwire.zenoh.protocol.queries import Query
 
 HISTORY_S = 10.0
 """How long what a publisher sends waits for what it keeps. Its answers are taken as long as they come."""

@@ -5,20 +5,18 @@ from __future__ import annotations
 import socket
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from time import monotonic
+from typing import TYPE_CHECKING, Protocol
 
 from goalwire.concurrency.poller import IN, OUT, Poller
 from goalwire.concurrency.wire_poller import Sleeper
 from goalwire.zenoh.io.memory import MUCH, keep_freed_memory, return_freed_memory
+from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.handshake import Handshake
-from goalwire.zenoh.protocol.link import (
-    KEEP_ALIVES,
-    ClosedByPeerError,
-    Link,
-    LinkOwner,
-)
+from goalwire.zenoh.protocol.link import KEEP_ALIVES, Link
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT, Outgoing
 from goalwire.zenoh.protocol.primitives import MAX_LINKS, TO_SELF, ZenohProtocolError
+from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 
 if TYPE_CHECKING:
     from goalwire.zenoh.protocol.channels import Buffer
@@ -56,61 +54,60 @@ def join_first(buffers: Sequence[Buffer]) -> Buffer:
     return joined[0] if len(joined) == 1 else b''.join(joined)
 
 
+class SocketLinkOwner(Protocol):
+    """A session, as far as its connections need it."""
+
+    protocol: SessionProtocol
+
+    @property
+    def lease_ms(self) -> int:
+        """For how long this side may be silent before the others give it up."""
+
+    def take_end(self, socket_link: SocketLink, why: str, is_fault: bool) -> None:
+        """Take note that a connection has ended, why, and whether the other side broke the rules."""
+
+    def wait_for_room(self, socket_link: SocketLink, is_answer: bool) -> None:
+        """Block until less waits for a connection, if this thread may."""
+
+    def hold(self, outgoing: Outgoing) -> None:
+        """Release soon what a link holds back."""
+
+    def note_running(self, now: float) -> None:
+        """Take note that this process runs; `now` in s."""
+
+
 class SocketLink:
-    """A connected socket and its link."""
+    """A connected socket and its link; it is the link's `Connection`."""
+
+    can_hold = True
 
     def __init__(
-        self,
-        owner: LinkOwner,
-        sock: socket.socket,
-        handshake: Handshake,
-        poller: Poller,
-        *,
-        clock: Callable[[], float],
-        lease_ms: int,
-        when_ended: Callable[[SocketLink, str, bool], None],
-        wait_for_room: Callable[[SocketLink, bool], None],
-        when_held: Callable[[Outgoing], None],
-        when_checked: Callable[[float], None],
+        self, owner: SocketLinkOwner, sock: socket.socket, handshake: Handshake, poller: Poller
     ) -> None:
-        """`when_ended` is told why, and whether the other side broke the rules.
-
-        `when_checked` gets the time, in s, at each look at the leases.
-        """
+        self._owner = owner
         self._socket = sock
         self._fd = sock.fileno()
         self._poller = poller
-        self._clock = clock
-        self._when_ended = when_ended
-        self._when_checked = when_checked
         self.waiting: set[Sleeper] = set()
         """Threads that wait for room."""
         self._wants_room = False
         self._has_ended = False
-        self.link = Link(
-            owner,
-            handshake,
-            write=self._write,
-            write_many=self._write_many,
-            when_full=self._when_full,
-            wait_for_room=lambda is_answer: wait_for_room(self, is_answer),
-            when_held=when_held,
-            lease_ms=lease_ms,
-        )
-        self.connects = handshake.connects
-        self._receive = self.link.receive
         self._recv: Callable[[int], bytes] = sock.recv
         self._send: Callable[[Buffer], int] = sock.send
         self._sendmsg: Callable[[list[Buffer]], int] = (
             sock.sendmsg if hasattr(sock, 'sendmsg') else lambda buffers: sock.send(join_first(buffers))
         )
+        self.link = Link(owner.protocol, handshake, self, lease_ms=owner.lease_ms)
+        self.outgoing = self.link.outgoing
+        self.connects = handshake.connects
+        self._receive = self.link.frames.receive
         sock.setblocking(False)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._timer = poller.call_later(HANDSHAKE_S, self._check_handshake)
 
     def start(self) -> None:
         """Begin to talk and to listen; nothing if the session was closed meanwhile."""
-        with self.link.lock:
+        with self.outgoing.lock:
             if self._has_ended:  # its descriptor may be somebody else's by now
                 return
             self._poller.register(self._fd, IN, self.on_ready)
@@ -121,7 +118,16 @@ class SocketLink:
     # A signal's handler runs where a function of C's has returned to one of Python's, before its result
     # is kept, and may raise. `map` and the unpacking of its one result are a single step: it is kept.
 
-    def _write(self, data: Buffer) -> int:
+    def wait_for_room(self, is_answer: bool) -> None:
+        """Block until less waits, if this thread may."""
+        self._owner.wait_for_room(self, is_answer)
+
+    def hold(self, outgoing: Outgoing) -> None:
+        """Release soon what the link holds back."""
+        self._owner.hold(outgoing)
+
+    def write(self, data: Buffer) -> int:
+        """Write as much as the socket takes."""
         try:
             (taken,) = map(self._send, (data,))
             return taken  # noqa: TRY300
@@ -131,7 +137,8 @@ class SocketLink:
             self._fail(error)
             return len(data)
 
-    def _write_many(self, buffers: list[Buffer]) -> int:
+    def write_many(self, buffers: list[Buffer]) -> int:
+        """Write some buffers at once, as far as the socket takes them."""
         if len(buffers) > _MANY:
             keep_freed_memory()
         try:
@@ -148,28 +155,29 @@ class SocketLink:
         reason = error.strerror or str(error)
         self._poller.call(lambda: self.end(f'the connection broke: {reason}'))
 
-    def _when_full(self) -> None:
+    def request_flush(self) -> None:
+        """Have what waits written once the socket has room. The link's lock is held."""
         if not self._wants_room:
             self._poller.modify(self._fd, IN | OUT)
             self._wants_room = True  # last: a signal's handler may raise
-        if self.link.overflowed:
+        if self.outgoing.overflowed:
             self._poller.call(self._check)
 
     def watch_room(self) -> None:
         """Have those that wait for room woken once there is some, whichever thread has made it."""
-        with self.link.lock:
+        with self.outgoing.lock:
             if not self._has_ended:
-                self._when_full()
+                self.request_flush()
 
     # ---- what the poller says
 
     def on_ready(self, events: int) -> None:
         """Read what is there; write what waits."""
         if events & OUT and self._wants_room:
-            link = self.link
-            if link.flush():
-                link.section.run(self._forget_room)
-            if self.waiting and link.queue.size <= ENOUGH_ROOM:
+            outgoing = self.outgoing
+            if outgoing.flush():
+                outgoing.section.run(self._forget_room)
+            if self.waiting and outgoing.queue.size <= ENOUGH_ROOM:
                 self.wake_waiting()
         if events & ~OUT:
             self._read()
@@ -181,11 +189,11 @@ class SocketLink:
             self._poller.modify(self._fd, IN)
 
     def _has_unsent(self) -> bool:
-        return bool(self.link.queue.size)
+        return bool(self.outgoing.queue.size)
 
     def _read(self) -> None:
-        link = self.link
-        reads = link.reads
+        frames = self.link.frames
+        reads = frames.reads
         size = READ_SIZE
         try:
             for _ in range(_READS_AT_ONCE):
@@ -197,7 +205,7 @@ class SocketLink:
                 self._receive(data)
                 # Small messages have their callbacks run before more are read: a subscription keeps only so
                 # many, and what else comes waits on the wire, where the publisher sees it.
-                if len(data) < size or not link.in_pieces or self._has_ended:
+                if len(data) < size or not frames.in_pieces or self._has_ended:
                     return
                 keep_freed_memory()
                 size = READ_SIZE_LARGE
@@ -210,7 +218,7 @@ class SocketLink:
         except ZenohProtocolError as error:
             self.end(str(error), error.reason, is_fault=error.reason not in {MAX_LINKS, TO_SELF})
         except BaseException:
-            if link.reads != reads:  # a signal's handler raised between the two: bytes are lost
+            if frames.reads != reads:  # a signal's handler raised between the two: bytes are lost
                 self.end('its reader was interrupted')
             raise
 
@@ -238,10 +246,10 @@ class SocketLink:
             return
         self._timer.cancel()  # before all else: a signal's handler may raise
         self._timer = self._poller.call_later(self._period, self._check)
-        self.link.tick()
-        now = self._clock()
-        self._when_checked(now)
-        if self.link.discard_stale(now) >= MUCH:
+        self.outgoing.tick()
+        now = monotonic()
+        self._owner.note_running(now)
+        if self.link.frames.discard_stale(now) >= MUCH:
             return_freed_memory()
         try:
             self.link.check_lease(now)
@@ -252,7 +260,7 @@ class SocketLink:
 
     def end(self, why: str, reason: int | None = None, *, is_fault: bool = False) -> None:
         """Close the connection, with a word to the other side where there is a reason. Idempotent."""
-        with self.link.lock:
+        with self.outgoing.lock:
             if self._has_ended:
                 return
             self._has_ended = True
@@ -263,8 +271,8 @@ class SocketLink:
         with suppress(OSError):  # it broke before
             self._socket.shutdown(socket.SHUT_RDWR if reason is None else socket.SHUT_WR)
         self._socket.close()
-        freed = self.link.discard_pieces()
-        self._when_ended(self, why, is_fault)
+        freed = self.link.frames.discard_pieces()
+        self._owner.take_end(self, why, is_fault)
         if freed >= MUCH:
             return_freed_memory()
 

@@ -18,13 +18,11 @@ from typing import TYPE_CHECKING, TypeVar
 from goalwire.concurrency.poller import IN, OUT, Poller
 from goalwire.errors import TransportError
 from goalwire.zenoh.io.endpoints import TlsFiles
-from goalwire.zenoh.io.socket_link import JOINED_SIZE, SocketLink, join_first
+from goalwire.zenoh.io.socket_link import JOINED_SIZE, SocketLink, SocketLinkOwner, join_first
 
 if TYPE_CHECKING:
     from goalwire.zenoh.protocol.channels import Buffer
     from goalwire.zenoh.protocol.handshake import Handshake
-    from goalwire.zenoh.protocol.link import LinkOwner
-    from goalwire.zenoh.protocol.outgoing import Outgoing
 
 T = TypeVar('T')
 
@@ -213,7 +211,7 @@ class TlsStream:
             if not self._unsent:
                 self._unsent = memoryview(self._outgoing.read())
             try:
-                (sent,) = map(self._socket.send, (self._unsent,))  # in one step, as in SocketLink._write
+                (sent,) = map(self._socket.send, (self._unsent,))  # in one step, as in SocketLink.write
                 self._unsent = self._unsent[sent:]
             except (BlockingIOError, InterruptedError):
                 return False
@@ -232,32 +230,15 @@ class TlsSocketLink(SocketLink):
 
     def __init__(
         self,
-        owner: LinkOwner,
+        owner: SocketLinkOwner,
         sock: socket.socket,
         handshake: Handshake,
         poller: Poller,
         *,
         tls: TlsStream,
-        clock: Callable[[], float],
-        lease_ms: int,
-        when_ended: Callable[[SocketLink, str, bool], None],
-        wait_for_room: Callable[[SocketLink, bool], None],
-        when_held: Callable[[Outgoing], None],
-        when_checked: Callable[[float], None],
     ) -> None:
-        """See SocketLink; `tls` is the stream on `sock`."""
-        super().__init__(
-            owner,
-            sock,
-            handshake,
-            poller,
-            clock=clock,
-            lease_ms=lease_ms,
-            when_ended=when_ended,
-            wait_for_room=wait_for_room,
-            when_held=when_held,
-            when_checked=when_checked,
-        )
+        """`tls` is the stream on `sock`."""
+        super().__init__(owner, sock, handshake, poller)
         self._tls = tls
         self._is_secure = False
         self._recv = self._decrypt
@@ -291,16 +272,16 @@ class TlsSocketLink(SocketLink):
     def _watch_unsent(self) -> None:
         """Ask for room where encrypted bytes wait."""
         if self._tls.has_unsent:
-            self._when_full()
+            self.request_flush()
 
     def _has_unsent(self) -> bool:
         return super()._has_unsent() or self._tls.has_unsent
 
-    def _write(self, data: Buffer) -> int:
-        return self._encrypt(super()._write, data)
+    def write(self, data: Buffer) -> int:
+        return self._encrypt(super().write, data)
 
-    def _write_many(self, buffers: list[Buffer]) -> int:
-        return self._encrypt(super()._write_many, buffers)
+    def write_many(self, buffers: list[Buffer]) -> int:
+        return self._encrypt(super().write_many, buffers)
 
     def _encrypt(self, write: Callable[[T], int], data: T) -> int:
         try:
@@ -322,7 +303,7 @@ class TlsSocketLink(SocketLink):
             self._shake_hands()
         if self._is_secure:
             super().on_ready(events)
-            with self.link.lock:
+            with self.outgoing.lock:
                 if not self._has_ended:
                     self._watch_unsent()  # reading may have to answer
 

@@ -1,28 +1,46 @@
 """Zenoh's protocol, version 9, as pure code: bytes and times go in, bytes and calls come out.
 
-Nothing here opens a socket, starts a thread or reads a clock. A session (`session.SessionProtocol`) owns its
-links (`link.Link`). Whoever owns the sockets hands each link what it read, and gives it a function that
-writes. What a user asks for, a put, a query, a declaration, is a method of the session.
+Nothing here opens a socket, starts a thread or reads a clock. A session
+(`session_protocol.SessionProtocol`) has links (`link.Link`). Whoever has the sockets hands each link what it
+read, and is told what to do: to write (`outgoing.Connection`), to connect and to close
+(`session_protocol.SessionOwner`). What a user asks for is a declaration of the session, or a publication or
+querier (`senders`).
+
+What messages are made of:
 
     bounds            how much a peer can take: keys, entries, fragments, dials, log lines
-    primitives        numbers, texts, ids, extensions, timestamps: what messages are made of
-    key_expressions   which keys match which: intersects, includes, canonical forms
-    key_index         many expressions, and quickly those that match one key
+    primitives        numbers, texts, ids, extensions, timestamps
     transport         INIT, OPEN, CLOSE, KEEP_ALIVE: written and read
-    handshake         two sides agree on their terms
-    channels          sequence numbers, fragments, and what waits for the socket
     network           PUSH, REQUEST, RESPONSE, RESPONSE_FINAL: written and read
     declarations      DECLARE and INTEREST: written and read
-    expressions       the short numbers of keys
-    liveliness        tokens: which are there, and who is told
     link_state        OAM, by which routers tell of nodes; which of two peers connects
     forms             what repeats in requests, replies and messages, read in one step
-    link              one link: reads the frames and fragments that come; the other side's lease
-    outgoing          the sending half of a link: numbers, frames, what waits for room, keep-alives
-    queries           queries on their way, their replies and their ends
+
+One link:
+
+    handshake         two sides agree on their terms
+    channels          sequence numbers, fragments, and what waits for the socket
+    frames            the receiving half: bytes are cut into frames and pieces, and those into messages
+    outgoing          the sending half: numbers, frames, what waits for room, keep-alives
+    peer_entities     what the other side has declared, within bounds
+    link              the link itself: network messages are handed on; the other side's lease
+
+One session:
+
+    key_expressions   which keys match which: intersects, includes, canonical forms
+    key_index         many expressions, and quickly those that match one key
+    expressions       the short numbers of keys
+    links             the links that are up, one to each other session
+    liveliness        tokens: which are there, and who is told
+    queries           a query on its way, its replies and its end
+    pending_queries   the queries on their way, by number, and their time
+    incoming_queries  a query that came, and its answers
+    routes            who gets what comes over a link
+    own_entities      what the session has declared, and who was told of it
+    gossip            the nodes that routers told of
+    stamps            timestamps, each later than all before it
     senders           publications and queriers, each for one key
-    stamps            timestamps of a session, each later than all before it
-    session           all declarations, of this side and of others, and the routing of messages
+    session_protocol  the session itself: what is declared here and there, kept in step
 
 Threads. Every method may be called on any thread, but what one link receives is handed to it by one thread
 at a time. `SessionProtocol.section` is over the tables of a session and of what its links have declared;

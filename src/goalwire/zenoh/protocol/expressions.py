@@ -46,13 +46,13 @@ class Expressions:
         if number:
             del self.keys[number]
             for link in links:
-                if number in link.told:
-                    link.told.discard(number)
-                    link.retire_expression(take_back(Kind.EXPRESSION, number))
+                if number in link.peer.told:
+                    link.peer.told.discard(number)
+                    link.outgoing.retire_expression(take_back(Kind.EXPRESSION, number))
 
     def name(self, link: Link, key: str, out: list[bytes]) -> WireKey:
         """Name a key as a link knows it; `out` gets what must be declared there before."""
-        number = link.expression_ids.get(key)
+        number = link.peer.expression_ids.get(key)
         if number is not None:
             return wire_key(key, number)
         return self.name_own(link, key, out)
@@ -62,7 +62,7 @@ class Expressions:
         number = self._numbers.get(key)
         if number is None:
             return wire_key(key)
-        if number not in link.told:
-            link.told.add(number)
+        if number not in link.peer.told:
+            link.peer.told.add(number)
             out.append(declare_expression(number, key))
         return wire_key(key, number, is_senders=True)

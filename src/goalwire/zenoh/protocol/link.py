@@ -1,32 +1,18 @@
-"""One link to another session: parses the bytes that come. What it sends is in `outgoing`.
+"""One link to another session: what its other side has told, and the network messages that come from it.
 
-`receive` takes bytes as they came, in any pieces. It runs the handshake, checks numbers, joins fragments, and
-hands each network message to the session. A link is dead when it has heard nothing for the other side's
-lease. When it has sent nothing for a quarter of its own lease, it sends KEEP_ALIVE.
+`frames` takes the bytes that come and cuts messages out of them; `outgoing` sends. Between the two are the
+handshake, the leases, and each network message, which is handed to the session. A link is dead when it has
+heard nothing for the other side's lease. When it has sent nothing for a quarter of its own lease, it sends
+KEEP_ALIVE.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sized
+from collections.abc import Callable, Mapping, Sized
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from goalwire.errors import RemoteError
 from goalwire.zenoh.protocol import bounds
-from goalwire.zenoh.protocol.channels import (
-    DATA_CHANNEL,
-    DATA_PRIORITY,
-    IS_FIRST,
-    IS_GIVEN_UP,
-    IS_RELIABLE,
-    MASK,
-    MORE_PIECES,
-    PRIORITIES,
-    PRIORITY_EXTENSION,
-    Buffer,
-    PieceBudget,
-    Reassembly,
-    ReceivedNumbers,
-)
+from goalwire.zenoh.protocol.channels import PieceBudget
 from goalwire.zenoh.protocol.declarations import (
     Declaration,
     Interest,
@@ -44,8 +30,8 @@ from goalwire.zenoh.protocol.forms import (
     reply_form,
     request_form,
 )
+from goalwire.zenoh.protocol.frames import FrameReader
 from goalwire.zenoh.protocol.handshake import Handshake, Terms
-from goalwire.zenoh.protocol.key_index import KeyIndex
 from goalwire.zenoh.protocol.link_state import LinkStates, Node
 from goalwire.zenoh.protocol.network import (
     DECLARE,
@@ -68,57 +54,25 @@ from goalwire.zenoh.protocol.network import (
     read_request_id,
     read_wire_key,
 )
-from goalwire.zenoh.protocol.outgoing import QUEUE_END, Outgoing
+from goalwire.zenoh.protocol.outgoing import QUEUE_END, Connection, Outgoing
+from goalwire.zenoh.protocol.peer_entities import PeerEntities
+from goalwire.zenoh.protocol.pending_queries import PendingQueries
 from goalwire.zenoh.protocol.primitives import (
     EXPIRED,
-    EXTENSION,
     MORE,
-    PADDED_HIGH,
-    PADDED_LOW,
     UNRESPONSIVE,
     Reader,
     ZenohProtocolError,
     decode_z,
-    encode_padded,
     encode_session,
 )
-from goalwire.zenoh.protocol.transport import (
-    CLOSE,
-    FIRST_NETWORK_ID,
-    FRAGMENT,
-    FRAME,
-    INIT,
-    KEEP_ALIVE,
-    MAX_BATCH,
-    MESSAGE_ID,
-    OPEN,
-    Role,
-)
+from goalwire.zenoh.protocol.transport import FIRST_NETWORK_ID, MESSAGE_ID, Role
 
 if TYPE_CHECKING:
-    from goalwire.zenoh.protocol.network import QueryMessage, ReplyError
+    from goalwire.zenoh.protocol.network import QueryMessage
 
 KEEP_ALIVES = 4
 """How many times within its lease a silent link says that it lives."""
-MOST_KEPT = 5
-"""How many times the size of a message in pieces may be kept until it is whole."""
-_PRIORITY = PRIORITY_EXTENSION & EXTENSION
-
-
-LENGTH_SIZE = 2
-"""Bytes before each batch that tell its length."""
-
-
-def _missing(begun: bytes, most: int) -> int:
-    """Return how many bytes a batch lacks that has begun; 0 where that is unknown, or more than `most`."""
-    if len(begun) < LENGTH_SIZE:
-        return 0
-    missing = LENGTH_SIZE + (begun[0] | begun[1] << 8) - len(begun)
-    return missing if missing <= most else 0
-
-
-class ClosedByPeerError(RemoteError):
-    """The other side said CLOSE: the link ends, and no program sees this."""
 
 
 class Receivers(NamedTuple):
@@ -128,286 +82,145 @@ class Receivers(NamedTuple):
     callbacks: tuple[Callable[[Sample], None], ...]
 
 
-class LinkOwner(Protocol):
-    """A session, as far as a link needs it."""
-
-    pieces: PieceBudget
-    """How much unfinished messages may take, of all links."""
-
-    def refuse(self, kind: str, reason: object) -> None:
-        """Count something that came and is ignored."""
-
-    def link_is_up(self, link: Link) -> None:
-        """The handshake is done."""
+class Router(Protocol):
+    """Whoever knows who gets what a link sends."""
 
     def receivers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Receivers:
-        """Return the receivers of a key of this link's; remembered in `link.push_receivers`."""
-
-    def callback_failed(self, error: Exception) -> None:
-        """A user's function raised."""
+        """Return the receivers of a key of this link's; also by `Link.remember_receivers`."""
 
     def is_forged(self, link: Link, source: bytes) -> bool:
         """Whether what came over a link names a publisher that has a link of its own."""
 
-    def query_came(
+    def take_query(
         self, link: Link, request: int, where: tuple[int, bytes, int], qos: int, query: QueryMessage
     ) -> None:
-        """A REQUEST came for the key that `where` names: scope, suffix, whose."""
-
-    def reply_key(self, link: Link, request: int, scope: int, suffix: bytes, is_senders: int) -> str | None:
-        """Return the key that a RESPONSE names; None where nobody waits for it."""
-
-    def reply_came(self, link: Link, request: int, answer: Sample | ReplyError) -> None:
-        """A RESPONSE came."""
-
-    def last_word(self, who: Link, request: int) -> None:
-        """A RESPONSE_FINAL came."""
-
-    def declaration_came(self, link: Link, declaration: Declaration) -> None:
-        """A DECLARE came."""
-
-    def interest_came(self, link: Link, interest: Interest) -> None:
-        """An INTEREST came."""
-
-    def nodes_came(self, link: Link, nodes: list[Node]) -> None:
-        """An OAM told of nodes."""
+        """Take a REQUEST for the key that `where` names: scope, suffix, whose."""
 
 
-class Link(Outgoing):
-    """One link: what the other side has, and what comes from it; what goes there is `Outgoing`'s."""
+class LinkOwner(Protocol):
+    """A session, as far as a link needs it."""
+
+    @property
+    def pieces(self) -> PieceBudget:
+        """How much unfinished messages may take, of all links."""
+
+    @property
+    def own_keys(self) -> Mapping[int, str]:
+        """The keys that this session has numbered."""
+
+    @property
+    def queries(self) -> PendingQueries:
+        """The queries that wait for answers."""
+
+    @property
+    def routes(self) -> Router:
+        """Where messages and queries go."""
+
+    @property
+    def refuse(self) -> Callable[[str, object], object]:
+        """Counts something that came and is ignored, of a kind and for a reason."""
+
+    @property
+    def report(self) -> Callable[[Exception], None]:
+        """Reports what a user's function raised."""
+
+    def take_link(self, link: Link) -> None:
+        """Take a link whose handshake is done."""
+
+    def take_declaration(self, link: Link, declaration: Declaration) -> None:
+        """Take a DECLARE."""
+
+    def take_interest(self, link: Link, wish: Interest) -> None:
+        """Take an INTEREST."""
+
+    def take_nodes(self, link: Link, nodes: list[Node]) -> None:
+        """Take an OAM, which tells of nodes."""
+
+
+class Link:
+    """One link: reads what comes from the other side and hands it to the session."""
 
     def __init__(
-        self,
-        owner: LinkOwner,
-        handshake: Handshake,
-        *,
-        write: Callable[[Buffer], int],
-        write_many: Callable[[list[Buffer]], int],
-        when_full: Callable[[], None],
-        wait_for_room: Callable[[bool], None],
-        when_held: Callable[[Outgoing], None] | None = None,
-        lease_ms: int = 60_000,
+        self, owner: LinkOwner, handshake: Handshake, connection: Connection, *, lease_ms: int = 60_000
     ) -> None:
-        """The functions are for `Outgoing`; `lease_ms` is this side's own lease."""
-        super().__init__(write, write_many, when_full, wait_for_room, when_held)
-        self.owner = owner
+        """`connection` takes what is sent; `lease_ms` is this side's own lease."""
         self.handshake = handshake
         self.terms: Terms | None = None
         self.zid = b''
         self.role = Role.PEER
-        self._own_source = b''
-        """How the sources of what the other side publishes begin; empty if it is a router."""
-        # what the other side has
-        self.expressions: dict[int, str] = {}
-        self.expression_ids: dict[str, int] = {}
-        self.subscribers: KeyIndex[None] = KeyIndex()
-        self.queryables: KeyIndex[tuple[bool, int]] = KeyIndex()
-        self.tokens: dict[int, str] = {}
-        self.interests: dict[int, Interest] = {}
-        self.declared = 0
-        """Bytes of what it has declared, as `bounds.DECLARED_LIMIT` counts them."""
-        self.told: set[int] = set()
-        """Which of the session's expression ids the other side knows."""
-        self.told_of: set[int] = set()
-        """Which of the session's entities a client, which asks, was told of."""
-        self.knows_all = False
-        """Whether all that the other side has was told here; until then it gets everything."""
-        self.link_states = LinkStates()
-        # the receivers of each key, looked up once
+        self.is_up = False
+        """Whether the handshake is done, and the link not closed."""
+        self.is_lost = False
+        """Whether the session has let go of it."""
+        self.outgoing = Outgoing(connection)
+        self.frames = FrameReader(owner.pieces, self._take_handshake, self._take_network, owner.refuse)
+        self.peer = PeerEntities(owner.own_keys, owner.refuse)
+        self.keep_alive_s = lease_ms / 1000 / KEEP_ALIVES
         self.push_receivers: dict[object, Receivers] = {}
+        """The receivers of each key, looked up once."""
         self.push_forms: dict[bytes, PushForm] = {}
         self.request_forms: dict[bytes, RequestForm] = {}
         self.reply_forms: dict[bytes, ReplyForm] = {}
-        # time
-        self.keep_alive_s = lease_ms / 1000 / KEEP_ALIVES
-        self.heard = True
+        self._owner = owner
+        self._queries = owner.queries
+        self._routes = owner.routes
+        self._report = owner.report
+        self._link_states = LinkStates()
+        self._own_source = b''
+        """How the sources of what the other side publishes begin; empty if it is a router."""
         self._silent_since: float | None = None
-        # receiving
-        self.reads = 0
-        """Counts what `receive` has taken."""
-        self.is_lost = False
-        """Whether the session has let go of it."""
-        self._largest_batch = MAX_BATCH
-        self._tail = b''
-        self._numbers = ReceivedNumbers(0)
-        self._mask = MASK
-        """The bits of a sequence number."""
-        self._expected = b'none'
-        self._reassembly: dict[int, Reassembly] = {}
-        self._pieces = PieceBudget(bounds.MESSAGE_LIMIT, owner.pieces)
-        self.in_pieces = False
-        """Whether of a message in pieces more are to come."""
-
-    # ---- sending
 
     def start(self) -> None:
         """Say what a connector says first."""
         first = self.handshake.start()
         if first:
-            self.send_transport(first)
+            self.outgoing.send_transport(first)
 
-    # ---- time
+    def _take_handshake(self, reader: Reader) -> None:
+        """Take a message of the handshake, and answer it; with the last one the link is up."""
+        answer = self.handshake.receive(reader)
+        terms = self.handshake.terms
+        if terms is not None:
+            self.terms = terms
+            self.zid = self.peer.zid = terms.zid
+            self.role = terms.role
+            if terms.role is not Role.ROUTER:
+                self._own_source = encode_session(terms.zid)
+            self.frames.agree(terms)
+            self.outgoing.agree(terms)
+        if answer:
+            self.outgoing.send_transport(answer)
+        if terms is not None:
+            self.is_up = True
+            self._owner.take_link(self)
+
+    def close(self, reason: int | None = None) -> None:
+        """Send nothing any more, and expect nothing; with a `reason`, say so first."""
+        self.outgoing.close(reason)
+        self.frames.close()
+        self.is_up = False
+
+    # ---- whether the other side lives and reads
 
     def check_lease(self, now: float) -> None:
         """See whether the other side lives; `now` in s. Raises ZenohProtocolError where its lease is over."""
-        if self.heard or self._silent_since is None:
-            self.heard = False
+        if self.frames.has_heard() or self._silent_since is None:
             self._silent_since = now
         elif self.terms is not None and now - self._silent_since >= self.terms.lease_ms / 1000:
             raise ZenohProtocolError(
                 f'nothing was heard for its lease of {self.terms.lease_ms / 1000:g} s', EXPIRED
             )
-        if self.overflowed:
+        if self.outgoing.overflowed:
             raise ZenohProtocolError(f'more than {QUEUE_END >> 20} MiB wait to be sent', UNRESPONSIVE)
 
-    def discard_stale(self, now: float) -> int:
-        """Let go of unfinished messages of which nothing has come for long; return their bytes."""
-        freed = 0
-        for each in list(self._reassembly.values()):
-            size = each.size
-            if each.is_stale(now):
-                freed += size
-                self.owner.refuse('message in pieces', f'its rest did not come within {bounds.STALE_S:g} s')
-        return freed
+    def check_reads(self) -> None:
+        """Raise ZenohProtocolError if the other side asks on although it does not read the answers."""
+        if self.outgoing.queue.size > bounds.UNREAD_LIMIT:
+            raise ZenohProtocolError(
+                f'it asks, and leaves answers of {bounds.UNREAD_LIMIT >> 20} MiB unread', UNRESPONSIVE
+            )
 
-    def discard_pieces(self) -> int:
-        """Let go of all unfinished messages; return their bytes."""
-        freed = self._pieces.used
-        for each in list(self._reassembly.values()):
-            each.clear()
-        return freed
-
-    # ---- receiving
-
-    def receive(self, data: bytes) -> None:
-        """Take bytes. Raises ZenohProtocolError or ClosedByPeerError, after which the link is no more."""
-        self.heard = True
-        start, tail = 0, self._tail
-        if tail:
-            if self.in_pieces:
-                start = _missing(tail, len(data))
-            if not start:
-                data = tail + data
-        end = len(data)
-        try:
-            if start:  # hot path: of a large message one batch in four is copied here, not all that has come
-                self._take_batch(tail + data[:start])
-            while end - start > 1:
-                at = start + 2
-                start = at + (data[at - 2] | data[at - 1] << 8)
-                if start > end:
-                    start = at - 2
-                    break
-                if data.startswith(self._expected, at):  # the next frame of reliable data
-                    last, mask = self._numbers.last, self._mask
-                    number = last[DATA_CHANNEL] = (last[DATA_CHANNEL] + 1) & mask
-                    number = (number + 1) & mask
-                    self._expected = b'%%%b%b' % (PADDED_LOW[number & 0x3FFF], PADDED_HIGH[number >> 14])
-                    at = self._take_network(data, at + 5, start)
-                while at < start:
-                    at = self._take_transport(data, at, start)
-        except IndexError:
-            raise ZenohProtocolError('a message is cut off') from None
-        except UnicodeDecodeError as error:
-            raise ZenohProtocolError(f'a text is no UTF-8: {error}') from None
-        finally:
-            # Also where a signal's handler raises in the midst of it: then only the rest of a batch is lost.
-            self._tail = data[start:] if start < end else b''
-            self.reads += 1
-
-    def _take_batch(self, batch: bytes) -> None:
-        """Take a whole batch, its length included."""
-        at, end = LENGTH_SIZE, len(batch)
-        while at < end:
-            at = self._take_transport(batch, at, end)
-
-    def _take_transport(self, data: bytes, at: int, end: int) -> int:
-        """Take a message of the link itself; return where it ends."""
-        header = data[at]
-        kind = header & MESSAGE_ID
-        if end - at > self._largest_batch:
-            raise ZenohProtocolError(f'a batch of {end - at} bytes exceeds what was agreed')
-        if kind in (FRAME, FRAGMENT) and self.is_up:
-            return self._take_numbered(data, at, end)
-        reader = Reader(data, at, end)
-        if kind in (INIT, OPEN):
-            self._take_handshake(reader)
-        elif kind == CLOSE:
-            reader.u8()
-            raise ClosedByPeerError(f'the other side closed the link (reason {reader.u8()})')
-        elif kind == KEEP_ALIVE and self.is_up:
-            reader.u8()
-            if header & MORE:
-                reader.extensions()
-        else:
-            raise ZenohProtocolError(f'message 0x{header:02x} is not expected here')
-        return reader.at
-
-    def _take_handshake(self, reader: Reader) -> None:
-        handshake = self.handshake
-        answer = handshake.receive(reader)
-        terms = handshake.terms
-        if terms is not None:
-            self.terms = terms
-            self.zid, self.role = terms.zid, terms.role
-            if terms.role is not Role.ROUTER:
-                self._own_source = encode_session(terms.zid)
-            self._mask = terms.number_mask
-            self._numbers = ReceivedNumbers(terms.first_received, terms.number_mask)
-            self._expected = b'%%%b' % encode_padded(terms.first_received)
-            self._largest_batch = terms.batch_size - 2
-            self.agree(terms)
-        if answer:
-            self.send_transport(answer)
-        if terms is not None:
-            self.is_up = True
-            self.owner.link_is_up(self)
-
-    def _take_numbered(self, data: bytes, at: int, end: int) -> int:
-        """Take a frame or a piece; return where it ends."""
-        header = data[at]
-        reader = Reader(data, at + 1, end)
-        number = reader.z()
-        priority, found = DATA_PRIORITY, {}
-        if header & MORE:
-            found = reader.extensions({_PRIORITY, IS_FIRST, IS_GIVEN_UP})
-            named = found.get(_PRIORITY, DATA_PRIORITY)
-            assert isinstance(named, int)
-            if named >= PRIORITIES or (_PRIORITY in found and not self._has_priorities):
-                raise ZenohProtocolError(f'priority {named} on a link that has it not')
-            priority = named
-        channel = 2 * priority + bool(header & IS_RELIABLE)
-        gap = self._numbers.advance(channel, number)
-        if not gap:
-            return end  # it came before
-        if channel == DATA_CHANNEL:
-            self._expected = b'%%%b' % encode_padded((number + 1) & self._mask)
-        if header & MESSAGE_ID == FRAME:
-            if channel in self._reassembly:
-                self._reassembly[channel].clear()
-            return self._take_network(data, reader.at, end)
-        reassembly = self._reassembly.get(channel)
-        if reassembly is None:
-            reassembly = Reassembly(has_marks=self._marks_first, budget=self._pieces)
-            self._reassembly[channel] = reassembly
-        start = reader.at
-        # hot path: most pieces of 1 MB are not copied here, which saves 0.1 ms. What is shown of `data` keeps
-        # all of it, so only what is a good part of it.
-        is_shown = (end - start) * MOST_KEPT >= len(data)
-        self.in_pieces = bool(header & MORE_PIECES)
-        message = reassembly.add(
-            memoryview(data)[start:end] if is_shown else data[start:end],
-            gap=gap,
-            first=IS_FIRST in found,
-            more=self.in_pieces,
-            given_up=IS_GIVEN_UP in found,
-        )
-        if message is not None:
-            if message[0] & MESSAGE_ID >= FIRST_NETWORK_ID:
-                self._take_network(message, 0, len(message))
-        elif reassembly.is_refused:
-            self.owner.refuse('message in pieces', 'unfinished messages take too much memory')
-        return end
+    # ---- network messages
 
     def _take_network(self, data: bytes, at: int, end: int) -> int:
         """Take network messages until the batch ends or a message of the link begins; return where."""
@@ -429,7 +242,7 @@ class Link(Outgoing):
                         at += 2
                     else:
                         _, at = read_extensions(data, at)
-                self.owner.last_word(self, request)
+                self._queries.take_final(self, request)
             elif kind == REQUEST:
                 at = self._take_request(data, at, end)
             elif kind < FIRST_NETWORK_ID:
@@ -437,11 +250,11 @@ class Link(Outgoing):
             else:
                 reader = Reader(data, at, end)
                 if kind == DECLARE:
-                    self.owner.declaration_came(self, read_declaration(reader))
+                    self._owner.take_declaration(self, read_declaration(reader))
                 elif kind == INTEREST:
-                    self.owner.interest_came(self, read_interest(reader))
+                    self._owner.take_interest(self, read_interest(reader))
                 elif kind == OAM:
-                    self.owner.nodes_came(self, self.link_states.read(reader))
+                    self._owner.take_nodes(self, self._link_states.read(reader))
                 at = reader.at
             if at > end:
                 raise ZenohProtocolError('a message is cut off')
@@ -473,7 +286,7 @@ class Link(Outgoing):
                 try:
                     callback(sample)
                 except Exception as error:
-                    self.owner.callback_failed(error)
+                    self._report(error)
             if at == end or not data.startswith(head, at):
                 return at
         return self._take_push(data, at, end)
@@ -489,12 +302,12 @@ class Link(Outgoing):
         where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16
         receivers = self.push_receivers.get(where)
         if receivers is None:
-            receivers = self.owner.receivers(self, scope, suffix, is_senders)
+            receivers = self._routes.receivers(self, scope, suffix, is_senders)
         body = at
         sample, at = read_body(data, at, end, receivers.key)
         source = sample.source
         if source is not None and not source.startswith(self._own_source):
-            if self.owner.is_forged(self, source):
+            if self._routes.is_forged(self, source):
                 return at
         elif not suffix and sample.attachment is not None and data[body] == PUT_OF_ROS:
             form = push_form(data[begin : body + 1], sample, receivers.callbacks)
@@ -506,13 +319,22 @@ class Link(Outgoing):
             try:
                 callback(sample)
             except Exception as error:
-                self.owner.callback_failed(error)
+                self._report(error)
         return at
 
     @staticmethod
     def _is_kept(name: bytes, kept: Sized) -> bool:
         """Whether what has this name may be remembered."""
         return len(name) <= bounds.KEPT_KEY and len(kept) < bounds.ROUTES_LIMIT
+
+    def remember_receivers(self, scope: int, suffix: bytes, is_senders: int, receivers: Receivers) -> None:
+        """Keep the receivers of a key for the next messages on it. The session's section is held."""
+        if len(suffix) > bounds.KEPT_KEY:
+            return
+        where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16
+        if len(self.push_receivers) >= bounds.ROUTES_LIMIT:
+            self.forget_receivers()
+        self.push_receivers[where] = receivers
 
     def forget_receivers(self) -> None:
         """Who gets what is put has changed, or what a key's number means."""
@@ -526,7 +348,7 @@ class Link(Outgoing):
         if form is not None and header == form.header and data.startswith(form.head, start):
             alike, at = read_alike_query(form, data, start + len(form.head), end)
             if alike is not None:
-                self.owner.query_came(self, request, form.where, form.qos, alike)
+                self._routes.take_query(self, request, form.where, form.qos, alike)
                 return at
         scope, suffix, at = read_wire_key(data, start, header)
         qos = 5
@@ -538,7 +360,7 @@ class Link(Outgoing):
             form = request_form(data, header, start, at, where, qos, query)
             if form is not None and self._is_kept(form.head, self.request_forms):
                 self.request_forms[data[start : start + KEY_SIZE]] = form
-        self.owner.query_came(self, request, where, qos, query)
+        self._routes.take_query(self, request, where, qos, query)
         return at
 
     def _take_response(self, data: bytes, at: int, end: int) -> int:
@@ -549,43 +371,30 @@ class Link(Outgoing):
         if form is not None and header == form.header and data.startswith(form.head, at):
             alike, next_at = read_alike_reply(form, data, at + len(form.head), end)
             if alike is not None:
-                self.owner.reply_came(self, request, alike)
+                self._queries.take_reply(self, request, alike)
                 return next_at
         start = at
         if header & MORE:
             _, at = read_extensions(data, at)
-        key = self.owner.reply_key(self, request, scope, suffix, header & IS_SENDERS)
+        key = self._reply_key(request, scope, suffix, header & IS_SENDERS)
         answer, at = read_reply(data, at, end, key or '')
         source = answer.source if type(answer) is Sample else None
         is_own = source is None or source.startswith(self._own_source)
-        if not is_own and self.owner.is_forged(self, source or b''):
+        if not is_own and self._routes.is_forged(self, source or b''):
             return at
         if key is not None:
             if not scope and type(answer) is Sample and self._is_kept(suffix, self.reply_forms):
                 form = reply_form(data, header, start, at, answer)
                 if form is not None and self._is_kept(form.head, self.reply_forms):
                     self.reply_forms[suffix] = form
-            self.owner.reply_came(self, request, answer)
+            self._queries.take_reply(self, request, answer)
         return at
 
-    def key_of(self, scope: int, suffix: bytes | str, own: dict[int, str], is_senders: int) -> str | None:
-        """Return the key that the other side names, `own` being our ids.
-
-        None for an id that is unknown, and for a key beyond all bounds.
-        """
-        if len(suffix) > bounds.KEY_LIMIT:
-            self.owner.refuse('key', f'it has {len(suffix)} bytes, {bounds.KEY_LIMIT} are allowed')
+    def _reply_key(self, request: int, scope: int, suffix: bytes, is_senders: int) -> str | None:
+        """Return the key that a reply is on, mostly that of its query; None where nobody waits for it."""
+        query = self._queries.find(self, request)
+        if query is None:
             return None
-        key = suffix if isinstance(suffix, str) else suffix.decode()
-        if scope:
-            base = (self.expressions if is_senders else own).get(scope)
-            if base is None:
-                return None
-            key = base + key
-            if len(key) > bounds.KEY_LIMIT:
-                self.owner.refuse('key', f'it has {len(key)} characters, {bounds.KEY_LIMIT} are allowed')
-                return None
-        if '*' in key and key.count('*') > bounds.WILD_SIGNS:
-            self.owner.refuse('key', f'it has {key.count("*")} asterisks, {bounds.WILD_SIGNS} are allowed')
-            return None
-        return key
+        if not scope and suffix == query.encoded_key:
+            return query.key
+        return self.peer.key_of(scope, suffix, is_senders)

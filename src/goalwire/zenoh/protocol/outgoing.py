@@ -12,9 +12,9 @@ own thread is just sending goes out right after that.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.zenoh.protocol import bounds
@@ -48,28 +48,48 @@ HELD_SIZE = 8192
 the first of them waits for 0.1 ms."""
 
 
+def join_small(messages: Sequence[bytes], room: int) -> Iterator[bytes]:
+    """Join messages as far as `room` bytes go; one that is larger comes alone."""
+    together: list[bytes] = []
+    size = 0
+    for message in messages:
+        if together and size + len(message) > room:
+            yield b''.join(together)
+            together, size = [], 0
+        together.append(message)
+        size += len(message)
+    if together:
+        yield b''.join(together)
+
+
+class Connection(Protocol):
+    """A connected socket, as far as a link needs it to send. `write` and `write_many` never block."""
+
+    @property
+    def can_hold(self) -> bool:
+        """Whether somebody releases what is held back for a moment; if not, nothing is."""
+
+    def write(self, data: Buffer) -> int:
+        """Write as much as the socket takes, and return how many bytes that is."""
+
+    def write_many(self, buffers: list[Buffer]) -> int:
+        """Write some buffers one after the other, as far as the socket takes them; return the bytes."""
+
+    def request_flush(self) -> None:
+        """Have `Outgoing.flush` called once the socket has room again."""
+
+    def wait_for_room(self, is_answer: bool) -> None:
+        """Block until less waits, if this thread may; an answer waits no longer than its reader reads."""
+
+    def hold(self, outgoing: Outgoing) -> None:
+        """Have `Outgoing.release` called soon."""
+
+
 class Outgoing:
-    """What goes to the other side of a link, from any thread.
+    """The sending half of one link; any thread may use it."""
 
-    `write` and `write_many` send what they are given as far as the socket takes it, and return the bytes.
-    """
-
-    def __init__(
-        self,
-        write: Callable[[Buffer], int],
-        write_many: Callable[[list[Buffer]], int],
-        when_full: Callable[[], None],
-        wait_for_room: Callable[[bool], None],
-        when_held: Callable[[Outgoing], None] | None,
-    ) -> None:
-        """`when_full` asks for a `flush` once the socket has room; `wait_for_room` blocks, where it may, and
-        is told whether it is for an answer.
-
-        `when_held` asks for a `release` soon; without it nothing is held back.
-        """
+    def __init__(self, connection: Connection) -> None:
         self.is_open = True
-        self.is_up = False
-        """Whether the handshake is done."""
         self.section = CriticalSection(self._mend)
         self.lock = self.section.lock
         self._acquire, self._release = self.section.acquire, self.section.release
@@ -78,13 +98,14 @@ class Outgoing:
         self.dropped = 0
         """Messages that found no room."""
         self.queue = SendQueue()
-        self._write = write
-        self._write_many = write_many
-        self._when_full = when_full
-        self._wait_for_room = wait_for_room
-        self._when_held = when_held
+        self.overflowed = False
+        """Whether more waits than is borne."""
+        self._connection = connection
+        self._write = connection.write
+        self._can_hold = connection.can_hold
+        self._is_agreed = False
         self.is_held = False
-        """Whether what waits does so for others to join it, and not for the socket."""
+        """True while messages are held back to share a frame, although the socket has room."""
         self._sent = [0] * CHANNELS
         self._mask = MASK
         """The bits of a sequence number."""
@@ -101,6 +122,7 @@ class Outgoing:
         self.room = terms.batch_size - HEAD_SIZE
         self._marks_first = terms.patch > 0
         self._has_priorities = terms.qos
+        self._is_agreed = True
 
     def send(
         self,
@@ -112,9 +134,8 @@ class Outgoing:
     ) -> bool:
         """Send network messages in one frame, or in pieces; False: dropped, or the link is gone.
 
-        What is not droppable waits for room before, where its thread may; an answer only where UNREAD_LIMIT
-        is reached. Where the link can hold messages
-        back, one that `may_wait` does so, to go out together with those that follow.
+        A message that is not droppable waits for room first, if its thread may; an answer does so only if
+        UNREAD_LIMIT is reached. One that `may_wait` is held back for a moment, to go out with others.
         """
         queue = self.queue
         if queue.size > QUEUE_LIMIT and not self._finds_room(droppable, is_answer):
@@ -138,7 +159,7 @@ class Outgoing:
                 section.run_late()
             entered = section.is_busy = True
             self.spoke = True
-            if queue.size or (may_wait and self._when_held):
+            if queue.size or (may_wait and self._can_hold):
                 frame = queue.open[channel]
                 if frame is not None and may_wait and self.is_held and queue.size + size < HELD_SIZE:
                     frame.parts.append(message)  # hot path: in a flood, 44 of 45 messages end here
@@ -158,7 +179,7 @@ class Outgoing:
             taken = self._write(batch)
             if taken != len(batch):
                 queue.add_rest(memoryview(batch)[taken:])
-                self._when_full()
+                self._connection.request_flush()
             return True  # noqa: TRY300
         except BaseException:  # of a signal's handler
             if entered:
@@ -187,13 +208,13 @@ class Outgoing:
             queue.add_rest(memoryview(batch)[taken:])
         if queue.size:
             self.is_held = False
-            self._when_full()
+            self._connection.request_flush()
 
     def _send_together(self, channel: int, message: bytes, *, may_wait: bool) -> bool:
         """Have a message wait, in one frame with others; under the lock.
 
         They wait since the socket is full, or because they may (`is_held`): then until HELD_SIZE bytes do, or
-        something comes that may not wait, or whoever was told by `when_held` calls `release`.
+        something comes that may not wait, or `Connection.hold` has led to a `release`.
         """
         queue = self.queue
         is_first = not queue.size
@@ -212,8 +233,8 @@ class Outgoing:
             return self._is_bearable()
         if not may_wait or queue.size >= HELD_SIZE:
             self._send_held()
-        elif is_first and self._when_held:
-            self._when_held(self)
+        elif is_first and self._can_hold:
+            self._connection.hold(self)
         return True
 
     def release(self) -> None:
@@ -222,7 +243,7 @@ class Outgoing:
 
     def _send_held(self) -> None:
         if self.is_held and not self._flush():
-            self._when_full()
+            self._connection.request_flush()
 
     def send_large(self, channel: int, message: Sequence[Buffer], *, droppable: bool) -> bool:
         """The same for a message in parts, which are not copied, and so must never change."""
@@ -239,7 +260,7 @@ class Outgoing:
     def wait_for_room(self) -> None:
         """Wait until what may be dropped is not, where this thread may wait."""
         if self.queue.size > QUEUE_LIMIT:
-            self._wait_for_room(False)
+            self._connection.wait_for_room(False)
 
     def _finds_room(self, droppable: bool, is_answer: bool = False) -> bool:
         """Where too much waits already: wait until it is less, or have the message dropped."""
@@ -249,7 +270,7 @@ class Outgoing:
         if is_answer and self.queue.size <= bounds.UNREAD_LIMIT:
             return True
         if not self.section.is_entered():  # else it waits for the very thread that it interrupts
-            self._wait_for_room(is_answer)
+            self._connection.wait_for_room(is_answer)
         return True
 
     def _frame(self, channel: int, message: bytes) -> bytes:
@@ -268,28 +289,13 @@ class Outgoing:
         """Whether the queue is within its last bound; if not, the owner gives the link up."""
         if self.queue.size > QUEUE_END:
             self.overflowed = True
-            self._when_full()
+            self._connection.request_flush()
         return True
 
-    overflowed = False
-    """Whether more waits than is borne."""
-
-    def send_all(self, channel: int, messages: list[bytes]) -> None:
-        """Send many small messages in as few frames as they fit, without waiting for room."""
-        together: list[bytes] = []
-        size = 0
-        for message in messages:
-            if together and size + len(message) > self.room:
-                self.section.run(partial(self._send_now, channel, b''.join(together)))
-                together, size = [], 0
-            together.append(message)
-            size += len(message)
-        if together:
-            self.section.run(partial(self._send_now, channel, b''.join(together)))
-
     def declare(self, *messages: bytes) -> None:
-        """Send declarations, without waiting for room."""
-        self.send_all(CONTROL_CHANNEL, list(messages))
+        """Send declarations in as few frames as they fit, without waiting for room."""
+        for together in join_small(messages, self.room):
+            self.section.run(partial(self._send_now, CONTROL_CHANNEL, together))
 
     def _send_now(self, channel: int, *message: Buffer) -> None:
         """Send a message in parts, in one frame or in pieces, with all that was held back; in the section."""
@@ -304,7 +310,7 @@ class Outgoing:
         else:
             self._queue_pieces(channel, message)
         if is_free and not self._flush():
-            self._when_full()
+            self._connection.request_flush()
         self._is_bearable()
 
     def _queue_pieces(self, channel: int, message: Sequence[Buffer]) -> None:
@@ -334,7 +340,7 @@ class Outgoing:
         is_free = self.is_held or not self.queue.size
         self.queue.add(priority, (batch,))
         if is_free and not self._flush():
-            self._when_full()
+            self._connection.request_flush()
 
     def flush(self) -> bool:
         """Write what waits; False where the socket is full again."""
@@ -346,7 +352,7 @@ class Outgoing:
         self.is_held = False
         while queue.size:
             # In one step: a signal's handler may raise before the next one.
-            queue.taken = self._write_many(queue.next_buffers(_AT_ONCE))
+            queue.taken = self._connection.write_many(queue.next_buffers(_AT_ONCE))
             is_full = not queue.taken
             queue.written(queue.taken)
             if is_full:
@@ -368,7 +374,7 @@ class Outgoing:
 
     def tick(self) -> None:
         """Called four times within the session's own lease: say that this side lives, if nothing else did."""
-        if self.is_up and not self.spoke and not self.queue.size:
+        if self._is_agreed and not self.spoke and not self.queue.size:
             self.send_transport(KEEP_ALIVE_MESSAGE)
         self.spoke = False
 
@@ -379,4 +385,4 @@ class Outgoing:
                 return
             if reason is not None:
                 self.send_transport(close_message(reason), PRIORITIES - 1)
-            self.is_open = self.is_up = False
+            self.is_open = self._is_agreed = False

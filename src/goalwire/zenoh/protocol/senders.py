@@ -11,6 +11,7 @@ from functools import partial
 from typing import NamedTuple, TypeAlias
 
 from goalwire.zenoh.protocol.channels import channel_of
+from goalwire.zenoh.protocol.incoming_queries import LocalQuery
 from goalwire.zenoh.protocol.key_expressions import canonical, includes
 from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.network import (
@@ -34,7 +35,7 @@ from goalwire.zenoh.protocol.network import (
     request_tail,
     wire_key,
 )
-from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
+from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT, Outgoing
 from goalwire.zenoh.protocol.primitives import (
     MORE,
     SMALL_END,
@@ -44,8 +45,9 @@ from goalwire.zenoh.protocol.primitives import (
     encode_z,
     show_id,
 )
-from goalwire.zenoh.protocol.queries import ANY_KEY, Answer, LocalQuery, PendingQuery
-from goalwire.zenoh.protocol.session import Queryable, SessionProtocol
+from goalwire.zenoh.protocol.queries import ANY_KEY, Answer, PendingQuery
+from goalwire.zenoh.protocol.routes import Queryable
+from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 
 FLOOD = 32
 """So many messages put in a row are a flood (see `Stamps.burst`): those that follow may wait a moment, to go
@@ -69,12 +71,13 @@ class Publication:
         droppable: bool = True,
     ) -> None:
         self._session = session
+        self._routes = session.routes
         self._key = canonical(key)
         self._channel = channel_of(priority, reliable=reliable)
         self._qos = priority if droppable else priority | BLOCK
         self._droppable = droppable
         self._version = -1
-        self._links: tuple[tuple[Link, bytes], ...] = ()
+        self._links: tuple[tuple[Outgoing, bytes], ...] = ()
         self._own: tuple[Callable[[Sample], None], ...] = ()
         self._is_open = True
         self.number = session.next_number()
@@ -89,7 +92,7 @@ class Publication:
     ) -> None:
         """Put one message; without `stamp`, the session's next. It is delivered here before this returns."""
         session = self._session
-        if self._version != session.version:
+        if self._version != self._routes.version:
             self._aim()
         if stamp is None:
             stamp = session.stamp()
@@ -119,14 +122,14 @@ class Publication:
 
     def has_room(self, size: int) -> bool:
         """Whether so many bytes more leave room on every link."""
-        if self._version != self._session.version:
+        if self._version != self._routes.version:
             self._aim()
         return all(link.queue.size + size <= QUEUE_LIMIT for link, _ in self._links)
 
     def delete(self) -> None:
         """Say that there is nothing on the key any more."""
         session = self._session
-        if self._version != session.version:
+        if self._version != self._routes.version:
             self._aim()
         stamp = session.stamp()
         body = del_body(None, stamp)
@@ -139,7 +142,7 @@ class Publication:
             try:
                 callback(sample)
             except Exception as error:
-                self._session.callback_failed(error)
+                self._session.report(error)
 
     def _aim(self) -> None:
         """Look up the receivers of the key."""
@@ -148,12 +151,14 @@ class Publication:
 
     def _find(self, name: Namer, *, is_final: bool) -> None:
         session, key = self._session, self._key
-        version = session.version
-        self._own = tuple(each.callback for _, each in session.subscribers.meeting(key) if each.takes_own)
+        version = session.routes.version
+        self._own = tuple(
+            each.callback for _, each in session.routes.subscribers.meeting(key) if each.takes_own
+        )
         self._links = tuple(
-            (link, push_head(name(session, link, key), self._qos))
+            (link.outgoing, push_head(name(session, link, key), self._qos))
             for link in session.links
-            if not is_final or not link.knows_all or link.subscribers.has_meeting(key)
+            if not is_final or not link.peer.knows_all or link.peer.subscribers.has_meeting(key)
         )
         if is_final:  # at last: other threads that send with it look no further than that
             self._version = version
@@ -175,7 +180,7 @@ def _name(session: SessionProtocol, link: Link, key: str) -> WireKey:
     """Name a key to a link, which is told before what the name means."""
     out: list[bytes] = []
     name = session.expressions.name(link, key, out)
-    link.declare(*out)
+    link.outgoing.declare(*out)
     return name
 
 
@@ -209,6 +214,7 @@ class Querier:
     ) -> None:
         """If `session_asked` is linked here, or is this session, only it is asked."""
         self._session = session
+        self._routes = session.routes
         self._key = canonical(key)
         self._target = target
         self._consolidation = consolidation
@@ -235,12 +241,12 @@ class Querier:
         on_end: Callable[[], None],
         timeout_s: float,
     ) -> int:
-        """Send a query; return its number for `SessionProtocol.cancel`. Both may be called before."""
+        """Send a query; return its number for `PendingQueries.cancel`. Both may be called before."""
         session = self._session
         now = session.clock()
         if now > session.stale_after:
-            session.when_stale()
-        if self._version != session.version:
+            session.relink()
+        if self._version != self._routes.version:
             self._aim()
         links, own = self._links, self._own
         if len(links) == 1 and not own:
@@ -261,7 +267,7 @@ class Querier:
         if not left:
             query.end()
             return 0
-        request = session.ask(query)
+        request = session.queries.add(query)
         if links:
             self._send(links, request, payload, attachment, timeout_s)
         for queryable in own:
@@ -285,8 +291,8 @@ class Querier:
         number = SMALL_Z[request] if request < SMALL_END else encode_z(request)
         body = tail + query_rest(payload, attachment)
         for link, header, rest in links:
-            if not link.send(self._channel, b''.join((header, number, rest, body)), self._droppable):
-                self._session.last_word(link, request)
+            if not link.outgoing.send(self._channel, b''.join((header, number, rest, body)), self._droppable):
+                self._session.queries.take_final(link, request)
 
     def _make_tail(self, timeout_s: float, has_payload: bool, has_attachment: bool) -> bytes:
         """Return what is the same in all requests of one timeout: from behind the key to the payload."""
@@ -303,11 +309,11 @@ class Querier:
         self, queryable: Queryable, request: int, query: PendingQuery, message: QueryMessage
     ) -> None:
         session = self._session
-        asked = LocalQuery(message, query, lambda: session.last_word(_HERE, request))
+        asked = LocalQuery(message, query, lambda: session.queries.take_final(_HERE, request))
         try:
             queryable.callback(asked)
         except Exception as error:
-            session.callback_failed(error)
+            session.report(error)
 
     def _aim(self) -> None:
         """Find out whom a query is for."""
@@ -316,14 +322,14 @@ class Querier:
 
     def _find(self, name: Namer, *, is_final: bool) -> None:
         session = self._session
-        version = session.version
-        own = session.queryables.meeting(self._key) if self._asks_own else []
+        version = session.routes.version
+        own = session.routes.queryables.meeting(self._key) if self._asks_own else []
         asked = self._links_asked()
-        links = [(link, link.queryables.meeting(self._key)) for link in asked]
+        links = [(link, link.peer.queryables.meeting(self._key)) for link in asked]
         if self._target == Target.BEST_MATCHING:
             nearest = self._nearest(links, own)
             if nearest is not None:
-                links = [each for each in links if each[0] is nearest or not each[0].knows_all]
+                links = [each for each in links if each[0] is nearest or not each[0].peer.knows_all]
                 own = own if nearest is _HERE else []
         elif self._target == Target.ALL_COMPLETE:
             own = [(key, each) for key, each in own if self._is_complete(key, each.complete)]
@@ -333,7 +339,7 @@ class Querier:
             ]
         self._own = tuple(queryable for _, queryable in own)
         self._links = tuple(
-            self._asked(link, name) for link, queryables in links if queryables or not link.knows_all
+            self._asked(link, name) for link, queryables in links if queryables or not link.peer.knows_all
         )
         if is_final:  # at last: other threads that ask with it look no further than that
             self._version = version

@@ -18,7 +18,7 @@ from goalwire.concurrency.poller import IN, IS_PORTABLE, Poller, Timer
 from goalwire.concurrency.wire_poller import SleepingThread
 from goalwire.errors import TransportError, peer_text
 from goalwire.records import record
-from goalwire.reports import LOGGER, RejectCounters, is_told
+from goalwire.reports import LOGGER, RejectCounters, is_told, report_failure
 from goalwire.zenoh.io.dialler import Dial, DialSlots, LookUps, Retry
 from goalwire.zenoh.io.endpoints import TlsFiles, locators_of, parse, resolve
 from goalwire.zenoh.io.flusher import Flusher
@@ -27,9 +27,9 @@ from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.link_state import Node, connects_to
-from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
+from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT, Outgoing
 from goalwire.zenoh.protocol.primitives import GENERIC, UNRESPONSIVE, show_id
-from goalwire.zenoh.protocol.session import SessionProtocol
+from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.transport import Role
 
 if TYPE_CHECKING:
@@ -108,28 +108,6 @@ class LinkWatch:
         self._watches.discard(self)
 
 
-class _Protocol(SessionProtocol):
-    """Tells the owner of the sockets when a link is up."""
-
-    def __init__(self, session: NativeSession, identity: Identity) -> None:
-        self._session = session
-        super().__init__(
-            identity,
-            clock=monotonic,
-            wall_clock_ns=time_ns,
-            when_told=session.meet,
-            when_changed=session.wake_all,
-            when_sooner=session.expire_sooner,
-            close_link=session.close_link,
-            when_refused=session.rejects.add,
-            when_stale=session.relink,
-        )
-
-    def link_is_up(self, link: Link) -> None:
-        super().link_is_up(link)
-        self._session.came_up(link)
-
-
 class NativeSession:
     """One open session. `protocol` declares, puts and asks; in `wire_poller` idle threads may wait."""
 
@@ -139,7 +117,10 @@ class NativeSession:
         self.guard = ForkGuard()
         self.rejects = RejectCounters()
         """What peers sent and this session ignored, by kind."""
-        self.protocol = _Protocol(self, Identity(zid, settings.role, settings.lease_ms))
+        self.lease_ms = settings.lease_ms
+        self.protocol = SessionProtocol(
+            Identity(zid, settings.role, settings.lease_ms), self, clock=monotonic, wall_clock_ns=time_ns
+        )
         self.id = self.protocol.id
         name = f'goalwire-zenoh {self.id[:8]}'
         self._settings = settings
@@ -151,7 +132,7 @@ class NativeSession:
             f'Zenoh session {self.id}',
             portable=settings.portable,
             before_sleep=(self._flusher.held, self._flusher.flush),
-            awaited=self.protocol.pending,
+            awaited=self.protocol.queries.pending,
         )
         self.wire_poller = LeaderFollowers(self._poller, name)
         self._lock = RLock()
@@ -199,7 +180,7 @@ class NativeSession:
             raise TransportError(f"cannot listen on '{text}': {error.strerror or error}") from None
         listener.setblocking(False)
         self._listeners.append(listener)
-        self.protocol.locators += tuple(locators_of(listener, endpoint.protocol))
+        self.protocol.gossip.locators += tuple(locators_of(listener, endpoint.protocol))
         self._poller.register(listener.fileno(), IN, lambda _: self._accept(listener, make))
 
     def _accept(self, listener: socket.socket, make: LinkMaker) -> None:
@@ -263,7 +244,7 @@ class NativeSession:
             return
         if len(self._links) >= self._most_links:
             self.rejects.add('node of gossip', f'there are {self._most_links} links')
-            self.protocol.nodes.pop(node.zid, None)
+            self.protocol.gossip.forget(node.zid)
         else:
             self._dial(node.zid, node.locators, _TO_NODES, node.zid).start()
 
@@ -285,7 +266,7 @@ class NativeSession:
     def _failed(self, dial: Dial) -> None:
         if dial.is_over and dial.expected is not None:
             self._dials.pop(dial.expected, None)
-            self.protocol.nodes.pop(dial.expected, None)
+            self.protocol.gossip.forget(dial.expected)
         self.wake_all()
 
     # ---- links
@@ -299,18 +280,7 @@ class NativeSession:
                 expected=None if dial is None else dial.expected,
                 is_linked=self._is_met,
             )
-            new = make(sock)(
-                self.protocol,
-                sock,
-                handshake,
-                self._poller,
-                clock=monotonic,
-                lease_ms=self._settings.lease_ms,
-                when_ended=self._ended,
-                wait_for_room=self._wait_for_room,
-                when_held=self._flusher.hold,
-                when_checked=self._note_running,
-            )
+            new = make(sock)(self, sock, handshake, self._poller)
             self._links[new.link] = new
             if dial is None:
                 self._greetings[new.link] = new
@@ -331,8 +301,8 @@ class NativeSession:
             dial.expected == zid and not link.is_up for link, dial in list(self._dialled.items())
         )
 
-    def came_up(self, link: Link) -> None:
-        """The handshake of a link is done. Another thread may have ended it since, by closing the session."""
+    def welcome(self, link: Link) -> None:
+        """Take note that a link is up. Another thread may have ended it since, by closing the session."""
         self._greetings.pop(link, None)
         socket_link = self._links.get(link)
         if socket_link is None:
@@ -345,7 +315,7 @@ class NativeSession:
             other.close()
             self._dials.pop(link.zid, None)
         socket_link.came_up()
-        self._note_running(monotonic())
+        self.note_running(monotonic())
         for watch in list(self._watches):
             watch.on_link(link, self._address_of(link))
 
@@ -359,17 +329,18 @@ class NativeSession:
 
         self._poller.call(close)
 
-    def _ended(self, socket_link: SocketLink, why: str, is_fault: bool) -> None:
+    def take_end(self, socket_link: SocketLink, why: str, is_fault: bool) -> None:
+        """Take note that a connection has ended; connect again, if this side is to do that."""
         link = socket_link.link
         self._links.pop(link, None)
         self._greetings.pop(link, None)
-        self._note_running(monotonic())
+        self.note_running(monotonic())
         if self._relinking is not None and link.zid:
             self._lost_asleep.add(link.zid)
         was_up = link.terms is not None
         if is_fault and not self._is_closing:
             self._tell_fault(link, why)
-        self.protocol.link_lost(link)
+        self.protocol.lose_link(link)
         socket_link.wake_waiting()
         self.wake_all()
         dial = self._dialled.pop(link, None)
@@ -385,13 +356,13 @@ class NativeSession:
                 dial.try_again()
             else:
                 dial.refused()
-        elif was_up and (node := self.protocol.nodes.get(link.zid)) is not None:
+        elif was_up and (node := self.protocol.gossip.nodes.get(link.zid)) is not None:
             if is_linked:
                 return
             if connects_to(self.protocol.zid, node):
                 self.meet(node)
             else:
-                self.protocol.nodes.pop(link.zid, None)
+                self.protocol.gossip.forget(link.zid)
 
     def _tell_fault(self, link: Link, why: str) -> None:
         """Say why a link was closed: of each reason the first time, and then each power of ten."""
@@ -435,7 +406,7 @@ class NativeSession:
 
     def expire_sooner(self) -> None:
         """A query's time is over earlier than any other's."""
-        when = self.protocol.next_timeout
+        when = self.protocol.queries.next_timeout
         with self._lock:
             if when >= self._expiry:
                 return
@@ -449,9 +420,25 @@ class NativeSession:
             timer, self._expiry_timer, self._expiry = self._expiry_timer, None, float('inf')
         if timer is not None:
             timer.cancel()
-        self.protocol.expire()
-        if self.protocol.next_timeout != float('inf'):
+        self.protocol.queries.expire()
+        if self.protocol.queries.next_timeout != float('inf'):
             self.expire_sooner()
+
+    def hold(self, outgoing: Outgoing) -> None:
+        """Release soon what a link holds back."""
+        self._flusher.hold(outgoing)
+
+    def refuse(self, kind: str, reason: object) -> None:
+        """Count something that came and is ignored."""
+        self.rejects.add(kind, reason)
+
+    def report(self, error: Exception) -> None:
+        """Report what a user's function raised: it takes nobody else down."""
+        report_failure(f'Zenoh session {self.id}', error)
+
+    def note_change(self) -> None:
+        """Have whoever waits for a link look again."""
+        self.wake_all()
 
     # ---- blocking
 
@@ -477,8 +464,8 @@ class NativeSession:
 
     # ---- after a stop
 
-    def _note_running(self, now: float) -> None:
-        """This process runs. If it has not for its lease, the others have closed their links meanwhile.
+    def note_running(self, now: float) -> None:
+        """Take note that this process runs. If it has not for its lease, the others have closed their links.
 
         Then queries wait until these links are there again (`relink`), for RELINK_S from now at most.
         """
@@ -514,7 +501,7 @@ class NativeSession:
             else:
                 self.wake_all()
 
-        self._note_running(monotonic())
+        self.note_running(monotonic())
         self._poller.call(count_turn)
         self.wait_until(lambda: turns >= READING_TURNS, RELINK_S)
         self.wait_until(self._is_relinked, RELINK_S)
@@ -530,7 +517,9 @@ class NativeSession:
         goes_on_s = self._settings.connecting_s if self._must_connect else 0.0
         self.wait_until(self._has_settled, max(goes_on_s, CONNECTING_S))
         is_linked = self.protocol.is_linked
-        others = [zid for zid, node in list(self.protocol.nodes.items()) if node.role is not Role.CLIENT]
+        others = [
+            zid for zid, node in list(self.protocol.gossip.nodes.items()) if node.role is not Role.CLIENT
+        ]
         if others and self._settings.meets_peers:
             self.wait_until(lambda: all(map(is_linked, others)) and self._has_settled(), OTHERS_S)
         if self._must_connect:
@@ -554,9 +543,9 @@ class NativeSession:
         tried = all(
             dial.is_connected or (dial.failed_rounds and not goes_on) for dial in list(self._dials.values())
         )
-        return tried and all(link.is_up and link.knows_all for link in list(self._links))
+        return tried and all(link.is_up and link.peer.knows_all for link in list(self._links))
 
-    def _wait_for_room(self, socket_link: SocketLink, is_answer: bool) -> None:
+    def wait_for_room(self, socket_link: SocketLink, is_answer: bool) -> None:
         """Wait until a link has room; whoever reads does not wait, for reading is what makes room.
 
         A message may wait for ROOM_S. An answer waits only as long as whoever asked for it goes on reading.
@@ -565,14 +554,14 @@ class NativeSession:
             return
         link = socket_link.link
         room, patience = (bounds.UNREAD_LIMIT, bounds.UNREAD_S) if is_answer else (QUEUE_LIMIT, ROOM_S)
-        deadline, size = monotonic() + patience, link.queue.size
+        deadline, size = monotonic() + patience, link.outgoing.queue.size
         sleeper = SleepingThread()
         socket_link.waiting.add(sleeper)
         try:
-            while link.is_open and link.queue.size > room:
+            while link.outgoing.is_open and link.outgoing.queue.size > room:
                 left = deadline - monotonic()
-                if left <= 0 and is_answer and link.queue.size <= size - bounds.PROGRESS:
-                    deadline, size = monotonic() + patience, link.queue.size
+                if left <= 0 and is_answer and link.outgoing.queue.size <= size - bounds.PROGRESS:
+                    deadline, size = monotonic() + patience, link.outgoing.queue.size
                 elif left <= 0:
                     self._poller.call(partial(self._close_full, socket_link, patience))
                     return
@@ -588,7 +577,7 @@ class NativeSession:
 
     def statistics(self) -> dict[str, int]:
         """Return how many messages found no room on the links there are."""
-        return {'dropped': sum(link.dropped for link in list(self._links))}
+        return {'dropped': sum(link.outgoing.dropped for link in list(self._links))}
 
     def close(self) -> None:
         """Send what waits, tell the others, and let go of everything. Idempotent."""
@@ -603,7 +592,7 @@ class NativeSession:
             dial.close()
         self._flusher.close()
         links = list(self._links.values())
-        if any(each.link.queue.size for each in links):
+        if any(each.link.outgoing.queue.size for each in links):
             self._flush(links)
         for each in links:
             each.end('the session is closed', GENERIC)
@@ -635,7 +624,7 @@ class NativeSession:
         sleeper = SleepingThread()
         for each in links:
             each.waiting.add(sleeper)
-        while any(each.link.is_open and each.link.queue.size for each in links):
+        while any(each.link.outgoing.is_open and each.link.outgoing.queue.size for each in links):
             left = deadline - monotonic()
             if left <= 0:
                 return

@@ -8,10 +8,11 @@ import pytest
 from helpers.zenoh_protocol import Cable, Session, pair
 
 from goalwire.zenoh.protocol.declarations import About, When, interest
+from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.link_state import LinkStates, Node, connects_to, tell_of
 from goalwire.zenoh.protocol.network import Consolidation, ReplyError, Sample, Target
 from goalwire.zenoh.protocol.primitives import Reader
-from goalwire.zenoh.protocol.queries import TIMEOUT, Query
+from goalwire.zenoh.protocol.queries import TIMEOUT
 from goalwire.zenoh.protocol.senders import Publication, Querier
 from goalwire.zenoh.protocol.transport import Role
 
@@ -130,10 +131,10 @@ def test_until_a_peer_has_told_all_it_gets_everything() -> None:
     cable = Cable(one, other)
     link = cable.links[0]
     cable.start()
-    link.knows_all = False
-    link.subscribers.pop(1)
-    link.queryables.pop(2)
-    one.version += 1
+    link.peer.knows_all = False
+    link.peer.subscribers.pop(1)
+    link.peer.queryables.pop(2)
+    one.routes.version += 1
     Publication(one, 'k').put(b'early')
     asked = Asked(Querier(one, 'q', target=Target.ALL_COMPLETE))
     cable.carry()
@@ -171,7 +172,7 @@ def test_numbers_of_keys_are_given_back_and_not_given_out_again_at_once() -> Non
         publication.close()
     cable.carry()
     assert one.expressions.keys == {}
-    assert cable.links[1].expressions == {1: '**'} or cable.links[1].expressions == {}
+    assert cable.links[1].peer.expressions == {1: '**'} or cable.links[1].peer.expressions == {}
     one.expressions.use('next')
     assert list(one.expressions.keys) == [301]
 
@@ -253,7 +254,7 @@ def test_several_queryables_of_one_session_answer_and_say_once_that_they_are_don
         query.reply('q', b'too late')
         cable.carry()
     assert (asked.payloads, asked.ends) == ([b'0', b'1', b'2'], 1)
-    assert one.pending == {}
+    assert one.queries.pending == {}
 
 
 def test_large_replies_travel_in_pieces_and_end_behind_them() -> None:
@@ -301,7 +302,7 @@ def test_a_link_that_is_lost_has_had_its_last_word(
     assert asked.ends == 0
     cables[1].cut()
     assert asked.ends == 1
-    assert hub.pending == {}
+    assert hub.queries.pending == {}
 
 
 def test_a_query_to_a_link_that_was_lost_meanwhile_ends() -> None:
@@ -321,18 +322,18 @@ def test_a_query_whose_time_is_over_ends_with_an_error() -> None:
     cable.carry()
     querier = Querier(one, 'q')
     long, short = Asked(querier, timeout_s=600), Asked(querier, timeout_s=1)
-    assert one.next_timeout == one.time.now + 1
-    assert one.sooner == 2
+    assert one.queries.next_timeout == one.time.now + 1
+    assert one.effects.sooner == 2
     cable.carry()
-    one.expire()
+    one.queries.expire()
     assert short.ends == 0
     one.time.now += 1
-    one.expire()
+    one.queries.expire()
     assert (short.answers, short.ends, long.ends) == ([TIMEOUT], 1, 0)
     held[1].answer('q', b'late')
     cable.carry()
     assert (short.answers, short.ends) == ([TIMEOUT], 1)
-    assert one.next_timeout == one.time.now + 599
+    assert one.queries.next_timeout == one.time.now + 599
 
 
 def test_a_query_that_is_forgotten_calls_nobody() -> None:
@@ -343,13 +344,13 @@ def test_a_query_that_is_forgotten_calls_nobody() -> None:
     cable.carry()
     asked = Asked(Querier(one, 'q', target=Target.ALL))
     cable.carry()
-    one.cancel(asked.number)
-    one.cancel(asked.number)
+    one.queries.cancel(asked.number)
+    one.queries.cancel(asked.number)
     for query in held:
         query.answer('q', b'late')
     cable.carry()
     assert (asked.answers, asked.ends) == ([], 0)
-    assert one.pending == {}
+    assert one.queries.pending == {}
 
 
 def test_consolidation() -> None:
@@ -408,13 +409,13 @@ def test_a_client_is_told_what_it_asks_for_and_what_comes_later() -> None:
 
 def test_an_interest_in_the_present_of_one_key() -> None:
     client, peer, cable = pair(Role.CLIENT, Role.PEER)
-    for link_interest in list(cable.links[1].interests):
-        cable.links[1].interests.pop(link_interest)
+    for link_interest in list(cable.links[1].peer.interests):
+        cable.links[1].peer.interests.pop(link_interest)
     peer.declare_token('t/1')
     peer.declare_token('u/1')
-    cable.links[0].declare(interest(77, When.PRESENT, About.TOKENS, 't/**'))
+    cable.links[0].outgoing.declare(interest(77, When.PRESENT, About.TOKENS, 't/**'))
     for piece in [cable.wires[0].take()]:
-        cable.links[1].receive(piece)
+        cable.links[1].frames.receive(piece)
     assert b't/1' in cable.wires[1].data
     assert b'u/1' not in cable.wires[1].data
     assert cable.wires[1].data.endswith(b'\xbe\x4d\x21\x08\x1a')
@@ -423,12 +424,12 @@ def test_an_interest_in_the_present_of_one_key() -> None:
 
 def test_a_router_is_told_of_us_and_asked_for_everything() -> None:
     peer, router = Session(b'\xb1'), Session(b'\xa1', Role.ROUTER)
-    peer.locators = ('tcp/127.0.0.1:4242',)
+    peer.gossip.locators = ('tcp/127.0.0.1:4242',)
     cable = Cable(peer, router)
     cable.links[0].start()
     for _ in range(2):
-        cable.links[1].receive(cable.wires[0].take())
-        cable.links[0].receive(cable.wires[1].take())
+        cable.links[1].frames.receive(cable.wires[0].take())
+        cable.links[0].frames.receive(cable.wires[1].take())
     said = cable.wires[0].data
     assert b'tcp/127.0.0.1:4242' in said
     assert b'\x0f\x21\x08' in said
@@ -439,10 +440,10 @@ def test_nodes_that_a_router_tells_of_are_met_by_the_greater_id() -> None:
     cable = Cable(peer, router).start()
     lesser, greater = Node(b'\xa2\xff', Role.PEER, ('tcp/h:1',)), Node(b'\xb1\x01', Role.PEER, ('tcp/h:2',))
     for node in (lesser, greater, Node(b'\xb1', Role.PEER, ('tcp/h:3',)), Node(b'\xee', Role.CLIENT, ('x',))):
-        cable.links[1].declare(tell_of(node, 1))
+        cable.links[1].outgoing.declare(tell_of(node, 1))
     cable.carry()
     assert peer.to_meet == [lesser]
-    assert set(peer.nodes) == {lesser.zid, greater.zid, b'\xee'}
+    assert set(peer.gossip.nodes) == {lesser.zid, greater.zid, b'\xee'}
 
 
 @pytest.mark.parametrize(
@@ -474,10 +475,10 @@ def test_two_links_that_cross_leave_one_and_both_sides_agree_which() -> None:
     mine.links[0].start()
     theirs.links[0].start()
     for cable in (mine, theirs):  # both handshakes get as far as the last message
-        cable.links[1].receive(cable.wires[0].take())
-        cable.links[0].receive(cable.wires[1].take())
-    theirs.links[1].receive(theirs.wires[0].take())
-    mine.links[1].receive(mine.wires[0].take())
+        cable.links[1].frames.receive(cable.wires[0].take())
+        cable.links[0].frames.receive(cable.wires[1].take())
+    theirs.links[1].frames.receive(theirs.wires[0].take())
+    mine.links[1].frames.receive(mine.wires[0].take())
     for _ in range(2):
         for cable in (theirs, mine):
             cable.carry()
@@ -506,6 +507,6 @@ def test_thousands_of_endpoints_are_seen_whole() -> None:
         other.declare_subscriber(f'k/{number}', lambda _: None)
     cable = Cable(one, other).start()
     assert len(tokens.take()) == 4000
-    assert len(cable.links[0].subscribers) == 4000
+    assert len(cable.links[0].peer.subscribers) == 4000
     cable.cut()
     assert len(tokens.take()) == 4000

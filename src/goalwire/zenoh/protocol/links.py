@@ -1,0 +1,45 @@
+"""The links of a session that are up: at most one to each other session."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.primitives import MAX_LINKS, ZenohProtocolError
+
+
+class Links:
+    """The links that are up. Whoever changes them holds the session's section; any thread may read `up`."""
+
+    def __init__(self, own_zid: bytes, close: Callable[[Link, str, int], None]) -> None:
+        """`close` closes a link soon, for a reason in words and in Zenoh's number; it may not block."""
+        self.up: tuple[Link, ...] = ()
+        self._own_zid = own_zid
+        self._close = close
+
+    def is_linked(self, zid: bytes) -> bool:
+        """Whether there is a link to a session."""
+        return any(link.zid == zid for link in self.up)
+
+    def add(self, link: Link) -> None:
+        """Take a link in. Raises ZenohProtocolError if it has to give way to one that is there."""
+        self._settle_duplicate(link)
+        self.up += (link,)
+
+    def _settle_duplicate(self, link: Link) -> None:
+        """Keep one of two links to a session: the one that the session with the greater id has opened.
+
+        Both sides decide alike, and so they close the same link.
+        """
+        for other in self.up:
+            if other.zid == link.zid:
+                connector = self._own_zid if link.handshake.connects else link.zid
+                before = self._own_zid if other.handshake.connects else other.zid
+                if connector <= before:
+                    raise ZenohProtocolError('there is a link to this session already', MAX_LINKS)
+                self.remove(other)
+                self._close(other, 'another link to this session replaces it', MAX_LINKS)
+
+    def remove(self, link: Link) -> None:
+        """Let go of a link; one that is not there changes nothing."""
+        self.up = tuple(each for each in self.up if each is not link)

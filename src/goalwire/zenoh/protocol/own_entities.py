@@ -1,0 +1,153 @@
+"""What this session has declared itself, and which of its links have been told of it.
+
+Peers and routers are told of everything, at once. A client is told only of what it has asked for.
+"""
+
+from __future__ import annotations
+
+from goalwire.zenoh.protocol.declarations import (
+    About,
+    Interest,
+    Kind,
+    When,
+    declare,
+    final,
+    take_back,
+)
+from goalwire.zenoh.protocol.expressions import Expressions
+from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.links import Links
+from goalwire.zenoh.protocol.liveliness import Liveliness
+from goalwire.zenoh.protocol.network import wire_key
+from goalwire.zenoh.protocol.routes import Queryable, Routes, Subscriber
+from goalwire.zenoh.protocol.transport import Role
+
+
+class OwnEntities:
+    """A session's subscribers, queryables and tokens. Whoever calls a method holds the session's section."""
+
+    def __init__(
+        self, links: Links, expressions: Expressions, routes: Routes, liveliness: Liveliness
+    ) -> None:
+        self._links = links
+        self._expressions = expressions
+        self._routes = routes
+        self._liveliness = liveliness
+        self._tokens: dict[int, str] = {}
+
+    def add_subscriber(self, number: int, key: str, subscriber: Subscriber) -> None:
+        """Declare a subscriber."""
+        self._routes.subscribers.add(number, key, subscriber)
+        self._expressions.use(key)
+        self._routes.forget()
+        self._tell_links(Kind.SUBSCRIBER, number, key)
+
+    def add_queryable(self, number: int, key: str, queryable: Queryable) -> None:
+        """Declare a queryable."""
+        self._routes.queryables.add(number, key, queryable)
+        self._expressions.use(key)
+        self._routes.forget()
+        self._tell_links(Kind.QUERYABLE, number, key, complete=queryable.complete)
+
+    def add_token(self, number: int, key: str) -> None:
+        """Declare a token."""
+        self._tokens[number] = key
+        self._tell_links(Kind.TOKEN, number, key)
+        self._liveliness.appeared(key)
+
+    def remove(self, number: int) -> bool:
+        """Take back what was declared under a number. False if there is nothing of that number."""
+        token = self._tokens.pop(number, None)
+        if token is not None:
+            self._take_back(Kind.TOKEN, number)
+            self._liveliness.vanished(token)
+            return True
+        kind = Kind.SUBSCRIBER
+        found: tuple[str, object] | None = self._routes.subscribers.pop(number)
+        if found is None:
+            kind = Kind.QUERYABLE
+            found = self._routes.queryables.pop(number)
+        if found is None:
+            return False
+        self._take_back(kind, number)
+        self._expressions.discard(found[0], self._links.up)
+        self._routes.forget()
+        return True
+
+    def _tell_links(self, kind: Kind, number: int, key: str, *, complete: bool = False) -> None:
+        for link in self._links.up:
+            if link.role is not Role.CLIENT or link.peer.wants(kind, key):
+                link.outgoing.declare(*self._declaration(link, kind, number, key, complete=complete))
+
+    def _take_back(self, kind: Kind, number: int) -> None:
+        for link in self._links.up:
+            told_of = link.peer.told_of
+            if link.role is not Role.CLIENT or number in told_of:
+                told_of.discard(number)
+                link.outgoing.declare(take_back(kind, number))
+
+    def tell_all(self, link: Link) -> list[bytes]:
+        """Return the messages that tell a new link of everything."""
+        out: list[bytes] = []
+        for kind, number, key, complete in self._all(About.ALL):
+            out += self._declaration(link, kind, number, key, complete=complete)
+        return out
+
+    def tell_wanted(self, link: Link, wish: Interest) -> list[bytes]:
+        """Return the messages that answer a wish: what there is, and the end of that."""
+        out: list[bytes] = []
+        for kind, number, key, complete in self._all(wish.about):
+            if link.peer.is_about(wish, key):
+                # A client that asks about the present alone is never told that the entity has gone.
+                told = number if wish.when & When.FUTURE else 0
+                out += self._declaration(link, kind, told, key, complete=complete, interest=wish.number)
+        return out
+
+    def _all(self, about: About) -> list[tuple[Kind, int, str, bool]]:
+        """Return kind, number, key and completeness of all there is, subscribers first."""
+        things: list[tuple[Kind, int, str, bool]] = []
+        if about & About.SUBSCRIBERS:
+            things += [(Kind.SUBSCRIBER, at, key, False) for at, key, _ in self._routes.subscribers.all()]
+        if about & About.QUERYABLES:
+            things += [
+                (Kind.QUERYABLE, at, key, each.complete) for at, key, each in self._routes.queryables.all()
+            ]
+        if about & About.TOKENS:
+            things += [(Kind.TOKEN, at, key, False) for at, key in self._tokens.items()]
+        return things
+
+    def _declaration(
+        self,
+        link: Link,
+        kind: Kind,
+        number: int,
+        key: str,
+        *,
+        complete: bool = False,
+        interest: int | None = None,
+    ) -> list[bytes]:
+        """Return what declares a thing on one link, the number of its key included."""
+        out: list[bytes] = []
+        # The key of a token is used once, so a number of its own would not pay.
+        name = wire_key(key) if kind is Kind.TOKEN else self._expressions.name_own(link, key, out)
+        if link.role is Role.CLIENT:
+            link.peer.told_of.add(number)
+        out.append(declare(kind, number, name, complete=complete, interest=interest))
+        return out
+
+    def take_interest(self, link: Link, wish: Interest) -> None:
+        """Answer what a client wants to know; peers and routers were told everything."""
+        peer = link.peer
+        peer.remove_interest(wish.number)
+        if not wish.when:
+            return
+        out: list[bytes] = []
+        is_known = not wish.has_key or peer.key_wanted(wish) is not None
+        if link.role is Role.CLIENT and is_known:
+            if wish.when & When.FUTURE:
+                peer.add_interest(wish)
+            if wish.when & When.PRESENT:
+                out += self.tell_wanted(link, wish)
+        if wish.when & When.PRESENT:
+            out.append(final(wish.number))
+        link.outgoing.declare(*out)

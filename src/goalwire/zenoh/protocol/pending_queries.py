@@ -1,0 +1,110 @@
+"""The queries that a session has sent, by number, until their last answer or the end of their time.
+
+No lock is held: each step takes a query out of the table, or puts it in, at once. So of two threads that end
+a query only one finds it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+
+from goalwire.zenoh.protocol.queries import TIMEOUT, Answer, PendingQuery
+
+
+class PendingQueries:
+    """One session's queries that wait for answers."""
+
+    def __init__(
+        self,
+        clock: Callable[[], float],
+        expire_sooner: Callable[[], None],
+        report: Callable[[Exception], None],
+    ) -> None:
+        """`expire_sooner` is called if `next_timeout` comes nearer, `report` with what a user's function
+        raised."""
+        self.pending: dict[int, PendingQuery] = {}
+        self.next_timeout = float('inf')
+        """The earliest time at which a query may be over, on `clock`: `expire` is to be called then."""
+        self._clock = clock
+        self._expire_sooner = expire_sooner
+        self._report = report
+        self._next_request = count(1).__next__
+
+    def add(self, query: PendingQuery) -> int:
+        """Take note of a query before it is sent; return its number."""
+        request = self._next_request() & 0xFFFF_FFFF
+        while request in self.pending:
+            request = self._next_request() & 0xFFFF_FFFF
+        self.pending[request] = query
+        if query.deadline < self.next_timeout:
+            self.next_timeout = query.deadline
+            self._expire_sooner()
+        return request
+
+    def cancel(self, request: int) -> None:
+        """Cancel a query: neither of its functions is called any more. An ended one is no error."""
+        query = self.pending.pop(request, None)
+        if query is not None:
+            query.left.clear()
+
+    def find(self, who: object, request: int) -> PendingQuery | None:
+        """Return a query that still waits for an answer of `who`; None if there is none."""
+        query = self.pending.get(request)
+        return query if query is not None and who in query.left else None
+
+    def take_reply(self, who: object, request: int, answer: Answer) -> None:
+        """Hand an answer to the query that waits for it, if there is one."""
+        query = self.pending.get(request)
+        if query is not None and who in query.left:
+            self._reply(query, answer)
+
+    def take_final(self, who: object, request: int) -> None:
+        """One of those that were asked has said its last word."""
+        query = self.pending.get(request)
+        if query is None:
+            return
+        try:
+            query.left.remove(who)
+        except ValueError:
+            return
+        if not query.left and self.pending.pop(request, None) is not None:
+            self.end(query)
+
+    def remove_asked(self, who: object) -> list[PendingQuery]:
+        """Wait no more for one that has gone; return the queries that nobody else will answer."""
+        ended = []
+        for request, query in list(self.pending.items()):
+            if who in query.left:
+                query.left.remove(who)
+                if not query.left and self.pending.pop(request, None) is not None:
+                    ended.append(query)
+        return ended
+
+    def expire(self) -> None:
+        """End the queries whose time is over."""
+        now = self._clock()
+        over = [request for request, query in list(self.pending.items()) if query.deadline <= now]
+        ended = [query for query in (self.pending.pop(each, None) for each in over) if query is not None]
+        # First none, then the least: what is asked meanwhile, on any thread, is earlier than none.
+        self.next_timeout = float('inf')
+        earliest = min((query.deadline for query in list(self.pending.values())), default=float('inf'))
+        self.next_timeout = min(self.next_timeout, earliest)
+        for query in ended:
+            for _ in query.left:
+                self._reply(query, TIMEOUT)
+            query.left.clear()
+            self.end(query)
+
+    def end(self, query: PendingQuery) -> None:
+        """Tell whoever asked that no answer can come any more."""
+        try:
+            query.end()
+        except Exception as error:
+            self._report(error)
+
+    def _reply(self, query: PendingQuery, answer: Answer) -> None:
+        try:
+            query.reply(answer)
+        except Exception as error:
+            self._report(error)

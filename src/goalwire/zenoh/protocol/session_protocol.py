@@ -1,0 +1,280 @@
+"""A session: what it declares and asks, what its links tell it, and what its owner is to do about that.
+
+As a peer it tells every peer and router all that it has as soon as the link is up, and each change from then
+on. It passes nothing on from one link to another: peers connect directly, and clients connect to a router. A
+router tells only what it was asked for, so it is asked for everything, once. A link that has not told all yet
+gets every message and every query. So nothing is lost between the link and its declarations.
+
+A put goes to the subscribers whose expression intersects its key, and a query to such queryables. A queryable
+that is declared complete counts as complete for a query only if it also includes the query's key. What is put
+or asked here is also delivered here, on the caller's thread.
+
+What changes or copies the tables does so in one critical section: what a signal's handler declares while its
+own thread is just at it is declared right after that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from itertools import count
+from typing import Protocol
+
+from goalwire.concurrency.critical_section import CriticalSection
+from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.channels import PieceBudget
+from goalwire.zenoh.protocol.declarations import About, Declaration, Interest, Kind, When, final, interest
+from goalwire.zenoh.protocol.expressions import Expressions
+from goalwire.zenoh.protocol.gossip import Gossip
+from goalwire.zenoh.protocol.handshake import Identity
+from goalwire.zenoh.protocol.incoming_queries import Query
+from goalwire.zenoh.protocol.key_expressions import canonical, check
+from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_state import Node
+from goalwire.zenoh.protocol.links import Links
+from goalwire.zenoh.protocol.liveliness import Liveliness, Watcher
+from goalwire.zenoh.protocol.network import Sample
+from goalwire.zenoh.protocol.own_entities import OwnEntities
+from goalwire.zenoh.protocol.pending_queries import PendingQueries
+from goalwire.zenoh.protocol.primitives import encode_replier, show_id
+from goalwire.zenoh.protocol.queries import PendingQuery
+from goalwire.zenoh.protocol.routes import Queryable, Routes, Subscriber
+from goalwire.zenoh.protocol.stamps import Stamps
+from goalwire.zenoh.protocol.transport import Role
+
+
+class SessionOwner(Protocol):
+    """Whoever has the sockets of a session, as far as the session needs it. Only `relink` may block."""
+
+    def meet(self, node: Node) -> None:
+        """Connect to a node that a router told of."""
+
+    def welcome(self, link: Link) -> None:
+        """A link has come up, and the session has told it all."""
+
+    def close_link(self, link: Link, why: str, reason: int) -> None:
+        """Close a link soon, since a better one replaces it."""
+
+    def note_change(self) -> None:
+        """A link has come, has gone, or has told all that it has."""
+
+    def expire_sooner(self) -> None:
+        """The next query's time is over earlier than was known: see `PendingQueries.next_timeout`."""
+
+    def refuse(self, kind: str, reason: object) -> None:
+        """Count something that came and is ignored, of a kind and for a reason."""
+
+    def relink(self) -> None:
+        """Wait for links that may have ended unseen: a query is to be sent later than `stale_after`."""
+
+    def report(self, error: Exception) -> None:
+        """Report what a user's function raised: it takes nobody else down."""
+
+
+class SessionProtocol:
+    """One session: declares for its user, and keeps each link and what it tells in step with that."""
+
+    def __init__(
+        self,
+        identity: Identity,
+        owner: SessionOwner,
+        *,
+        clock: Callable[[], float],
+        wall_clock_ns: Callable[[], int],
+    ) -> None:
+        """`clock` tells s for timeouts, `wall_clock_ns` the time for timestamps."""
+        self.identity = identity
+        self.zid = identity.zid
+        self.id = show_id(identity.zid)
+        self.clock = clock
+        self.stale_after = float('inf')
+        """Until when a link that looks alive is believed; on `clock`.
+
+        Whoever does the input and output moves it on while this process runs.
+        """
+        self.relink = owner.relink
+        self.refuse = owner.refuse
+        self.report = owner.report
+        self.section = CriticalSection()
+        self.pieces = PieceBudget(bounds.UNFINISHED_LIMIT)
+        self.stamps = Stamps(identity.zid, wall_clock_ns)
+        self.stamp: Callable[[], bytes] = self.stamps.next
+        """Returns a timestamp later than any before it, as the wire has it."""
+        self.expressions = Expressions()
+        self.own_keys = self.expressions.keys
+        self.queries = PendingQueries(clock, owner.expire_sooner, owner.report)
+        links = Links(self.zid, owner.close_link)
+        self.routes = Routes(self.section, links, self.zid, owner.refuse, owner.report)
+        self.gossip = Gossip(identity, links, owner.meet, owner.refuse)
+        self.next_number = count(1).__next__
+        self._owner = owner
+        self._links = links
+        self._liveliness = Liveliness(owner.report)
+        self._entities = OwnEntities(links, self.expressions, self.routes, self._liveliness)
+
+    @property
+    def links(self) -> tuple[Link, ...]:
+        """The links that are up."""
+        return self._links.up
+
+    def is_linked(self, zid: bytes) -> bool:
+        """Whether there is a link to a session."""
+        return self._links.is_linked(zid)
+
+    # ---- what its user declares
+
+    def declare_subscriber(
+        self, key: str, callback: Callable[[Sample], None], *, takes_own: bool = True
+    ) -> int:
+        """Call `callback` with each message whose key meets this one; return what to `undeclare`."""
+        key = canonical(key)
+        number = self.next_number()
+        subscriber = Subscriber(callback, takes_own)
+        self.section.run(partial(self._entities.add_subscriber, number, key, subscriber))
+        return number
+
+    def declare_queryable(self, key: str, callback: Callable[[Query], None], *, complete: bool) -> int:
+        """Call `callback` with each query for this key; it ends each one, at any time."""
+        key = canonical(key)
+        number = self.next_number()
+        queryable = Queryable(callback, complete, encode_replier(self.zid, number))
+        self.section.run(partial(self._entities.add_queryable, number, key, queryable))
+        return number
+
+    def declare_token(self, key: str) -> int:
+        """Show a key to all who watch."""
+        check(key)
+        number = self.next_number()
+        self.section.run(partial(self._entities.add_token, number, key))
+        self._liveliness.tell()
+        return number
+
+    def watch_tokens(self, key: str, callback: Watcher, *, history: bool) -> int:
+        """Tell of tokens that come and go, and with `history` of those there are, before this returns."""
+        key = canonical(key)
+        number = self.next_number()
+        self.section.run(partial(self._liveliness.watch, number, key, callback, history=history))
+        self._liveliness.tell()
+        return number
+
+    def tokens(self, key: str) -> list[str]:
+        """Return the tokens there are now that meet `key`."""
+        with self.section.lock:
+            return self._liveliness.present(canonical(key))
+
+    def undeclare(self, number: int) -> None:
+        """Take back whatever was declared; an unknown number is no error."""
+
+        def take_back() -> None:
+            if not self._entities.remove(number):
+                self._liveliness.unwatch(number)
+
+        self.section.run(take_back)
+        self._liveliness.tell()
+
+    def use_key(self, key: str) -> None:
+        """Keep a number for a key until as many `Expressions.discard`."""
+        self.section.run(partial(self.expressions.use, key))
+
+    # ---- links come and go
+
+    def take_link(self, link: Link) -> None:
+        """Tell a new link what there is, and ask a router for what it has."""
+        self.section.run(partial(self._greet, link))
+        self._owner.note_change()
+        self._owner.welcome(link)
+
+    def _greet(self, link: Link) -> None:
+        self._links.add(link)
+        out: list[bytes] = []
+        if link.role is Role.ROUTER:
+            out.append(self.gossip.introduce())
+        if link.role is Role.CLIENT:
+            link.peer.knows_all = True
+        else:
+            out += self._entities.tell_all(link)
+            if link.role is Role.PEER and self.identity.role is Role.PEER:
+                out.append(final())
+            else:
+                out.append(interest(self.next_number(), When.PRESENT | When.FUTURE, About.ALL))
+        link.outgoing.declare(*out)
+        self.routes.forget()
+
+    def lose_link(self, link: Link) -> None:
+        """A link has ended: what it had declared has gone, and it answers no query any more. Idempotent."""
+        ended: list[PendingQuery] = []
+        self.section.run(partial(self._let_go, link, ended))
+        self._liveliness.tell()
+        for query in ended:
+            self.queries.end(query)
+        self._owner.note_change()
+
+    def _let_go(self, link: Link, ended: list[PendingQuery]) -> None:
+        if link.is_lost:
+            return
+        link.is_lost = True
+        self._links.remove(link)
+        for key in link.peer.tokens.values():
+            self._liveliness.vanished(key)
+        link.peer.tokens.clear()
+        self.routes.forget()
+        ended += self.queries.remove_asked(link)
+
+    # ---- what links tell
+
+    def take_declaration(self, link: Link, declaration: Declaration) -> None:
+        """Take note of what the other side of a link declares or takes back."""
+        self.section.run(partial(self._note_declaration, link, declaration))
+        kind = declaration.kind
+        if kind is Kind.TOKEN:
+            self._liveliness.tell()
+        elif kind is Kind.FINAL:
+            self._owner.note_change()
+
+    def _note_declaration(self, link: Link, declaration: Declaration) -> None:
+        peer = link.peer
+        if declaration.kind is Kind.FINAL:
+            if not peer.knows_all:
+                peer.knows_all = True
+                self.routes.forget()
+        elif declaration.taken_back:
+            self._remove_declared(link, declaration.kind, declaration.number)
+        else:
+            key = peer.key_of(declaration.scope, declaration.suffix, declaration.is_senders)
+            if key is not None:
+                self._add_declared(link, declaration, check(key))
+
+    def _add_declared(self, link: Link, declaration: Declaration, key: str) -> None:
+        kind, number = declaration.kind, declaration.number
+        if kind is Kind.EXPRESSION:
+            if link.peer.add_expression(number, key):
+                link.forget_receivers()
+        elif not number and declaration.interest is not None:
+            return  # the answer to a question about the present alone
+        elif kind is Kind.TOKEN:
+            if link.peer.add_token(number, key):
+                self._liveliness.appeared(key)
+        else:
+            link.peer.add_entity(declaration, key)
+            self.routes.note_change()
+
+    def _remove_declared(self, link: Link, kind: Kind, number: int) -> None:
+        if kind is Kind.EXPRESSION:
+            if link.peer.remove_expression(number):
+                self.routes.forget()
+        elif kind is Kind.TOKEN:
+            token = link.peer.remove_token(number)
+            if token is not None:
+                self._liveliness.vanished(token)
+        else:
+            link.peer.remove_entity(kind, number)
+            self.routes.note_change()
+
+    def take_interest(self, link: Link, wish: Interest) -> None:
+        """Answer what a client wants to know."""
+        link.check_reads()
+        self.section.run(partial(self._entities.take_interest, link, wish))
+
+    def take_nodes(self, link: Link, nodes: list[Node]) -> None:
+        """Take note of nodes that a router tells of."""
+        self.gossip.take(link, nodes)
