@@ -12,7 +12,7 @@ own thread is just sending goes out right after that.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
@@ -230,8 +230,8 @@ class Outgoing:
         else:
             queue.begin(channel, self._head(channel), message)
         if not self.is_held:
-            return self._is_bearable()
-        if not may_wait or queue.size >= HELD_SIZE:
+            self._check_bound()
+        elif not may_wait or queue.size >= HELD_SIZE:
             self._send_held()
         elif is_first and self._can_hold:
             self._connection.hold(self)
@@ -285,12 +285,11 @@ class Outgoing:
         self._sent[channel] = (number + 1) & self._mask
         return frame_head(channel, number)
 
-    def _is_bearable(self) -> bool:
-        """Whether the queue is within its last bound; if not, the owner gives the link up."""
+    def _check_bound(self) -> None:
+        """Have the link given up if its queue is beyond the last bound."""
         if self.queue.size > QUEUE_END:
             self.overflowed = True
             self._connection.request_flush()
-        return True
 
     def declare(self, *messages: bytes) -> None:
         """Send declarations in as few frames as they fit, without waiting for room."""
@@ -311,7 +310,7 @@ class Outgoing:
             self._queue_pieces(channel, message)
         if is_free and not self._flush():
             self._connection.request_flush()
-        self._is_bearable()
+        self._check_bound()
 
     def _queue_pieces(self, channel: int, message: Sequence[Buffer]) -> None:
         left = sum(map(len, message))
