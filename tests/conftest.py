@@ -15,6 +15,7 @@ from helpers.leaks import Inventory
 from helpers.wires import DDS, TRANSPORTS, require_wire
 
 from goalwire import logging, reports
+from goalwire.execution.wakeup_pipe import wakeup_pipe
 from goalwire.logging import LogRecord
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
@@ -33,6 +34,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 def nothing_left_behind() -> Iterator[None]:
     """Fail a test that leaves a thread, an executor, a session, a file or a network socket behind."""
     claim_slot()
+    wakeup_pipe()  # which stays open as long as the process
     before = Inventory()
     yield
     assert _running_executors() == [], 'executors that still count as running on this thread'

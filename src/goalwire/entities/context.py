@@ -18,7 +18,7 @@ from goalwire.entities.arguments import override_use, process_arguments
 from goalwire.entities.deadlock_detector import DeadlockDetector
 from goalwire.entities.rosout import Rosout
 from goalwire.errors import NotInitializedException, RCLError
-from goalwire.execution import signals
+from goalwire.execution import signals, uncaught
 from goalwire.execution.handle import handle_of
 from goalwire.execution.timer_heap import TimerThread
 from goalwire.execution.waiting import ShutdownSignal
@@ -86,7 +86,7 @@ class Context:
             self.call_timeout = call_timeout_from_environment()
         if initialize_logging:
             self._configure_logging()
-        signals.install_excepthooks()
+        uncaught.install_excepthooks()
         signals.register(self.shutdown_signal)
         _contexts.add(self)
 
@@ -239,6 +239,7 @@ class Context:
             raise
         self._session, self._graph = session, graph
         self.shutdown_signal.take_session(session)
+        signals.handle_in_child()
 
 
 _contexts: WeakSet[Context] = WeakSet()

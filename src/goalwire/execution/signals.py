@@ -1,22 +1,25 @@
-"""SIGINT and SIGTERM end the contexts (rclpy.signals), and uncaught exceptions end the program readably.
+"""SIGINT and SIGTERM end the contexts (rclpy.signals).
 
-The handlers take no lock: they may interrupt the main thread anywhere. They end the registered shutdown
-signals, which wakes every thread that waits under them. Then they call the handler that was installed before:
-for SIGINT that is Python's own, which raises KeyboardInterrupt.
+The rule: the main thread decides. It runs our handler, which ends the registered shutdown signals and so
+wakes every thread that waits under them. Then it calls the handler that was installed before: for SIGINT that
+is Python's own, which raises KeyboardInterrupt. The handler takes no lock: it may interrupt the main thread
+anywhere. A handler that the program installs later replaces ours: it runs at once, and nothing of ours ends.
 
-A listener thread ends the shutdown signals too, and earlier. Python runs handlers only in the main thread and
-only between two steps of Python code. So a handler does not run while the main thread is in a call of the
-system, like `time.sleep(20)` in a callback or the wait for a lock. The listener then interrupts that call: it
-sends SIGURG, which means nothing to most programs, to the main thread until the handler has run.
+Python runs handlers only in the main thread and only between two steps of Python code. So a listener thread
+reads the numbers of all signals that come (wakeup_pipe.py) and helps:
 
-An uncaught exception is printed with the program's own frames. Ctrl-C in a wait of ours ends the program
-quietly. `init` installs the hooks for that, but only in place of Python's own: those of test runners,
-debuggers and notebooks stay. The exit status is always Python's: that of Ctrl-C, and 1 after an exception.
+- If the main thread waits in the wire's library, the listener ends that wait.
+- If the main thread has run no handler for a while, it may have begun a call of the system just before the
+  signal came. The listener interrupts that call by SIGURG, which means nothing to most programs.
+- If the main thread does not answer that either, it is in a call of C that may last, like the loop of a
+  window system. Then the listener ends the contexts in its place, if our handler is the one to run.
+
+A forked child has the handlers of before: nothing of ours reacts to signals there until the child opens a
+context. Until that is so signals are blocked, since the child shares the pipe with its parent.
 """
 
 from __future__ import annotations
 
-import atexit
 import os
 import select
 import signal
@@ -27,113 +30,129 @@ from enum import Enum
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
-from goalwire.errors import ExternalShutdownException, InvalidHandle
+from goalwire.errors import InvalidHandle
 from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.monotonic import STEADY
 from goalwire.execution.waiting import LISTENING, WeakListeners
-from goalwire.logging.tracebacks import is_library, is_standard, traceback_text
+from goalwire.execution.wakeup_pipe import is_pipe_open, wakeup_pipe
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from types import FrameType, TracebackType
+    from collections.abc import Callable, Iterable
+    from types import FrameType
 
     from goalwire.concurrency.wire_poller import WirePoller
     from goalwire.execution.waiting import ContextLike, ShutdownSignal
 
 _CLOSE = 0
 """No signal has this number."""
-_NUDGES_MS = (20, 200, 2000)
-"""After so long each, the main thread is looked after that has not run a signal's handler."""
+_ASKED_AT_NS = (20_000_000, 100_000_000, 400_000_000, 2_400_000_000)
+"""So long after a signal the main thread is asked by SIGURG, if it has run no handler since."""
+_MUTE_AT = 1
+"""If it has not answered at this one of them, the contexts are ended in its place."""
 _EARLIER_NS = 10_000_000
 """How much before this thread has read of a signal its handler may have run."""
 
 
 class SignalListener:
-    """Calls `on_signal(number)` on its own thread for each signal that has a Python handler.
+    """Reads the numbers of all signals on a thread of its own, and wakes the main thread for ours.
 
-    It returns whether the main thread must run its handler soon, which says so by `noticed`. Python's C
-    handler writes the numbers into a pipe (`signal.set_wakeup_fd`). Main thread only.
+    `is_ours(number)` says whether our handler is the one to run. `end_unless(answered, number)` ends the
+    contexts in the main thread's place, unless that thread has answered meanwhile. Main thread only.
     """
 
-    def __init__(self, on_signal: Callable[[int], bool]) -> None:
+    def __init__(
+        self, is_ours: Callable[[int], bool], end_unless: Callable[[Callable[[], bool], int], None]
+    ) -> None:
         self.main_thread = get_ident()
         self.wire_poller: WirePoller | None = None
         """The wait on the wire in which the main thread is, if it is: no signal reaches it there."""
-        self._on_signal = on_signal
-        self._process = os.getpid()
-        self._reader, self._writer = os.pipe()
-        if sys.platform != 'win32':
-            os.set_blocking(self._writer, False)
-        self._noticed_ns = 0
+        self._is_ours = is_ours
+        self._end_unless = end_unless
+        self._pipe = wakeup_pipe()
+        self._unanswered: set[int] = set()
+        """Signals of ours for which the main thread is not known to have run a handler."""
+        self._heard_ns = self._noticed_ns = 0
+        self._asked = 0
+        """How often the main thread has been asked since the last signal of ours."""
         self._nudges = sys.platform != 'win32' and signal.getsignal(signal.SIGURG) is signal.SIG_DFL
         if sys.platform != 'win32' and self._nudges:
-            signal.signal(signal.SIGURG, _nothing)
-        self._before = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
+            signal.signal(signal.SIGURG, _answer)
+        self._pipe.take()
         self._thread = threading.Thread(target=self._listen, name='goalwire-signals', daemon=True)
         self._thread.start()
         LISTENING.append(self)
 
     def hears(self) -> bool:
-        """Whether signals come here; where an asyncio loop has given the pipe up, they do again."""
-        owner = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
-        if owner in (self._writer, -1):
-            return True
-        signal.set_wakeup_fd(owner)
-        return False
+        """Whether signals come here; they do again if an asyncio loop has left the place empty."""
+        return self._pipe.take_if_free()
 
     def noticed(self) -> None:
         """The main thread runs a handler. Takes no lock."""
         self._noticed_ns = STEADY.now()
 
-    def close(self) -> None:
-        """Put back what was there before and end the thread."""
+    def close(self) -> bool:
+        """Put back what was there before; False if the thread must stay, to pass signals on."""
         with suppress(ValueError):
             LISTENING.remove(self)
-        if sys.platform != 'win32' and self._nudges and signal.getsignal(signal.SIGURG) is _nothing:
+        if sys.platform != 'win32' and self._nudges and signal.getsignal(signal.SIGURG) is _answer:
             signal.signal(signal.SIGURG, signal.SIG_DFL)
-        if os.getpid() != self._process:
-            signal.set_wakeup_fd(-1)  # a forked child shares the pipe with its parent, and has no thread
-            return
-        current = signal.set_wakeup_fd(self._before)
-        if current not in (self._writer, self._before):
-            signal.set_wakeup_fd(current)  # an asyncio loop took over meanwhile
-        os.write(self._writer, bytes([_CLOSE]))
-        self._thread.join()
-        os.close(self._writer)
-        os.close(self._reader)
+        return self._pipe.give_back()
+
+    def end_thread(self) -> None:
+        """End the thread, and wait until it has ended."""
+        if self._pipe.write(_CLOSE):
+            self._thread.join()
+
+    # -- on the listener's thread
 
     def _listen(self) -> None:
-        nudges: Iterator[int] = iter(())
-        heard_ns = 0
+        if sys.platform != 'win32':
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})  # a number may be passed on to nobody
         with suppress(OSError):
             while True:
-                wait_ms = next(nudges, None)
-                if wait_ms is not None and not self._has_more(wait_ms):
-                    if self._noticed_ns < heard_ns - _EARLIER_NS:
-                        self._nudge()
+                if self._unanswered and not self._has_more():
+                    self._ask()
                     continue
-                for number in os.read(self._reader, 64):
-                    if number == _CLOSE:
-                        return
-                    if self._on_signal(number) and self._nudges:
-                        nudges, heard_ns = iter(_NUDGES_MS), STEADY.now()
-                    wire_poller = self.wire_poller
-                    if wire_poller is not None:
-                        wire_poller.interrupt()
+                numbers = os.read(self._pipe.reader, 64)
+                if _CLOSE in numbers:
+                    return
+                self._pipe.pass_on(numbers)
+                ours = set(filter(self._is_ours, numbers))
+                if ours:
+                    self._unanswered |= ours
+                    self._heard_ns, self._asked = STEADY.now(), 0
+                wire_poller = self.wire_poller
+                if wire_poller is not None:
+                    wire_poller.interrupt()
 
-    def _has_more(self, wait_ms: int) -> bool:
-        """Whether something is written into the pipe within that time."""
+    def _has_more(self) -> bool:
+        """Whether something is written into the pipe before the main thread is to be asked."""
+        if sys.platform == 'win32':
+            return False
+        left_ns = self._heard_ns + _ASKED_AT_NS[self._asked] - STEADY.now()
         poll = select.poll()
-        poll.register(self._reader, select.POLLIN)
-        return bool(poll.poll(wait_ms))
+        poll.register(self._pipe.reader, select.POLLIN)
+        return bool(poll.poll(max(left_ns, 0) / 1e6))
 
-    def _nudge(self) -> None:
-        if sys.platform != 'win32':
+    def _ask(self) -> None:
+        """See whether the main thread has run a handler, act in its place if it is mute, and ask it."""
+        if sys.platform == 'win32' or self._asked == _MUTE_AT:
+            for number in self._unanswered:
+                self._end_unless(self._has_answered, number)
+        if not self._has_answered() and self._nudges and sys.platform != 'win32':
             signal.pthread_kill(self.main_thread, signal.SIGURG)
+        self._asked += 1
+        if self._has_answered() or self._asked == len(_ASKED_AT_NS) or sys.platform == 'win32':
+            self._unanswered.clear()
+
+    def _has_answered(self) -> bool:
+        return self._noticed_ns >= self._heard_ns - _EARLIER_NS
 
 
-def _nothing(_number: int, _frame: FrameType | None) -> None:
-    """Handle SIGURG: to be interrupted by it is enough."""
+def _answer(_number: int, _frame: FrameType | None) -> None:
+    """Handle SIGURG. Python runs handlers in the order of their numbers, and SIGURG's is a high one."""
+    for listener in _listeners:
+        listener.noticed()
 
 
 class SignalHandlerOptions(Enum):
@@ -151,10 +170,52 @@ _WANTED = {
     SignalHandlerOptions.SIGTERM: (signal.SIGTERM,),
     SignalHandlerOptions.ALL: (signal.SIGINT, signal.SIGTERM),
 }
+
+
+class _Handler:
+    """Ends the contexts, then calls the handler of before.
+
+    It equals that one, if that is a function. So a library that brings its own handler in place of Python's,
+    and leaves those of programs alone, finds Python's here: trio does so.
+    """
+
+    __slots__ = ('previous',)
+
+    def __init__(self, previous: Any) -> None:
+        self.previous = previous
+        """What `signal.getsignal` said; None for one that no Python code has installed."""
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        for listener in _listeners:
+            listener.noticed()
+        _end(_ended.alive(), number)
+        if callable(self.previous):
+            self.previous(number, frame)
+
+    def __eq__(self, other: object) -> bool:
+        return other is self or (callable(self.previous) and other == self.previous)
+
+    def __hash__(self) -> int:
+        return hash(self.previous) if callable(self.previous) else id(self)
+
+    def is_installed(self, number: int) -> bool:
+        """Whether this handles `number` now: nobody has replaced it."""
+        return signal.getsignal(number) is self
+
+    def uninstall(self, number: int) -> None:
+        """Put back the one of before, unless this was replaced."""
+        if self.is_installed(number):
+            signal.signal(number, signal.SIG_DFL if self.previous is None else self.previous)
+
+
 _ended: WeakListeners[ShutdownSignal] = WeakListeners()
 _triggered: WeakListeners[GuardCondition] = WeakListeners()
-_previous: dict[signal.Signals, Any] = {}
+_handlers: dict[int, _Handler] = {}
 _listeners: list[SignalListener] = []
+_passing_on: list[SignalListener] = []
+"""A closed listener whose thread stays."""
+_asleep: list[SignalHandlerOptions] = []
+"""In a forked child: the options of its parent, until the child uses a context."""
 _came: set[int] = set()
 
 
@@ -178,10 +239,14 @@ def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions
     if threading.current_thread() is not threading.main_thread():
         return
     uninstall_signal_handlers()
+    _asleep.clear()
     for number in _WANTED[options]:
-        _previous[number] = signal.signal(number, _handle)
-    if _previous:
-        _listeners.append(SignalListener(_on_signal))
+        _handlers[number] = handler = _Handler(signal.getsignal(number))
+        signal.signal(number, handler)
+    if _handlers:
+        while _passing_on:
+            _passing_on.pop().end_thread()
+        _listeners.append(SignalListener(_is_ours, _end_unless))
 
 
 def uninstall_signal_handlers() -> None:
@@ -189,17 +254,29 @@ def uninstall_signal_handlers() -> None:
     if threading.current_thread() is not threading.main_thread():
         return
     while _listeners:
-        _listeners.pop().close()
-    while _previous:
-        number, previous = _previous.popitem()
-        if signal.getsignal(number) is _handle:
-            signal.signal(number, signal.SIG_DFL if previous is None else previous)
+        listener = _listeners.pop()
+        if listener.close():
+            listener.end_thread()
+        else:
+            _passing_on.append(listener)
+    _uninstall_handlers()
+
+
+def _uninstall_handlers() -> None:
+    while _handlers:
+        number, handler = _handlers.popitem()
+        handler.uninstall(number)
+
+
+def handle_in_child() -> None:
+    """A context is used: where that was initialised before a fork, handle signals as the parent did."""
+    if _asleep:
+        install_signal_handlers(_asleep[0])
 
 
 def get_current_signal_handlers_options() -> SignalHandlerOptions:
     """Which signals are handled now."""
-    handled = set(_previous)
-    return next(options for options, wanted in _WANTED.items() if set(wanted) == handled)
+    return next(options for options, wanted in _WANTED.items() if set(wanted) == set(_handlers))
 
 
 def has_come() -> bool:
@@ -227,110 +304,66 @@ def is_ipython() -> bool:
     return get_ipython is not None and get_ipython() is not None
 
 
-def _on_signal(number: int) -> bool:
-    """End the contexts on the listener's thread. False for other signals, and if others handle it now.
+# -- the end of the contexts
 
-    Whoever replaced our handler decides what the signal means: it may call ours, and may not.
+
+def _is_ours(number: int) -> bool:
+    """Whether our handler would run: whoever replaced it decides what the signal means."""
+    handler = _handlers.get(number)
+    return handler is not None and handler.is_installed(number)
+
+
+def _end_unless(answered: Callable[[], bool], number: int) -> None:
+    """End the contexts on the listener's thread.
+
+    It looks for an answer last. So a context that is made after the main thread has run a handler is spared.
     """
-    if number not in _previous or signal.getsignal(number) is not _handle:
-        return False
-    _end_contexts(number)
-    return True
+    contexts = _ended.alive()
+    if _is_ours(number) and not answered():
+        _end(contexts, number)
 
 
-def _end_contexts(number: int) -> None:
+def _end(shutdown_signals: Iterable[ShutdownSignal], number: int) -> None:
     _came.add(number)
     name = signal.Signals(number).name
-    for shutdown_signal in _ended.alive():
+    for shutdown_signal in shutdown_signals:
         shutdown_signal.end(name)
     for guard in _triggered.alive():
         with suppress(InvalidHandle):
             guard.trigger()
 
 
-def _handle(number: int, frame: FrameType | None) -> None:
-    for listener in _listeners:
-        listener.noticed()
-    _end_contexts(number)
-    previous = _previous.get(signal.Signals(number))
-    if callable(previous):
-        previous(number, frame)
+# -- forks
+
+_held = threading.local()
+"""The forking thread's signal mask of before, as `mask`."""
+
+
+def _hold_signals() -> None:
+    """Before a fork: let no signal come to the child while it shares the pipe with its parent."""
+    if is_pipe_open():
+        _held.mask = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+
+
+def _let_signals_come() -> None:
+    mask = _held.__dict__.pop('mask', None)
+    if mask is not None:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def _reset_in_child() -> None:
-    """After fork: signals to the child must not be written into the pipe that it shares with its parent."""
+    """After a fork, in the child: have signals do what they would do without this library."""
+    if _handlers:
+        _asleep[:] = [get_current_signal_handlers_options()]
     while _listeners:
         _listeners.pop().close()
+    _passing_on.clear()
+    _uninstall_handlers()
+    _came.clear()
+    _let_signals_come()
 
 
-if hasattr(os, 'register_at_fork'):
-    os.register_at_fork(after_in_child=_reset_in_child)
-atexit.register(uninstall_signal_handlers)
-
-
-def install_excepthooks() -> None:
-    """Take over from Python's own hooks, where they are still Python's own: see the module."""
-    if sys.excepthook is sys.__excepthook__:
-        sys.excepthook = _excepthook
-    if threading.excepthook is threading.__excepthook__:
-        threading.excepthook = _thread_excepthook
-
-
-def _excepthook(kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
-    """Print what was not caught; nothing where Ctrl-C or SIGTERM ended a wait of ours."""
-    if not _ended_a_wait(error.with_traceback(traceback)):
-        _print(kind, error)
-    if isinstance(error, KeyboardInterrupt):
-        # Python remembers that Ctrl-C ends it, and forgets it when source is compiled and run, as modules
-        # do that formatting a traceback imports. This reminds it, so that the exit status stays right.
-        with suppress(KeyboardInterrupt):
-            exec('raise KeyboardInterrupt')  # noqa: S102
-
-
-def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
-    """Print what was not caught in a thread."""
-    error = arguments.exc_value
-    if error is None or isinstance(error, SystemExit):
-        return
-    if isinstance(error, ExternalShutdownException):
-        return  # the program ends: so does what spins in its threads
-    name = threading.current_thread().name if arguments.thread is None else arguments.thread.name
-    _print(arguments.exc_type, error, f'Exception in thread {name}:\n')
-
-
-def _print(kind: type[BaseException], error: BaseException, title: str = '') -> None:
-    """Print in one piece: other threads log meanwhile."""
-    if sys.stderr is None:
-        return
-    try:
-        sys.stderr.write(f'{title}{traceback_text(error)}\n')
-        sys.stderr.flush()
-    except UnicodeEncodeError:
-        sys.__excepthook__(kind, error, error.__traceback__)
-
-
-def _ended_a_wait(error: BaseException) -> bool:
-    """Whether a signal ended the program in a wait of the library, on the main thread."""
-    if isinstance(error, ExternalShutdownException):
-        return has_come()
-    if not isinstance(error, KeyboardInterrupt):
-        return False
-    if _is_in_library(error):
-        return True
-    # asyncio.run() cancels what it runs, and raises KeyboardInterrupt in place of that.
-    cancelled = error.__context__
-    return (
-        type(cancelled).__name__ == 'CancelledError' and cancelled is not None and _is_in_library(cancelled)
+if sys.platform != 'win32':
+    os.register_at_fork(
+        before=_hold_signals, after_in_parent=_let_signals_come, after_in_child=_reset_in_child
     )
-
-
-def _is_in_library(error: BaseException) -> bool:
-    """Whether the innermost frame is the library's, but for the signal's handler and Python's own waiting."""
-    innermost = ''
-    trace = error.__traceback__
-    while trace is not None:
-        filename = trace.tb_frame.f_code.co_filename
-        if not is_standard(filename) and filename != __file__:
-            innermost = filename
-        trace = trace.tb_next
-    return is_library(innermost)

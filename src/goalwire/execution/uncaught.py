@@ -1,0 +1,88 @@
+"""Uncaught exceptions end the program readably.
+
+An uncaught exception is printed with the program's own frames. Ctrl-C in a wait of ours ends the program
+quietly. `init` installs the hooks for that, but only in place of Python's own: those of test runners,
+debuggers and notebooks stay. The exit status is always Python's: that of Ctrl-C, and 1 after an exception.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from goalwire.errors import ExternalShutdownException
+from goalwire.execution import signals
+from goalwire.logging.tracebacks import is_library, is_standard, traceback_text
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+
+def install_excepthooks() -> None:
+    """Take over from Python's own hooks, where they are still Python's own: see the module."""
+    if sys.excepthook is sys.__excepthook__:
+        sys.excepthook = _excepthook
+    if threading.excepthook is threading.__excepthook__:
+        threading.excepthook = _thread_excepthook
+
+
+def _excepthook(kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
+    """Print what was not caught; nothing where Ctrl-C or SIGTERM ended a wait of ours."""
+    if not _ended_a_wait(error.with_traceback(traceback)):
+        _print(kind, error)
+    if isinstance(error, KeyboardInterrupt):
+        # Python remembers that Ctrl-C ends it, and forgets it when source is compiled and run, as modules
+        # do that formatting a traceback imports. This reminds it, so that the exit status stays right.
+        with suppress(KeyboardInterrupt):
+            exec('raise KeyboardInterrupt')  # noqa: S102
+
+
+def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
+    """Print what was not caught in a thread."""
+    error = arguments.exc_value
+    if error is None or isinstance(error, SystemExit):
+        return
+    if isinstance(error, ExternalShutdownException):
+        return  # the program ends: so does what spins in its threads
+    name = threading.current_thread().name if arguments.thread is None else arguments.thread.name
+    _print(arguments.exc_type, error, f'Exception in thread {name}:\n')
+
+
+def _print(kind: type[BaseException], error: BaseException, title: str = '') -> None:
+    """Print in one piece: other threads log meanwhile."""
+    if sys.stderr is None:
+        return
+    try:
+        sys.stderr.write(f'{title}{traceback_text(error)}\n')
+        sys.stderr.flush()
+    except UnicodeEncodeError:
+        sys.__excepthook__(kind, error, error.__traceback__)
+
+
+def _ended_a_wait(error: BaseException) -> bool:
+    """Whether a signal ended the program in a wait of the library, on the main thread."""
+    if isinstance(error, ExternalShutdownException):
+        return signals.has_come()
+    if not isinstance(error, KeyboardInterrupt):
+        return False
+    if _is_in_library(error):
+        return True
+    # asyncio.run() cancels what it runs, and raises KeyboardInterrupt in place of that.
+    cancelled = error.__context__
+    return (
+        type(cancelled).__name__ == 'CancelledError' and cancelled is not None and _is_in_library(cancelled)
+    )
+
+
+def _is_in_library(error: BaseException) -> bool:
+    """Whether the innermost frame is the library's, but for the signal's handler and Python's own waiting."""
+    innermost = ''
+    trace = error.__traceback__
+    while trace is not None:
+        filename = trace.tb_frame.f_code.co_filename
+        if not is_standard(filename) and filename != signals.__file__:
+            innermost = filename
+        trace = trace.tb_next
+    return is_library(innermost)

@@ -1,0 +1,169 @@
+"""The pipe into which Python writes the number of each signal that comes.
+
+`signal.set_wakeup_fd` has room for one descriptor in a process, and asyncio, uvloop, trio and programs want
+it too. The pipe is a guest there, by four rules:
+
+- Numbers are passed on to the descriptor that was there before. That descriptor is compared with what it was:
+  one that was closed, and whose number now belongs to another file, gets nothing.
+- At the end the descriptor of before comes back, if it is still open. If others have put theirs in
+  meanwhile, theirs stays.
+- The pipe stays open as long as the process. So whoever found it there may put it back later.
+- A forked child has a pipe of its own under the same numbers: nothing of the child reaches its parent.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import warnings
+from contextlib import suppress
+
+Identity = tuple[int, int]
+"""Device and inode: what a descriptor's number refers to."""
+
+
+def identity_of(fd: int) -> Identity | None:
+    """Return what `fd` refers to, None if it is not open."""
+    try:
+        status = os.fstat(fd)
+    except OSError:
+        return None
+    return status.st_dev, status.st_ino
+
+
+class WakeupPipe:
+    """The process's wake-up descriptor, and the one that was there before. Main thread only, unless said."""
+
+    def __init__(self) -> None:
+        self._open()
+        self._before: tuple[int, Identity] | None = None
+        """The descriptor that numbers are passed on to."""
+
+    def _open(self) -> None:
+        self.reader, self._writer = os.pipe()
+        if sys.platform != 'win32':
+            os.set_blocking(self._writer, False)
+        self._identity = identity_of(self._writer)
+
+    def take(self) -> None:
+        """Become the wake-up descriptor."""
+        if not self._is_intact():
+            self._open()  # the program has closed all descriptors, as daemons do
+        # trio warns of whatever it finds there. Here trio works all the same, by the rules above.
+        warnings.filterwarnings('ignore', "It looks like Trio's signal handling", RuntimeWarning)
+        before = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
+        if before != self._writer:
+            self._note(before)
+
+    def take_if_free(self) -> bool:
+        """Become the wake-up descriptor if nobody has it now; False if somebody has. Two system calls."""
+        try:
+            owner = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
+        except (OSError, ValueError):
+            return False  # the program has closed the pipe
+        if owner == self._writer:
+            return True
+        if owner == -1:
+            self._before = None  # whoever took it from us has left it empty
+            return True
+        return not _restore(owner)
+
+    def give_back(self) -> bool:
+        """Put back what was there before; False if numbers must still be passed on.
+
+        That is so if a third has the place now: it may put the pipe back when it leaves.
+        """
+        if not self._is_intact():
+            return True
+        owner = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
+        before = self._before
+        if owner != self._writer:
+            if owner == -1 or not _restore(owner):
+                signal.set_wakeup_fd(-1)
+            elif before is not None and before[0] != owner:
+                return False
+            return True
+        self._before = None
+        if before is None or identity_of(before[0]) != before[1] or not _restore(before[0]):
+            signal.set_wakeup_fd(-1)
+        return True
+
+    def write(self, number: int) -> bool:
+        """Write a number as Python does; False if the pipe is no longer open."""
+        if not self._is_intact():
+            return False
+        os.write(self._writer, bytes([number]))
+        return True
+
+    def pass_on(self, numbers: bytes) -> None:
+        """Write signals' numbers into the descriptor of before. Any thread that has SIGPIPE blocked."""
+        before = self._before
+        if before is None:
+            return
+        try:
+            own = os.dup(before[0])  # nobody closes this one between the look and the write
+        except OSError:
+            return
+        try:
+            if identity_of(own) == before[1]:
+                with suppress(OSError):  # it is full, and its owner is awake; or nobody reads it any more
+                    os.write(own, numbers)
+        finally:
+            os.close(own)
+
+    def renew_in_child(self) -> None:
+        """After a fork, in the child: put a new pipe in the place of the parent's."""
+        if not self._is_intact():
+            return
+        try:
+            reader, writer = os.pipe()
+        except OSError:  # too many files are open: `take` opens a pipe when it is needed
+            os.close(self.reader)
+            os.close(self._writer)
+            return
+        for new, old in ((reader, self.reader), (writer, self._writer)):
+            os.dup2(new, old, inheritable=False)
+            os.close(new)
+        os.set_blocking(self._writer, False)
+        self._identity = identity_of(self._writer)
+
+    def _is_intact(self) -> bool:
+        return self._identity == identity_of(self.reader) == identity_of(self._writer)
+
+    def _note(self, before: int) -> None:
+        identity = identity_of(before)
+        self._before = None if identity is None else (before, identity)
+
+
+def _restore(owner: int) -> bool:
+    """Make `owner` the wake-up descriptor again; False if it is not open, and nothing was changed."""
+    try:
+        signal.set_wakeup_fd(owner, warn_on_full_buffer=False)
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+_pipes: list[WakeupPipe] = []
+
+
+def wakeup_pipe() -> WakeupPipe:
+    """Return the pipe of this process; opened at the first call."""
+    if not _pipes:
+        _pipes.append(WakeupPipe())
+    return _pipes[0]
+
+
+def is_pipe_open() -> bool:
+    """Whether this process has ever opened its pipe."""
+    return bool(_pipes)
+
+
+def _renew_in_child() -> None:
+    for pipe in _pipes:
+        pipe.renew_in_child()
+
+
+if sys.platform != 'win32':
+    os.register_at_fork(after_in_child=_renew_in_child)
