@@ -1,0 +1,321 @@
+"""Discovery: which participants are there, and which writers and readers they have.
+
+Participants announce themselves to addresses that are configured (SPDP). Then each tells the other of its
+writers and readers (SEDP), by writers and readers that every participant has. Both sides push what they have
+as soon as they know each other, so that a match takes one exchange.
+
+Nothing is believed of a stranger but that it is there. A participant on another host gets no more than its
+announcement's size in bytes until it has shown, by naming this participant's GUID, that it reads what is sent
+to its addresses. A packet in a participant's name counts only if it comes from one of its hosts.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from goalwire.records import record
+from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol import parameters as pids
+from goalwire.rtps.protocol.announcements import (
+    EndpointData,
+    ParticipantData,
+    read_endpoint,
+    read_key,
+    read_participant,
+    write_endpoint,
+    write_key,
+    write_participant,
+)
+from goalwire.rtps.protocol.matching import Matching, RemoteParticipant
+from goalwire.rtps.protocol.messages import HEADER_SIZE, Data, info_dst, info_ts
+from goalwire.rtps.protocol.primitives import (
+    MESSAGE_READER,
+    MESSAGE_WRITER,
+    NS,
+    PARTICIPANT,
+    PREFIX_SIZE,
+    PUBLICATIONS_READER,
+    PUBLICATIONS_WRITER,
+    SPDP_READER,
+    SPDP_WRITER,
+    SUBSCRIPTIONS_READER,
+    SUBSCRIPTIONS_WRITER,
+    UNKNOWN_PREFIX,
+    Address,
+    RtpsError,
+    encode_time,
+    is_writer,
+)
+from goalwire.rtps.protocol.reader import Sample
+from goalwire.rtps.protocol.wire import Watch, Wire
+from goalwire.rtps.protocol.writer import Writer
+
+FIRST_ANNOUNCEMENTS = 6
+FIRST_ANNOUNCEMENTS_S = 0.1
+ANNOUNCE_S = 3.0
+"""How often a participant announces itself: at the start, and later."""
+
+BUILTIN = (
+    (0x04, 0x08, PUBLICATIONS_WRITER, PUBLICATIONS_READER),
+    (0x10, 0x20, SUBSCRIPTIONS_WRITER, SUBSCRIPTIONS_READER),
+    (0x400, 0x800, MESSAGE_WRITER, MESSAGE_READER),
+)
+"""Of each pair of built-in endpoints: the bits by which a participant says that it has the writer and the
+reader, and their entity ids."""
+GONE = pids.DISPOSED | pids.UNREGISTERED
+
+
+@record
+class Settings:
+    """How a participant is set up."""
+
+    prefix: bytes
+    domain: int = 0
+    metatraffic: tuple[Address, ...] = ()
+    default: tuple[Address, ...] = ()
+    """Where it is reached: for discovery, and for data."""
+    peers: tuple[Address, ...] = ()
+    """Where it announces itself."""
+    own_hosts: frozenset[str] = frozenset({'127.0.0.1'})
+    """The addresses of this host."""
+    lease: int = 20 * NS
+    user_data: bytes = b''
+    name: str = ''
+    tag: str = ''
+
+
+class ParticipantListener:
+    """Is told who is there. Every method is called without any lock."""
+
+    def on_participant(self, participant: ParticipantData) -> None:
+        """A participant is there, or tells something new of itself."""
+
+    def on_participant_lost(self, participant: ParticipantData) -> None:
+        """A participant has gone, or has been silent for its lease; its endpoints went before."""
+
+    def on_endpoint(self, endpoint: EndpointData) -> None:
+        """Another participant's writer or reader is there, or tells something new of itself."""
+
+    def on_endpoint_lost(self, endpoint: EndpointData) -> None:
+        """Another participant's writer or reader has gone."""
+
+    def on_refused(self, kind: str, reason: str) -> None:
+        """Something came that breaks the rules or exceeds a bound, and is ignored."""
+
+
+class Discovery:
+    """What one participant tells of itself, and what others tell it. Inside `Wire.run`."""
+
+    def __init__(
+        self,
+        wire: Wire,
+        settings: Settings,
+        own: ParticipantData,
+        listener: ParticipantListener,
+        known: Matching,
+    ) -> None:
+        self._wire = wire
+        self._settings = settings
+        self._own = own
+        self._listener = listener
+        self._known = known
+        self._strangers: dict[bytes, None] = {}
+        """Participants that have shown nothing, the oldest first."""
+        self._announcement = self._announce_as(0)
+        self._is_closed = False
+
+    def refuse(self, kind: str, reason: str) -> None:
+        """Count something that came and is ignored."""
+        self._wire.tell(self._listener.on_refused, kind, reason)
+
+    # ---- the participant itself
+
+    def announce(self, left: int = FIRST_ANNOUNCEMENTS) -> None:
+        """Announce the participant, now and from time to time; `left` times in quick succession."""
+        if self._is_closed:
+            return
+        self._send_to_all(self._announcement_to(UNKNOWN_PREFIX))
+        delay = FIRST_ANNOUNCEMENTS_S if left > 1 else ANNOUNCE_S
+        self._wire.timers.at(self._wire.clock() + delay, partial(self.announce, left - 1))
+
+    def _send_to_all(self, packet: bytes) -> None:
+        """Send a packet to the configured addresses, and to all participants that are known."""
+        addresses = dict.fromkeys(self._settings.peers)
+        for remote in self._known.remotes.values():
+            if remote.is_reached and remote is not self._known.own:
+                addresses[remote.address] = None
+        for address in addresses:
+            self._wire.send(packet, address)
+
+    def _announce_as(self, status: int) -> bytes:
+        """Return SPDP: that the participant is there (0), or that it leaves."""
+        guid = self._wire.prefix + PARTICIPANT
+        if status:
+            qos, payload = pids.write_status(status, guid), write_key(pids.PARTICIPANT_GUID, guid)
+        else:
+            qos, payload = b'', write_participant(self._own)
+        data = Data(SPDP_READER, SPDP_WRITER, 1 + bool(status), qos, payload, is_key=bool(status))
+        return self._wire.head + info_ts(encode_time(self._wire.wall_clock_ns())) + data.encode()
+
+    def _announcement_to(self, prefix: bytes) -> bytes:
+        """Return the announcement to all, or the answer to one, which is not answered; both have one size."""
+        return self._wire.head + info_dst(prefix) + self._announcement[HEADER_SIZE:]
+
+    def _answer(self, remote: RemoteParticipant, size: int) -> None:
+        """Announce the participant to one that has announced itself in a packet of `size` bytes."""
+        answer = self._announcement_to(remote.data.prefix)
+        if remote.is_near or len(answer) <= size:
+            self._wire.send(answer, remote.address)
+
+    def leave(self) -> None:
+        """Say that the participant leaves, and forget the others."""
+        self._is_closed = True
+        self._send_to_all(self._announce_as(GONE))
+        for remote in self._known.remotes.values():
+            if remote.watch is not None:
+                remote.watch.stop()
+
+    def tell(self, endpoint: EndpointData) -> None:
+        """Tell all participants of a writer or a reader of this one."""
+        self._teller(endpoint.guid).add(write_endpoint(endpoint), key=endpoint.guid)
+
+    def tell_gone(self, guid: bytes) -> None:
+        """Tell all participants that a writer or a reader of this one has gone."""
+        key = write_key(pids.ENDPOINT_GUID, guid)
+        self._teller(guid).add(key, pids.write_status(GONE, guid), key=guid, is_key=True)
+
+    def _teller(self, guid: bytes) -> Writer:
+        is_writers = is_writer(guid[PREFIX_SIZE:])
+        return self._known.writers[PUBLICATIONS_WRITER if is_writers else SUBSCRIPTIONS_WRITER]
+
+    # ---- participants
+
+    def on_announcement(self, data: Data, prefix: bytes, source: Address, size: int, is_named: bool) -> None:
+        """Take SPDP, of a known participant or of an unknown one, in a packet of `size` bytes.
+
+        `is_named`: it is an answer, which names this participant.
+        """
+        status = pids.status_of(data.qos)[0] if data.qos else 0
+        remote = self._known.remotes.get(prefix)
+        if status & (GONE):
+            if remote is not None and remote is not self._known.own:
+                self._lose(remote)
+            return
+        if data.payload is None or data.is_key:
+            return
+        told = read_participant(data.payload)
+        own = self._own
+        if told.prefix != prefix:
+            raise RtpsError('a participant announces another one')
+        if (told.domain is not None and told.domain != own.domain) or told.tag != own.tag:
+            return
+        if remote is None:
+            self._meet(told, source, size, is_named)
+            return
+        if not (remote.is_proven or is_named):
+            self._answer(remote, size)
+        if remote.data != told and remote is not self._known.own:
+            address = self._known.choose(told.metatraffic, source[0])
+            if address is not None:
+                remote.data, remote.address = told, address
+                self._wire.tell(self._listener.on_participant, told)
+
+    def _meet(self, told: ParticipantData, source: Address, size: int, is_named: bool) -> None:
+        """Take up a participant that has announced itself."""
+        own_hosts = self._settings.own_hosts
+        address = self._known.choose(told.metatraffic, source[0])
+        if address is None:
+            self.refuse('participant without address', source[0])
+            return
+        if len(self._known.remotes) - len(self._strangers) > bounds.MOST_PARTICIPANTS:
+            self.refuse('participant', f'{bounds.MOST_PARTICIPANTS} are known')
+            return
+        while len(self._strangers) >= bounds.MOST_STRANGERS:
+            self.refuse('participant', f'{bounds.MOST_STRANGERS} newer ones have shown nothing yet')
+            self._lose(self._known.remotes[next(iter(self._strangers))])
+        hosts = {source[0], *(host for host, _ in (*told.metatraffic, *told.default))}
+        is_near = source[0] in own_hosts and address[0] in own_hosts
+        if is_near:
+            hosts |= own_hosts
+        remote = RemoteParticipant(told, hosts, address, is_near)
+        self._known.remotes[told.prefix] = remote
+        self._strangers[told.prefix] = None
+        lease = min(told.lease / NS, bounds.LONGEST_LEASE_S)
+        remote.watch = Watch(self._wire, max(lease, 0.1), partial(self._lose, remote))
+        self._wire.tell(self._listener.on_participant, told)
+        self._answer(remote, size)
+        if is_near:
+            self._reach(remote)
+        if is_named:
+            self.prove(remote)
+
+    def prove(self, remote: RemoteParticipant) -> None:
+        """A participant has named this one: it reads what is sent to its address."""
+        remote.is_proven = True
+        self._strangers.pop(remote.data.prefix, None)
+        self._reach(remote)
+
+    def _reach(self, remote: RemoteParticipant) -> None:
+        """Match the built-in endpoints with those of a participant, and so tell each other everything."""
+        if remote.is_reached:
+            return
+        remote.is_reached = True
+        prefix, has = remote.data.prefix, remote.data.endpoints
+        for writer_bit, reader_bit, writer_id, reader_id in BUILTIN:
+            qos = self._known.writers[writer_id].data.qos
+            if has & reader_bit:
+                reader = EndpointData(prefix + reader_id, '', '', qos)
+                self._known.writers[writer_id].match(
+                    reader, remote.address, is_near=remote.is_near, pushes=True
+                )
+            if has & writer_bit:
+                writer = EndpointData(prefix + writer_id, '', '', qos)
+                self._known.route(self._known.readers[reader_id], writer, remote.address)
+
+    def _lose(self, remote: RemoteParticipant) -> None:
+        """Forget a participant with all that it has."""
+        prefix = remote.data.prefix
+        if self._known.remotes.pop(prefix, None) is None:
+            return
+        self._strangers.pop(prefix, None)
+        if remote.watch is not None:
+            remote.watch.stop()
+        for guid in list(remote.endpoints):
+            self._lose_endpoint(remote, guid)
+        for _, _, writer_id, reader_id in BUILTIN:
+            self._known.writers[writer_id].unmatch(prefix + reader_id)
+            self._known.unroute(prefix + writer_id, reader_id)
+        self._wire.tell(self._listener.on_participant_lost, remote.data)
+
+    # ---- their writers and readers
+
+    def on_endpoint(self, sample: Sample, *, are_writers: bool) -> RemoteParticipant | None:
+        """Take SEDP: a writer or a reader is there, or has gone. Raises RtpsError.
+
+        Returns its participant if there is a new writer.
+        """
+        remote = self._known.remotes.get(sample.writer[:PREFIX_SIZE])
+        if remote is None:
+            return None
+        status, key = pids.status_of(sample.qos) if sample.qos else (0, b'')
+        if status & GONE:
+            guid = key or (read_key(sample.payload, pids.ENDPOINT_GUID) if sample.payload else None)
+            if guid is not None:
+                self._lose_endpoint(remote, guid)
+            return None
+        if sample.payload is None or sample.is_key:
+            return None
+        endpoint = read_endpoint(sample.payload)
+        if endpoint.prefix != remote.data.prefix or is_writer(endpoint.entity_id) is not are_writers:
+            raise RtpsError('an endpoint is told of by a participant that it does not belong to')
+        if endpoint.guid not in remote.endpoints and len(remote.endpoints) >= bounds.MOST_ENDPOINTS:
+            self.refuse('endpoint', f'{bounds.MOST_ENDPOINTS} of one participant are known')
+            return None
+        if self._known.take(remote, endpoint):
+            self._wire.tell(self._listener.on_endpoint, endpoint)
+        return remote if are_writers else None
+
+    def _lose_endpoint(self, remote: RemoteParticipant, guid: bytes) -> None:
+        endpoint = self._known.lose(remote, guid)
+        if endpoint is not None:
+            self._wire.tell(self._listener.on_endpoint_lost, endpoint)

@@ -1,0 +1,101 @@
+"""Samples that fit no packet: cut into fragments, and joined again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol.history import Change
+from goalwire.rtps.protocol.messages import DataFrag
+from goalwire.rtps.protocol.primitives import NumberSet, RtpsError
+
+ON_THE_WAY_S = 0.005
+"""How long fragments that were asked for may take, before they are asked for again."""
+
+
+def fragment_count(size: int, fragment_size: int) -> int:
+    """Return into how many fragments a sample is cut."""
+    return -(-size // fragment_size)
+
+
+def cut(change: Change, reader: bytes, writer: bytes, fragment: int) -> bytes:
+    """Return DATA_FRAG with one fragment of a change; they are counted from 1."""
+    payload, size = change.payload or b'', change.fragment_size
+    piece = payload[(fragment - 1) * size : fragment * size]
+    qos = change.qos if fragment == 1 else b''
+    body = DataFrag(reader, writer, change.number, fragment, 1, size, len(payload), qos, piece, change.is_key)
+    return body.encode()
+
+
+class Partial:
+    """A sample of which not all fragments have come."""
+
+    __slots__ = ('_asked', '_pieces', 'count', 'fragment_size', 'is_key', 'kept', 'qos', 'size')
+
+    def __init__(self, first: DataFrag) -> None:
+        """Raises RtpsError for a sample that is too large, or cut too small."""
+        self.size, self.fragment_size = first.size, first.fragment_size
+        is_cut_small = self.fragment_size < min(bounds.LEAST_FRAGMENT, self.size)
+        if not self.size or self.size > bounds.SAMPLE_SIZE or is_cut_small:
+            raise RtpsError(f'a sample of {self.size} bytes is cut into fragments of {self.fragment_size}')
+        self.count = fragment_count(self.size, self.fragment_size)
+        self.qos = b''
+        self.is_key = first.is_key
+        self.kept = 0
+        """Bytes that have come."""
+        self._pieces: dict[int, bytes] = {}
+        self._asked = (0, 0.0)
+        """The first fragment that was asked for last, and when."""
+
+    def add(self, fragment: DataFrag) -> None:
+        """Take up what came; raises RtpsError for what does not belong to this sample."""
+        first, size = fragment.first, self.fragment_size
+        last = first + fragment.fragments - 1
+        if (fragment.size, fragment.fragment_size) != (
+            self.size,
+            size,
+        ) or not 0 < first <= last <= self.count:
+            raise RtpsError(f'fragments {first} to {last} do not belong to a sample with {self.count}')
+        payload = fragment.payload
+        expected = min(last * size, self.size) - (first - 1) * size
+        if len(payload) < expected:
+            raise RtpsError(f'fragments of {expected} bytes have {len(payload)}')
+        if fragment.qos:
+            self.qos = fragment.qos
+        for number in range(first, last + 1):
+            if number not in self._pieces:
+                at = (number - first) * size
+                piece = payload[at : min(at + size, expected)]
+                self._pieces[number] = piece
+                self.kept += len(piece)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all has come."""
+        return self.kept == self.size
+
+    def join(self) -> bytes:
+        """Return the payload."""
+        return b''.join([self._pieces[number] for number in range(1, self.count + 1)])
+
+    def to_ask(self, now: float, last: int | None = None) -> NumberSet | None:
+        """Return the fragments that have not come, up to `last`, to be asked for.
+
+        None if all have come, or if the same were asked for a moment ago: then they are on their way.
+        """
+        end = self.count if last is None else min(last, self.count)
+        missing = _first_missing(range(1, end + 1), self._pieces)
+        if missing is None or (missing.base == self._asked[0] and now < self._asked[1] + ON_THE_WAY_S):
+            return None
+        self._asked = missing.base, now
+        return missing
+
+
+def _first_missing(numbers: Iterable[int], found: dict[int, bytes]) -> NumberSet | None:
+    missing: list[int] = []
+    for number in numbers:
+        if number not in found:
+            missing.append(number)
+        if missing and number - missing[0] >= bounds.SET_BITS - 1:
+            break
+    return NumberSet.of(missing[0], missing) if missing else None

@@ -1,0 +1,84 @@
+"""What a writer keeps of what it has written, for readers that lack it."""
+
+from __future__ import annotations
+
+
+class Change:
+    """One sample, or the news that something is gone."""
+
+    __slots__ = ('fragment_size', 'is_key', 'key', 'number', 'payload', 'qos', 'reader', 'time')
+
+    def __init__(
+        self,
+        number: int,
+        time: int,
+        payload: bytes | None,
+        qos: bytes = b'',
+        reader: bytes | None = None,
+        key: bytes = b'',
+        is_key: bool = False,
+    ) -> None:
+        self.number = number
+        self.time = time
+        """When it was written, in nanoseconds since 1970."""
+        self.payload = payload
+        """The encapsulated sample, or key."""
+        self.qos = qos
+        """Inline QoS with its end mark; empty: none."""
+        self.reader = reader
+        """The GUID of the only reader that it is meant for; None: it is for all."""
+        self.key = key
+        """Of a topic with keys: what it is about. An older change with the same key is obsolete."""
+        self.is_key = is_key
+        self.fragment_size = 0
+        """0 if it is sent as a whole."""
+
+    @property
+    def size(self) -> int:
+        """Bytes of its payload."""
+        return len(self.payload or b'')
+
+
+class HistoryCache:
+    """A writer's changes, by number."""
+
+    def __init__(self, depth: int, *, is_keyed: bool = False) -> None:
+        """`depth` is how many are kept, 0: all; of a topic with keys: one for each key."""
+        self.changes: dict[int, Change] = {}
+        self.size = 0
+        """Bytes of all payloads."""
+        self._depth = depth
+        self._by_key: dict[bytes, int] | None = {} if is_keyed else None
+
+    def add(self, change: Change) -> None:
+        """Keep a change, and let go of what it makes obsolete."""
+        changes = self.changes
+        if self._by_key is not None:
+            self.remove(self._by_key.get(change.key, 0))
+            self._by_key[change.key] = change.number
+        elif self._depth and len(changes) >= self._depth:
+            self.remove(next(iter(changes)))
+        changes[change.number] = change
+        self.size += change.size
+
+    def remove(self, number: int) -> None:
+        """Let go of a change; one that is not kept is no error."""
+        change = self.changes.pop(number, None)
+        if change is not None:
+            self.size -= change.size
+            if self._by_key is not None and self._by_key.get(change.key) == number:
+                del self._by_key[change.key]
+
+    def remove_up_to(self, number: int) -> None:
+        """Let go of all changes up to `number`."""
+        while self.changes and (first := next(iter(self.changes))) <= number:
+            self.remove(first)
+
+    def expire(self, before: int) -> None:
+        """Let go of what was written before a time."""
+        while self.changes and self.changes[first := next(iter(self.changes))].time < before:
+            self.remove(first)
+
+    def first(self, last: int) -> int:
+        """Return the lowest number that is kept; `last` + 1 if there is none."""
+        return next(iter(self.changes), last + 1)

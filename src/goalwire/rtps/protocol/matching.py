@@ -1,0 +1,205 @@
+"""The writers and readers of a participant, those of the others, and which of them match."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
+from goalwire.rtps.protocol.primitives import Address, is_keyed, is_writer
+from goalwire.rtps.protocol.qos import incompatible, share_partition
+from goalwire.rtps.protocol.reader import Reader, ReaderListener, WriterProxy
+from goalwire.rtps.protocol.wire import LOCAL, Watch, Wire
+from goalwire.rtps.protocol.writer import Writer, WriterListener
+
+
+class RemoteParticipant:
+    """Another participant, or this one as its own endpoints see it."""
+
+    __slots__ = (
+        'address',
+        'data',
+        'early',
+        'endpoints',
+        'hosts',
+        'is_near',
+        'is_proven',
+        'is_reached',
+        'watch',
+    )
+
+    def __init__(self, data: ParticipantData, hosts: set[str], address: Address, is_near: bool) -> None:
+        self.data = data
+        self.hosts = hosts
+        """Where its packets may come from."""
+        self.address = address
+        """Of its discovery."""
+        self.is_near = is_near
+        """Whether it is on this host."""
+        self.is_proven = False
+        """Whether it has named this participant: it reads what is sent to its address."""
+        self.is_reached = False
+        """Whether its built-in endpoints are matched with this participant's."""
+        self.endpoints: dict[bytes, EndpointData] = {}
+        self.early: deque[tuple[bytes, Address]] = deque(maxlen=bounds.EARLY_PACKETS)
+        """Packets from writers that are not known yet."""
+        self.watch: Watch | None = None
+
+
+class Matching:
+    """Tables of all that is known, and who gets what. Inside `Wire.run`."""
+
+    def __init__(
+        self, wire: Wire, own: ParticipantData, own_hosts: frozenset[str], fragment_size: int
+    ) -> None:
+        self.writers: dict[bytes, Writer] = {}
+        self.readers: dict[bytes, Reader] = {}
+        """The participant's own, by entity id; the built-in ones among them."""
+        self.routes: dict[bytes, list[WriterProxy]] = {}
+        """The readers that get what a writer sends, by its GUID."""
+        self.own = RemoteParticipant(own, {LOCAL[0]}, LOCAL, is_near=True)
+        """This participant, whose writers and readers match each other, too."""
+        self.own.is_proven = self.own.is_reached = True
+        self.remotes: dict[bytes, RemoteParticipant] = {own.prefix: self.own}
+        """All participants by their prefix."""
+        self.own_hosts = own_hosts
+        self._wire = wire
+        self._fragment_size = fragment_size
+
+    # ---- the participant's own
+
+    def add_writer(self, data: EndpointData, listener: WriterListener, *, is_keyed: bool = False) -> Writer:
+        """Make a writer."""
+        writer = Writer(self._wire, data, listener, is_keyed=is_keyed, fragment_size=self._fragment_size)
+        self.writers[data.entity_id] = writer
+        return writer
+
+    def add_reader(self, data: EndpointData, listener: ReaderListener) -> Reader:
+        """Make a reader."""
+        reader = Reader(self._wire, data, listener)
+        self.readers[data.entity_id] = reader
+        return reader
+
+    def add_own(self, own: EndpointData) -> None:
+        """Match one of the participant's own with all that are known."""
+        self.own.endpoints[own.guid] = own
+        for other in self._endpoints_of(own.topic, are_writers=not is_writer(own.entity_id)):
+            self._compare_any(own, other)
+
+    def remove(self, endpoint: Writer | Reader) -> bool:
+        """Let go of one of the participant's own; False if that was done before."""
+        if isinstance(endpoint, Writer):
+            found = self.writers.pop(endpoint.entity_id, None)
+        else:
+            found = self.readers.pop(endpoint.entity_id, None)  # type: ignore[assignment]
+        if found is None:
+            return False
+        if isinstance(endpoint, Reader):
+            for writer in list(endpoint.writers):
+                self.unroute(writer, endpoint.entity_id)
+        self.lose(self.own, endpoint.data.guid)
+        endpoint.stop()
+        return True
+
+    def _endpoints_of(self, topic: str, *, are_writers: bool) -> list[EndpointData]:
+        return [
+            endpoint
+            for remote in self.remotes.values()
+            for endpoint in remote.endpoints.values()
+            if endpoint.topic == topic and is_writer(endpoint.entity_id) is are_writers
+        ]
+
+    # ---- others'
+
+    def take(self, remote: RemoteParticipant, endpoint: EndpointData) -> bool:
+        """Take up another participant's writer or reader, and return whether anything of it is new."""
+        before = remote.endpoints.get(endpoint.guid)
+        if before == endpoint:
+            return False
+        if before is not None:
+            self._unmatch(before)
+        remote.endpoints[endpoint.guid] = endpoint
+        are_writers = is_writer(endpoint.entity_id)
+        for own in list(self.own.endpoints.values()):
+            if own.topic == endpoint.topic and is_writer(own.entity_id) is not are_writers:
+                self._compare_any(own, endpoint)
+        return True
+
+    def lose(self, remote: RemoteParticipant, guid: bytes) -> EndpointData | None:
+        """Forget a writer or a reader, and return what it was."""
+        endpoint = remote.endpoints.pop(guid, None)
+        if endpoint is not None:
+            self._unmatch(endpoint)
+        return endpoint
+
+    def _compare_any(self, own: EndpointData, other: EndpointData) -> None:
+        if is_writer(own.entity_id):
+            self._compare(own, other)
+        else:
+            self._compare(other, own)
+
+    def _unmatch(self, endpoint: EndpointData) -> None:
+        """Forget an endpoint where it was matched."""
+        if is_writer(endpoint.entity_id):
+            for proxy in self.routes.pop(endpoint.guid, ()):
+                proxy.reader.unmatch(endpoint.guid)
+        else:
+            for writer in list(self.writers.values()):
+                writer.unmatch(endpoint.guid)
+
+    def _compare(self, writer: EndpointData, reader: EndpointData) -> None:
+        """Match a writer and a reader of one topic, if they fit; one of them is this participant's."""
+        own_writer = self.writers.get(writer.entity_id) if writer.prefix == self._wire.prefix else None
+        own_reader = self.readers.get(reader.entity_id) if reader.prefix == self._wire.prefix else None
+        are_keyed = {is_keyed(writer.entity_id), is_keyed(reader.entity_id)}
+        is_alike = writer.type_name == reader.type_name and len(are_keyed) == 1
+        if not is_alike or not share_partition(writer.qos.partition, reader.qos.partition):
+            return
+        policy = incompatible(writer.qos, reader.qos)
+        if own_writer is not None:
+            if policy is not None:
+                self._wire.tell(own_writer.listener.on_incompatible, reader, policy)
+            elif (remote := self.remotes.get(reader.prefix)) is not None:
+                address = self._address_of(remote, reader)
+                if address is not None:
+                    own_writer.match(reader, address, is_near=remote.is_near)
+        if own_reader is not None:
+            if policy is not None:
+                self._wire.tell(own_reader.listener.on_incompatible, writer, policy)
+            elif (remote := self.remotes.get(writer.prefix)) is not None:
+                address = self._address_of(remote, writer)
+                if address is not None:
+                    self.route(own_reader, writer, address)
+
+    def _address_of(self, remote: RemoteParticipant, endpoint: EndpointData) -> Address | None:
+        """Return where an endpoint is reached."""
+        if remote is self.own:
+            return LOCAL
+        return self.choose(endpoint.addresses or remote.data.default, remote.address[0])
+
+    def route(self, reader: Reader, writer: EndpointData, address: Address) -> None:
+        """Have a reader get what a writer sends."""
+        self.unroute(writer.guid, reader.entity_id)
+        self.routes.setdefault(writer.guid, []).append(reader.match(writer, address))
+
+    def unroute(self, writer: bytes, reader_id: bytes) -> None:
+        """Have a reader get nothing more of a writer."""
+        proxies = self.routes.get(writer, [])
+        for proxy in tuple(proxies):
+            if proxy.reader.entity_id == reader_id:
+                proxies.remove(proxy)
+                proxy.reader.unmatch(writer)
+        if not proxies:
+            self.routes.pop(writer, None)
+
+    def choose(self, addresses: tuple[Address, ...], host: str) -> Address | None:
+        """Return the address that a participant's packets come from, or one on its host, or the first."""
+        own_hosts = self.own_hosts
+        for address in addresses:
+            if address[0] == host:
+                return address
+        if host in own_hosts:
+            for address in addresses:
+                if address[0] in own_hosts:
+                    return address
+        return addresses[0] if addresses else None

@@ -1,0 +1,338 @@
+"""A participant, without its sockets: what comes in packets goes to its writers, readers and discovery."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from itertools import count
+
+from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
+from goalwire.rtps.protocol.discovery import BUILTIN, Discovery, ParticipantListener, Settings
+from goalwire.rtps.protocol.matching import Matching, RemoteParticipant
+from goalwire.rtps.protocol.messages import (
+    DATA,
+    HEADER_SIZE,
+    INFO_DST,
+    INFO_SRC,
+    INFO_TS,
+    INVALIDATE,
+    LITTLE,
+    TIME,
+    AckNack,
+    Data,
+    DataFrag,
+    Gap,
+    Heartbeat,
+    HeartbeatFrag,
+    NackFrag,
+    check_header,
+    read_body,
+    split,
+)
+from goalwire.rtps.protocol.primitives import (
+    INFINITE,
+    MESSAGE_READER,
+    MESSAGE_WRITER,
+    NS,
+    PREFIX_SIZE,
+    PUBLICATIONS_READER,
+    READER_KIND,
+    SPDP_WRITER,
+    UNKNOWN_ENTITY,
+    UNKNOWN_PREFIX,
+    WRITER_KIND,
+    Address,
+    RtpsError,
+    decode_time,
+)
+from goalwire.rtps.protocol.qos import (
+    AUTOMATIC,
+    MANUAL_BY_PARTICIPANT,
+    RELIABLE,
+    TRANSIENT_LOCAL,
+    VOLATILE,
+    Qos,
+)
+from goalwire.rtps.protocol.reader import Reader, ReaderListener, Sample, WriterProxy
+from goalwire.rtps.protocol.wire import LOCAL, Watch, Wire
+from goalwire.rtps.protocol.writer import FAR_FRAGMENT, NEAR_FRAGMENT, Writer, WriterListener
+
+_SEDP_QOS = Qos(reliability=RELIABLE, durability=TRANSIENT_LOCAL)
+_MESSAGE_QOS = Qos(reliability=RELIABLE, durability=VOLATILE)
+_AUTOMATIC_MESSAGE, _MANUAL_MESSAGE = b'\0\0\0\1', b'\0\0\0\2'
+
+
+class Participant(Wire):
+    """A participant. Its methods may be called on any thread; `receive` takes each packet that comes."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        listener: ParticipantListener,
+        *,
+        clock: Callable[[], float],
+        wall_clock_ns: Callable[[], int],
+        send: Callable[[bytes, Address], None],
+        on_sooner: Callable[[], None] = lambda: None,
+    ) -> None:
+        """The functions are for `Wire`."""
+        super().__init__(
+            settings.prefix, clock=clock, wall_clock_ns=wall_clock_ns, send=send, on_sooner=on_sooner
+        )
+        self.data = ParticipantData(
+            prefix=settings.prefix,
+            metatraffic=settings.metatraffic,
+            default=settings.default,
+            lease=settings.lease,
+            domain=settings.domain,
+            tag=settings.tag,
+            user_data=settings.user_data,
+            name=settings.name,
+        )
+        are_near = all(host in settings.own_hosts for host, _ in settings.peers)
+        fragment_size = NEAR_FRAGMENT if are_near else FAR_FRAGMENT
+        self._known = Matching(self, self.data, settings.own_hosts, fragment_size)
+        self._discovery = Discovery(self, settings, self.data, listener, self._known)
+        self._next_entity = count(1).__next__
+        self._is_closed = False
+        self._assertion: Watch | None = None
+        for _, _, writer_id, reader_id in BUILTIN:
+            qos = _MESSAGE_QOS if writer_id == MESSAGE_WRITER else _SEDP_QOS
+            writer = EndpointData(self.prefix + writer_id, '', '', qos)
+            self._known.add_writer(writer, WriterListener(), is_keyed=True)
+            reader = EndpointData(self.prefix + reader_id, '', '', qos)
+            self._known.add_reader(reader, _BuiltinListener(partial(self._take, reader_id)))
+
+    def start(self) -> None:
+        """Announce the participant, now and from time to time."""
+        self.run(self._discovery.announce, None)
+
+    def close(self) -> None:
+        """Say that the participant leaves, and stop."""
+        self.run(self._close, None)
+
+    def _close(self) -> None:
+        if self._is_closed:
+            return
+        self._is_closed = True
+        self._discovery.leave()
+        for writer in self._known.writers.values():
+            writer.stop()
+        for reader in self._known.readers.values():
+            reader.stop()
+        if self._assertion is not None:
+            self._assertion.stop()
+        for table in (self._known.writers, self._known.readers, self._known.remotes, self._known.routes):
+            table.clear()
+
+    # ---- writers and readers
+
+    def create_writer(
+        self, topic: str, type_name: str, qos: Qos, listener: WriterListener, user_data: bytes = b''
+    ) -> Writer:
+        """Make a writer, and tell all participants of it."""
+        data = EndpointData(self._new_guid(WRITER_KIND), topic, type_name, qos, user_data)
+        made: list[Writer] = []
+        self.run(lambda: made.append(self._open_writer(data, listener)), None)
+        return made[0]
+
+    def create_reader(
+        self, topic: str, type_name: str, qos: Qos, listener: ReaderListener, user_data: bytes = b''
+    ) -> Reader:
+        """Make a reader, and tell all participants of it."""
+        data = EndpointData(self._new_guid(READER_KIND), topic, type_name, qos, user_data)
+        made: list[Reader] = []
+        self.run(lambda: made.append(self._open_reader(data, listener)), None)
+        return made[0]
+
+    def delete(self, endpoint: Writer | Reader) -> None:
+        """Take a writer or a reader back, and tell all participants of it."""
+        self.run(partial(self._delete, endpoint), None)
+
+    def _new_guid(self, kind: int) -> bytes:
+        return self.prefix + self._next_entity().to_bytes(3, 'big') + bytes((kind,))
+
+    def _open_writer(self, data: EndpointData, listener: WriterListener) -> Writer:
+        writer = self._known.add_writer(data, listener)
+        self._discovery.tell(data)
+        if data.qos.liveliness == AUTOMATIC and data.qos.lease < INFINITE:
+            self._assert_automatically()
+        self._known.add_own(data)
+        return writer
+
+    def _open_reader(self, data: EndpointData, listener: ReaderListener) -> Reader:
+        reader = self._known.add_reader(data, listener)
+        self._discovery.tell(data)
+        self._known.add_own(data)
+        return reader
+
+    def _delete(self, endpoint: Writer | Reader) -> None:
+        if self._known.remove(endpoint):
+            self._discovery.tell_gone(endpoint.data.guid)
+
+    # ---- packets
+
+    def receive(self, packet: bytes, source: Address) -> None:
+        """Take a packet that has come from an address. What breaks the rules costs the rest of it."""
+        self.run(partial(self._receive, packet, source), None)
+
+    def receive_own(self, packet: bytes) -> None:
+        self._receive(packet, LOCAL)
+
+    def _receive(self, packet: bytes, source: Address) -> None:
+        try:
+            check_header(packet)
+            prefix = packet[8:HEADER_SIZE]
+            remote = self._known.remotes.get(prefix)
+            if remote is None:
+                self._read_stranger(packet, prefix, source)
+            elif source[0] in remote.hosts:
+                self._read(packet, prefix, source, remote)
+            elif prefix != self.prefix:
+                self._discovery.refuse('packet in the name of another host', source[0])
+        except RtpsError as error:
+            self._discovery.refuse('malformed packet', str(error))
+
+    def _read_stranger(self, packet: bytes, prefix: bytes, source: Address) -> None:
+        """Look for an announcement in the packet of an unknown participant."""
+        is_for_us, is_named = True, False
+        for kind, flags, at, end in split(packet):
+            if kind == INFO_DST:
+                is_named = packet[at:end] == self.prefix
+                is_for_us = is_named or packet[at:end] == UNKNOWN_PREFIX
+            elif kind == DATA and is_for_us:
+                data = Data.read(packet, at, end, flags) if end - at >= 20 else None
+                if data is not None and data.writer == SPDP_WRITER:
+                    self._discovery.on_announcement(data, prefix, source, len(packet), is_named)
+
+    def _read(self, packet: bytes, prefix: bytes, source: Address, remote: RemoteParticipant) -> None:
+        if remote.watch is not None:
+            remote.watch.heard = self.clock()
+        time: int | None = None
+        whom = UNKNOWN_PREFIX
+        is_for_us = True
+        is_early = False
+        routes = self._known.routes
+        for kind, flags, at, end in split(packet):
+            if kind == INFO_DST:
+                whom = packet[at : at + PREFIX_SIZE]
+                is_for_us = whom in (self.prefix, UNKNOWN_PREFIX)
+                if whom == self.prefix and not remote.is_proven:
+                    self._discovery.prove(remote)
+                continue
+            if kind == INFO_TS:
+                time = None
+                if not flags & INVALIDATE and end - at >= 8:
+                    time = decode_time(*TIME[flags & LITTLE].unpack_from(packet, at))
+                continue
+            if kind == INFO_SRC:
+                return  # what follows is another participant's, and no implementation sends that
+            body = read_body(kind, packet, at, end, flags) if is_for_us else None
+            if body is None:
+                continue
+            if isinstance(body, (AckNack, NackFrag)):
+                self._to_writer(prefix, body)
+                continue
+            proxies = routes.get(prefix + body.writer)
+            if proxies is None:
+                if isinstance(body, Data) and body.writer == SPDP_WRITER:
+                    self._discovery.on_announcement(body, prefix, source, len(packet), whom == self.prefix)
+                elif body.writer[3] & 0xC0 == 0:
+                    is_early = True
+                continue
+            addressee = body.reader
+            for proxy in tuple(proxies):
+                if addressee in (UNKNOWN_ENTITY, proxy.reader.entity_id):
+                    self._to_reader(proxy, body, time)
+        if is_early and prefix != self.prefix:
+            self._keep_early(remote, packet, source)
+
+    @staticmethod
+    def _to_reader(
+        proxy: WriterProxy, body: Data | DataFrag | Heartbeat | Gap | HeartbeatFrag, time: int | None
+    ) -> None:
+        reader = proxy.reader
+        if isinstance(body, Data):
+            reader.on_data(proxy, body, time)
+        elif isinstance(body, Heartbeat):
+            reader.on_heartbeat(proxy, body)
+        elif isinstance(body, DataFrag):
+            reader.on_fragment(proxy, body, time)
+        elif isinstance(body, Gap):
+            reader.on_gap(proxy, body)
+        else:
+            reader.on_heartbeat_frag(proxy, body)
+
+    def _to_writer(self, prefix: bytes, body: AckNack | NackFrag) -> None:
+        writer = self._known.writers.get(body.writer)
+        proxy = None if writer is None else writer.readers.get(prefix + body.reader)
+        if writer is None or proxy is None:
+            return
+        if isinstance(body, AckNack):
+            writer.on_acknack(proxy, body)
+        else:
+            writer.on_nack_frag(proxy, body)
+
+    def _keep_early(self, remote: RemoteParticipant, packet: bytes, source: Address) -> None:
+        """Keep a packet of a writer that is not known yet: what tells of it comes by another port."""
+        if not remote.early:
+            self.timers.at(self.clock() + bounds.EARLY_S, remote.early.clear)
+        remote.early.append((packet, source))
+
+    def _take(self, reader_id: bytes, sample: Sample) -> None:
+        """Take what a built-in reader has read."""
+        self.run(partial(self._take_inside, reader_id, sample), None)
+
+    def _take_inside(self, reader_id: bytes, sample: Sample) -> None:
+        try:
+            if reader_id == MESSAGE_READER:
+                payload = sample.payload or b''
+                if len(payload) >= 20 and payload[4:16] == sample.writer[:PREFIX_SIZE]:
+                    self._note_message(payload[4:16], payload[16:20])
+                return
+            remote = self._discovery.on_endpoint(sample, are_writers=reader_id == PUBLICATIONS_READER)
+        except RtpsError as error:
+            self._discovery.refuse('malformed announcement', str(error))
+            return
+        if remote is not None and remote.early:
+            early = list(remote.early)
+            remote.early.clear()
+            for packet, source in early:
+                self._receive(packet, source)
+
+    # ---- liveliness
+
+    def _assert_automatically(self) -> None:
+        """Say from time to time that the participant's writers live: twice within the shortest lease."""
+        leases = [
+            writer.data.qos.lease
+            for writer in self._known.writers.values()
+            if writer.data.qos.liveliness == AUTOMATIC
+        ]
+        if self._assertion is not None:
+            self._assertion.stop()
+        self._assertion = Watch(self, min(leases) / NS / 2, self._assert)
+
+    def _assert(self) -> None:
+        payload = b'\0\1\0\0' + self.prefix + _AUTOMATIC_MESSAGE + b'\1\0\0\0\0\0\0\0'
+        self._known.writers[MESSAGE_WRITER].add(payload, key=self.prefix + _AUTOMATIC_MESSAGE)
+        self._note_message(self.prefix, _AUTOMATIC_MESSAGE)
+
+    def _note_message(self, prefix: bytes, kind: bytes) -> None:
+        liveliness = {_AUTOMATIC_MESSAGE: AUTOMATIC, _MANUAL_MESSAGE: MANUAL_BY_PARTICIPANT}.get(kind)
+        for guid, proxies in self._known.routes.items():
+            if guid[:PREFIX_SIZE] == prefix:
+                for proxy in proxies:
+                    if proxy.watch is not None and proxy.data.qos.liveliness == liveliness:
+                        proxy.reader.note_alive(proxy)
+
+
+class _BuiltinListener(ReaderListener):
+    """Hands on what a built-in reader reads."""
+
+    def __init__(self, take: Callable[[Sample], None]) -> None:
+        self._take = take
+
+    def on_sample(self, sample: Sample) -> None:
+        self._take(sample)

@@ -1,0 +1,181 @@
+"""What writers and readers stand on: packets that are sent, timers, a lock, and events for who listens."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable
+from functools import partial
+from itertools import count
+from typing import TypeVar
+
+from goalwire.concurrency.critical_section import CriticalSection
+from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
+from goalwire.reports import report_failure
+from goalwire.rtps.protocol.messages import header
+from goalwire.rtps.protocol.primitives import Address
+
+T = TypeVar('T')
+
+FOREVER = float('inf')
+
+
+class Timer:
+    """Calls its function once, unless it is cancelled before."""
+
+    __slots__ = ('function', 'when')
+
+    def __init__(self, when: float, function: Callable[[], None]) -> None:
+        self.when = when
+        self.function: Callable[[], None] | None = function
+
+    def cancel(self) -> None:
+        """Do not call it."""
+        self.function = None
+
+
+class Timers:
+    """The timers of a participant, by time."""
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[float, int, Timer]] = []
+        self._next = count().__next__
+
+    def at(self, when: float, function: Callable[[], None]) -> Timer:
+        """Have `function` called at a time."""
+        timer = Timer(when, function)
+        heapq.heappush(self._heap, (when, self._next(), timer))
+        return timer
+
+    def next_due(self) -> float:
+        """Return when the next one is due; FOREVER if there is none."""
+        heap = self._heap
+        while heap and heap[0][2].function is None:
+            heapq.heappop(heap)
+        return heap[0][0] if heap else FOREVER
+
+    def run(self, now: float) -> None:
+        """Call those that are due."""
+        while self.next_due() <= now:
+            timer = heapq.heappop(self._heap)[2]
+            function, timer.function = timer.function, None
+            if function is not None:
+                function()
+
+
+class Watch:
+    """Tells when nothing has been heard for a while. To be heard costs one assignment, and no timer."""
+
+    __slots__ = ('_on_silence', '_period', '_timer', '_wire', 'heard')
+
+    def __init__(self, wire: Wire, period_s: float, on_silence: Callable[[], None]) -> None:
+        """`on_silence` is called once for each `period_s` of silence, until `stop`."""
+        self._wire = wire
+        self._period = period_s
+        self._on_silence = on_silence
+        self.heard = wire.clock()
+        self._timer = wire.timers.at(self.heard + period_s, self._look)
+
+    def _look(self) -> None:
+        now = self._wire.clock()
+        if self.heard + self._period <= now:
+            self.heard = now
+            self._on_silence()
+        if self._period:
+            self._timer = self._wire.timers.at(self.heard + self._period, self._look)
+
+    def stop(self) -> None:
+        """Look no more."""
+        self._period = 0.0
+        self._timer.cancel()
+
+
+class Wire:
+    """One participant's outside, as its writers and readers see it.
+
+    All that changes them runs in `run`, alone. What users are told goes through `tell`: it is called after
+    that, in order, without any lock.
+    """
+
+    def __init__(
+        self,
+        prefix: bytes,
+        *,
+        clock: Callable[[], float],
+        wall_clock_ns: Callable[[], int],
+        send: Callable[[bytes, Address], None],
+        on_sooner: Callable[[], None] = lambda: None,
+    ) -> None:
+        """`send` never blocks; a packet that it cannot send is lost, as on any network.
+
+        `on_sooner` is called when a timer has been set that is due before all others.
+        """
+        self.prefix = prefix
+        self.head = header(prefix)
+        self.clock = clock
+        self.wall_clock_ns = wall_clock_ns
+        self.send_packet = send
+        self.timers = Timers()
+        self.section = CriticalSection()
+        self.next_due = FOREVER
+        self._on_sooner = on_sooner
+        self._told: OrderedDispatcher[Callable[[], None]] = OrderedDispatcher(_call)
+        self._post = self._told.post
+        self._local: list[bytes] = []
+        """Packets for the own participant's readers and writers."""
+
+    def run(self, do: Callable[[], T], otherwise: T) -> T:
+        """Do something, alone, and return what it returns.
+
+        If it interrupts this thread's own work in here, as a signal's handler does, it is done after that,
+        and `otherwise` is returned.
+        """
+        done = [otherwise]
+
+        def inside() -> None:
+            done[0] = do()
+            while self._local:
+                self.loop_back()
+
+        self.section.run(inside)
+        due = self.timers.next_due()
+        if due < self.next_due:
+            self.next_due = due
+            self._on_sooner()
+        self._told.drain()
+        return done[0]
+
+    def advance(self) -> None:
+        """Run the timers that are due."""
+        self.next_due = FOREVER
+        self.run(partial(self.timers.run, self.clock()), None)
+
+    def tell(self, function: Callable[..., object], *arguments: object) -> None:
+        """Call a user's function after this."""
+        self._post(partial(function, *arguments))  # type: ignore[arg-type]
+
+    def send(self, packet: bytes, address: Address) -> None:
+        """Send a packet; one without a port is for this participant itself, and never leaves it."""
+        if address[1]:
+            self.send_packet(packet, address)
+        else:
+            self._local.append(packet)
+
+    def loop_back(self) -> None:
+        """Receive what was sent to this participant itself."""
+        packets, self._local = self._local, []
+        for packet in packets:
+            self.receive_own(packet)
+
+    def receive_own(self, packet: bytes) -> None:
+        """Receive a packet of this participant's own; nobody is there to receive it yet."""
+
+
+LOCAL: Address = ('', 0)
+"""The address of a participant's own endpoints."""
+
+
+def _call(function: Callable[[], None]) -> None:
+    try:
+        function()
+    except Exception as error:
+        report_failure('RTPS listener', error)

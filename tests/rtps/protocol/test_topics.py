@@ -1,0 +1,249 @@
+"""Writers and readers on a simulated network: where that is promised, nothing is lost or out of order."""
+
+from __future__ import annotations
+
+import pytest
+from helpers.rtps_network import Collector, Network, Publisher
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from goalwire.records import replace
+from goalwire.rtps.protocol.qos import BEST_EFFORT, RELIABLE, TRANSIENT_LOCAL, Qos
+
+KEEP_ALL = Qos(reliability=RELIABLE, depth=0)
+PATIENCE_S = 60.0
+
+
+def _payload(number: int, size: int = 0) -> bytes:
+    return b'\0\1\0\0' + number.to_bytes(4, 'little') + bytes(size)
+
+
+def test_a_topic_between_two_participants() -> None:
+    network = Network()
+    one, _ = network.participant()
+    other, _ = network.participant()
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('rt/chatter', 'String', KEEP_ALL, publisher)
+    other.create_reader('rt/chatter', 'String', KEEP_ALL, collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    for number in range(10):
+        assert writer.write(_payload(number)) == number + 1
+    assert network.run(1, lambda: len(collector.samples) == 10)
+    assert collector.payloads == [_payload(number) for number in range(10)]
+    assert network.run(1, lambda: not writer.history.changes), 'all is acknowledged'
+
+
+def test_a_match_takes_less_than_a_heartbeat_period() -> None:
+    network = Network()
+    one, _ = network.participant(same_host=True)
+    other, _ = network.participant(same_host=True)
+    collector = Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, Publisher())
+    other.create_reader('t', 'T', KEEP_ALL, collector)
+    begun = network.now
+    assert network.run(1, lambda: collector.matched and writer.readers)
+    assert network.now - begun < 0.005
+
+
+@pytest.mark.parametrize('same', [False, True])
+def test_writers_and_readers_of_one_participant(same: bool) -> None:
+    network = Network()
+    one, _ = network.participant(starts=same)
+    collector = Collector()
+    one.create_reader('t', 'T', KEEP_ALL, collector)
+    writer = one.create_writer('t', 'T', KEEP_ALL, Publisher())
+    for number in range(100):
+        writer.write(_payload(number))
+    assert collector.payloads == [_payload(number) for number in range(100)]
+    one.delete(writer)
+    assert collector.matched == []
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    seed=st.integers(0, 2**32),
+    loss=st.floats(0, 0.3),
+    double=st.floats(0, 0.3),
+    delay=st.sampled_from([0, 0.001, 0.02, 0.3]),
+    size=st.sampled_from([0, 100, 70_000]),
+    depth=st.sampled_from([0, 1, 10]),
+    durability=st.sampled_from([0, TRANSIENT_LOCAL]),
+)
+def test_reliable_readers_get_all_in_order(
+    seed: int, loss: float, double: float, delay: float, size: int, depth: int, durability: int
+) -> None:
+    network = Network(seed, loss=loss, double=double, delay_s=delay)
+    one, _ = network.participant()
+    others = [network.participant()[0] for _ in range(2)]
+    publisher = Publisher()
+    qos = Qos(reliability=RELIABLE, durability=durability, depth=depth)
+    writer = one.create_writer('t', 'T', qos, publisher)
+    collectors = [Collector() for _ in others]
+    for other, collector in zip(others, collectors, strict=True):
+        other.create_reader('t', 'T', qos, collector)
+    assert network.run(PATIENCE_S, lambda: len(publisher.matched) == 2 and all(c.matched for c in collectors))
+    numbers = iter(range(8 if size else 60))
+
+    def publish() -> None:
+        for number in numbers:
+            assert writer.write(_payload(number, size))
+            network.at(network.now + network.random.choice([0, 0.0001, 0.05]), publish)
+            return
+
+    publish()
+    last = _payload(7 if size else 59, size)
+    assert network.run(PATIENCE_S * 5, lambda: all(c.payloads[-1:] == [last] for c in collectors))
+    sent = [_payload(number, size) for number in range(8 if size else 60)]
+    for collector in collectors:
+        if depth:
+            assert collector.payloads == [payload for payload in sent if payload in collector.payloads]
+            assert len(sent) >= len(collector.samples) + collector.lost
+        else:
+            assert collector.payloads == sent
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**32), loss=st.floats(0, 0.3), delay=st.sampled_from([0, 0.02]))
+def test_late_joiners_get_the_history_they_ask_for(seed: int, loss: float, delay: float) -> None:
+    network = Network(seed, loss=loss, delay_s=delay)
+    one, _ = network.participant()
+    publisher = Publisher()
+    latched = Qos(reliability=RELIABLE, durability=TRANSIENT_LOCAL, depth=5)
+    writer = one.create_writer('t', 'T', latched, publisher)
+    for number in range(8):
+        writer.write(_payload(number))
+    other, _ = network.participant()
+    latest, volatile = Collector(), Collector()
+    other.create_reader('t', 'T', latched, latest)
+    other.create_reader('t', 'T', replace(latched, durability=0), volatile)
+    assert network.run(PATIENCE_S, lambda: len(latest.samples) == 5)
+    assert latest.payloads == [_payload(number) for number in range(3, 8)]
+    assert network.run(PATIENCE_S, lambda: len(publisher.matched) == 2)
+    writer.write(_payload(8))
+    assert network.run(PATIENCE_S, lambda: len(latest.samples) == 6 and volatile.samples)
+    assert volatile.payloads == [_payload(8)]
+
+
+def test_best_effort_readers_get_what_comes_in_order() -> None:
+    network = Network(3, loss=0.2, double=0.2, delay_s=0.001)
+    one, _ = network.participant()
+    other, _ = network.participant()
+    collector = Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, Publisher())
+    reader = other.create_reader('t', 'T', Qos(reliability=BEST_EFFORT), collector)
+    assert network.run(PATIENCE_S, lambda: collector.matched and writer.readers)
+    network.keeps = True
+    for number in range(500):
+        assert writer.write(_payload(number)), 'best effort never blocks'
+        network.run(0.0002)
+    network.run(1)
+    numbers = [sample.number for sample in collector.samples]
+    assert numbers == sorted(set(numbers))
+    assert 200 < len(numbers) < 500
+    assert not [
+        packet for *_, packet in network.packets if reader.entity_id + writer.entity_id in packet[40:]
+    ]
+
+
+def test_a_large_sample_does_not_overrun_a_socket() -> None:
+    network = Network()
+    one, _ = network.participant(same_host=True)
+    other, _ = network.participant(same_host=True)
+    collector = Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, Publisher())
+    other.create_reader('t', 'T', KEEP_ALL, collector)
+    assert network.run(1, lambda: collector.matched and writer.readers)
+    network.keeps = True
+    begun = network.now
+    payload = bytes(range(256)) * 4096
+    writer.write(payload)
+    assert sum(len(packet) for *_, packet in network.packets) < 300_000
+    assert network.run(1, lambda: collector.samples)
+    assert network.now - begun < 0.005
+    assert collector.payloads == [payload]
+    assert sum(len(packet) for *_, packet in network.packets) < 1.1 * len(payload), 'nothing is sent twice'
+
+
+def test_a_writer_that_keeps_all_is_full_until_its_readers_have_room() -> None:
+    network = Network()
+    one, _ = network.participant()
+    slow, quick = network.participant()[0], network.participant()[0]
+    publisher, slowly, quickly = Publisher(), Collector(), Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, publisher)
+    reader = slow.create_reader('t', 'T', KEEP_ALL, slowly)
+    quick.create_reader('t', 'T', KEEP_ALL, quickly)
+    assert network.run(1, lambda: len(publisher.matched) == 2 and slowly.matched and quickly.matched)
+    network.run(0.1)
+    reader.pause()
+    written = 0
+    while writer.write(_payload(written)) is not None:
+        written += 1
+        network.run(0.0001)
+    assert written >= 1000
+    assert network.run(1, lambda: len(quickly.samples) == written), 'a slow reader holds up nobody else'
+    assert not slowly.samples
+    network.run(1)
+    assert publisher.room == 0
+    reader.resume()
+    assert network.run(1, lambda: len(slowly.samples) == written)
+    assert network.run(1, lambda: publisher.room == 1)
+    assert slowly.payloads == quickly.payloads == [_payload(number) for number in range(written)]
+    assert writer.write(_payload(written)) == written + 1
+
+
+def test_a_partition_of_a_minute_heals() -> None:
+    network = Network(5, loss=0.1)
+    one, _ = network.participant(settings={'lease': 100 * 10**9})
+    other, _ = network.participant(settings={'lease': 100 * 10**9})
+    collector = Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, Publisher())
+    other.create_reader('t', 'T', KEEP_ALL, collector)
+    assert network.run(PATIENCE_S, lambda: collector.matched and writer.readers)
+    for number in range(100):
+        network.cut = lambda *_, number=number: 20 <= number < 80
+        writer.write(_payload(number))
+        network.run(1)
+    network.cut = lambda *_: False
+    assert network.run(10, lambda: len(collector.samples) == 100)
+    assert collector.payloads == [_payload(number) for number in range(100)]
+
+
+def test_an_addressed_sample_reaches_one_reader_and_holds_up_no_other() -> None:
+    network = Network(1, loss=0.2)
+    server, _ = network.participant()
+    clients = [network.participant()[0] for _ in range(3)]
+    collectors = [Collector() for _ in clients]
+    publisher = Publisher()
+    writer = server.create_writer('reply', 'T', KEEP_ALL, publisher)
+    readers = [
+        client.create_reader('reply', 'T', KEEP_ALL, collector)
+        for client, collector in zip(clients, collectors, strict=True)
+    ]
+    assert network.run(PATIENCE_S, lambda: len(publisher.matched) == 3 and all(c.matched for c in collectors))
+    for number in range(300):
+        writer.write(_payload(number), to=readers[number % 3].data.guid)
+        network.run(0.001)
+    writer.write(_payload(300))
+    assert network.run(PATIENCE_S, lambda: all(c.payloads[-1:] == [_payload(300)] for c in collectors))
+    for at, collector in enumerate(collectors):
+        assert collector.payloads == [_payload(number) for number in range(300) if number % 3 == at] + [
+            _payload(300)
+        ]
+        assert collector.lost == 0
+    assert network.run(PATIENCE_S, lambda: not writer.history.changes)
+
+
+def test_a_sample_says_to_which_request_it_belongs() -> None:
+    from goalwire.rtps.protocol.parameters import write_related_sample
+    from goalwire.rtps.protocol.primitives import SampleIdentity
+
+    network = Network()
+    one, _ = network.participant()
+    collector = Collector()
+    one.create_reader('t', 'T', KEEP_ALL, collector)
+    writer = one.create_writer('t', 'T', KEEP_ALL, Publisher())
+    request = SampleIdentity(b'g' * 16, 2**33)
+    writer.write(_payload(1), qos=write_related_sample(request))
+    writer.write(_payload(1, 100_000), qos=write_related_sample(request))
+    assert network.run(1, lambda: len(collector.samples) == 2)
+    assert [sample.related for sample in collector.samples] == [request, request]
