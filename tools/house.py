@@ -63,6 +63,8 @@ def modules() -> list[Module]:
     """Return every module of the source, generated stubs aside; they are read once."""
     found = []
     for path in sorted(SOURCE.rglob('*.py')):
+        if path.is_relative_to(SOURCE / 'prefix'):  # launch files, which are data
+            continue
         if path.name == 'standard_hashes.py':  # the build writes it
             continue
         text = path.read_text(encoding='utf-8')

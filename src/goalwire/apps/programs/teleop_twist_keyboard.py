@@ -6,18 +6,15 @@ Each key press sends one command. Space, every key without a meaning, and the en
 from __future__ import annotations
 
 import math
-import signal
-import sys
-import termios
-import tty
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 import rclpy
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
+from goalwire.apps.programs.keyboard import interrupt_on_signals, is_terminal, read_keys
 from goalwire.apps.programs.running import declare_number, declare_text
 
 HELP = """
@@ -75,7 +72,6 @@ SPEEDS = {
     'c': (1.0, 0.9),
 }
 """Key to the factors of speed (m/s) and turn (rad/s)."""
-CTRL_C, END_OF_INPUT = '\x03', ''
 
 
 class TeleopTwistKeyboard(Node):
@@ -124,25 +120,13 @@ class TeleopTwistKeyboard(Node):
         return False
 
 
-@contextmanager
-def _single_keys() -> Iterator[None]:
-    """Read the terminal key by key, and leave it as it was."""
-    before = termios.tcgetattr(sys.stdin)
-    tty.setcbreak(sys.stdin.fileno())
-    try:
-        yield
-    finally:
-        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
-
-
 def _drive(node: TeleopTwistKeyboard) -> None:
     print(HELP.format(kind='TwistStamped' if node.is_stamped else 'Twist'))
-    print(f'currently:\tspeed {node.speed}\tturn {node.turn} ')
+    print(f'currently:\tspeed {node.speed}\tturn {node.turn} ', flush=True)
     try:
-        with _single_keys():
-            while (key := sys.stdin.read(1)) not in {CTRL_C, END_OF_INPUT}:
-                if node.press(key):
-                    print(f'currently:\tspeed {node.speed}\tturn {node.turn} ')
+        for key in read_keys():
+            if node.press(key):
+                print(f'currently:\tspeed {node.speed}\tturn {node.turn} ', flush=True)
     finally:
         if node.context.ok():
             node.send()
@@ -150,16 +134,12 @@ def _drive(node: TeleopTwistKeyboard) -> None:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Drive until Ctrl-C or the end of the input, then stop the robot."""
-    if not sys.stdin.isatty():
-        print('teleop_twist_keyboard: it reads keys, and its input is not a terminal', file=sys.stderr)
+    if not is_terminal('teleop_twist_keyboard'):
         return 1
     try:
-        # Each of these raises KeyboardInterrupt, so that the stop is sent before the context ends.
-        for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(ending, signal.default_int_handler)
+        interrupt_on_signals()
         with rclpy.init(
-            args=None if args is None else list(args),
-            signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
+            args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO
         ):
             _drive(TeleopTwistKeyboard())
     except (KeyboardInterrupt, ExternalShutdownException):

@@ -1,0 +1,166 @@
+"""The turtles' window: a page in a browser of this machine, which only looks."""
+
+from __future__ import annotations
+
+import base64
+import json
+import socket
+import threading
+import webbrowser
+from collections.abc import Callable, Mapping
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from types import TracebackType
+from typing import Any, Self
+
+HOST = '127.0.0.1'
+LOCAL_NAMES = {'127.0.0.1', 'localhost'}
+MOST_WAITING = 300
+"""How many pictures a slow browser may lag behind before it is sent the whole anew."""
+
+
+class Window:
+    """Serves the page, and sends each browser the whole picture at first and then what has changed.
+
+    `describe` returns the whole picture. A browser's thread calls it under `lock`, which whoever changes the
+    picture holds, too.
+    """
+
+    def __init__(self, port: int = 0) -> None:
+        """Listen at a port of this machine, at a free one if it is 0. Raises OSError."""
+        self.lock = threading.Lock()
+        self.describe: Callable[[], Mapping[str, Any]] = dict
+        self.is_closed = False
+        self._streams: set[_Stream] = set()
+        self._server = ThreadingHTTPServer((HOST, port), _Page)
+        self._server.daemon_threads = True
+        self._server.window = self  # type: ignore[attr-defined]
+        self._thread = threading.Thread(target=self._serve, name='turtlesim-window')
+        self._thread.start()
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return f'http://{HOST}:{self._server.server_port}/'
+
+    def open(self) -> None:
+        """Open the user's browser; on a thread, for some browsers hold up who starts them."""
+        threading.Thread(
+            target=webbrowser.open, args=(self.url,), daemon=True, name='turtlesim-browser'
+        ).start()
+
+    def send(self, change: Mapping[str, Any]) -> None:
+        """Send every browser what has changed; `lock` is held."""
+        if self._streams:
+            text = json.dumps(change)
+            for stream in self._streams:
+                stream.put(text)
+
+    def close(self) -> None:
+        """End the page and its threads."""
+        with self.lock:
+            self.is_closed = True
+            for stream in self._streams:
+                stream.wake()
+        with socket.create_connection((HOST, self._server.server_port)):
+            pass  # the server's wait for a connection ends
+        self._thread.join()
+        self._server.server_close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _serve(self) -> None:
+        while not self.is_closed:
+            self._server.handle_request()
+
+    def attend(self, write: Callable[[bytes], object]) -> None:
+        """Write one browser's events until it goes or the window is closed."""
+        stream = _Stream(self.lock)
+        with self.lock:
+            self._streams.add(stream)
+        try:
+            while not self.is_closed:
+                for text in stream.take(self):
+                    write(f'data: {text}\n\n'.encode())
+        except OSError:
+            pass  # the browser has gone
+        finally:
+            with self.lock:
+                self._streams.discard(stream)
+
+
+class _Stream:
+    """What one browser has not been sent yet."""
+
+    def __init__(self, lock: threading.Lock) -> None:
+        self._changed = threading.Condition(lock)
+        self._waiting: list[str] = []
+        self._needs_all = True
+
+    def put(self, text: str) -> None:
+        """Add a change; the lock is held."""
+        if len(self._waiting) < MOST_WAITING:
+            self._waiting.append(text)
+        else:
+            self._waiting.clear()
+            self._needs_all = True
+        self._changed.notify()
+
+    def wake(self) -> None:
+        """End a wait; the lock is held."""
+        self._changed.notify()
+
+    def take(self, window: Window) -> list[str]:
+        """Wait for changes and return them."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._needs_all or self._waiting or window.is_closed)
+            if self._needs_all:
+                self._needs_all = False
+                self._waiting = []
+                return [json.dumps(window.describe())]
+            taken, self._waiting = self._waiting, []
+            return taken
+
+
+class _Page(BaseHTTPRequestHandler):
+    """Answers a browser: the page at /, the events at /events."""
+
+    def do_GET(self) -> None:
+        host = (self.headers.get('Host') or '').rpartition(':')[0]
+        window: Window = self.server.window  # type: ignore[attr-defined]
+        if host not in LOCAL_NAMES:
+            self.send_error(403, 'this page is for browsers of its own machine')
+        elif self.path == '/':
+            self._answer('text/html; charset=utf-8')
+            self.wfile.write(files(__package__).joinpath('page.html').read_bytes())
+        elif self.path == '/events':
+            self._answer('text/event-stream')
+            window.attend(self._write)
+        else:
+            self.send_error(404)
+
+    def _answer(self, kind: str) -> None:
+        self.send_response(200)
+        self.send_header('Content-Type', kind)
+        self.send_header('Cache-Control', 'no-store')
+        self.send_header('X-Frame-Options', 'DENY')
+        self.send_header('Content-Security-Policy', "default-src 'self' 'unsafe-inline'; img-src data:")
+        self.end_headers()
+
+    def _write(self, data: bytes) -> None:
+        self.wfile.write(data)
+        self.wfile.flush()
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing: whoever reaches the port could fill the terminal."""
+
+
+def to_data_url(png: bytes) -> str:
+    """Return a picture as the address that a page shows it by."""
+    return f'data:image/png;base64,{base64.b64encode(png).decode()}'
