@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import pickle
+import pprint
 from dataclasses import dataclass
 from typing import Any
 
@@ -116,3 +118,30 @@ def test_neither_goalwire_nor_a_node_imports_what_dataclasses_need(tmp_path: Any
         print(sorted({'dataclasses', 'inspect', 'ast'} & set(sys.modules)))
         """
     assert output_of(program, cwd=tmp_path, RMW_IMPLEMENTATION='goalwire_memory') == '[]'
+
+
+@record
+class Share:
+    part: float
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.part <= 1:
+            raise ValueError(f'a share is from 0 to 1, not {self.part}')
+
+    def __repr__(self) -> str:
+        return f'<{self.part:.0%}>'
+
+
+def test_a_record_may_refuse_values_and_show_itself() -> None:
+    assert repr(Share(0.5)) == '<50%>'
+    with pytest.raises(ValueError, match='from 0 to 1'):
+        Share(2)
+
+
+def test_the_functions_of_dataclasses_take_records() -> None:
+    point = Point(1.0)
+    assert dataclasses.is_dataclass(point)
+    assert dataclasses.replace(point, y=2.0) == Point(1.0, 2.0)
+    assert dataclasses.asdict(point) == {'x': 1.0, 'y': 0.0}
+    assert [field.name for field in dataclasses.fields(point)] == ['x', 'y']
+    assert pprint.pformat(point) == repr(point)

@@ -59,10 +59,6 @@ class Entity:
         self._read_tags |= {child.type_name for child in self._children}
         return self._children
 
-    def attribute_names(self) -> list[str]:
-        """The names of all attributes."""
-        return list(self._attributes)
-
     def get_entities(self, name: str) -> list[Entity]:
         """The children of one tag."""
         self._read_tags.add(name)

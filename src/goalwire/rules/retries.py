@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import isfinite
 
 from goalwire.errors import CallError, DeadlineError, ServerLostError
+from goalwire.records import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CallAttempt:
     """One attempt of a call, when it is over."""
 
@@ -29,7 +29,7 @@ class CallAttempt:
     """s until the request is sent again; None where it is not."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Retry:
     """How a client's requests are sent again, within the deadline of the call.
 

@@ -5,15 +5,16 @@ Imported when they are first asked for. Durations are in seconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from goalwire.records import record
 
 if TYPE_CHECKING:
     from goalwire.rules.goals.client import SentGoals
     from goalwire.rules.goals.server import ServedGoals
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@record
 class LatencyHistogram:
     """How long things took. `counts[n]`: those of at least 2**(n-1) and less than 2**n ns."""
 
@@ -54,7 +55,7 @@ class LatencyHistogram:
         return self.quantile(0.99)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PublisherStatistics:
     """Of a publisher."""
 
@@ -64,7 +65,7 @@ class PublisherStatistics:
     """Of these, how many this end dropped, as far as the wire tells."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SubscriptionStatistics:
     """Of a subscription."""
 
@@ -83,7 +84,7 @@ class SubscriptionStatistics:
         return self.taken + self.waiting + self.dropped + self.rejected
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ClientStatistics:
     """Of a service client."""
 
@@ -103,7 +104,7 @@ class ClientStatistics:
         return self.sent - self.answered - self.unanswered - self.in_flight
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ServiceStatistics:
     """Of a service server."""
 
@@ -127,7 +128,7 @@ class ServiceStatistics:
         return self.answered + self.failed + self.in_flight + self.waiting + self.refused + self.rejected
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ActionClientStatistics:
     """Of an action client."""
 
@@ -144,7 +145,7 @@ class ActionClientStatistics:
     """Feedback and status messages that could not be decoded."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ActionServerStatistics:
     """Of an action server."""
 
@@ -164,7 +165,7 @@ class ActionServerStatistics:
     """From the beginning to the end of the execute callback."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class TimerStatistics:
     """Of a timer."""
 
@@ -177,7 +178,7 @@ class TimerStatistics:
     """From when a call was due to when it came."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NodeStatistics:
     """Of all that a node has, its built-in services and /rosout included."""
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final, Generic, TypeAlias, TypeVar
+
+from goalwire.records import record
 
 ResponseT = TypeVar('ResponseT')
 
@@ -18,7 +19,7 @@ NEVER: Final = _Never.NEVER
 """No answer at all, as long as the service is there."""
 
 
-@dataclass(frozen=True)
+@record
 class After(Generic[ResponseT]):
     """An answer that takes its time."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
 from goalwire.errors import GoalwireError
 from goalwire.execution.waiting import running_loop
+from goalwire.records import record
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine
@@ -22,7 +22,7 @@ RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
 
 
-@dataclass(frozen=True)
+@record
 class Outcome(Generic[ResultT, FeedbackT]):
     """The outcome of a goal that succeeded."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.request_server import RequestServer
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.records import record
 from goalwire.rules.goals import wire
 from goalwire.rules.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT, QoS
 from goalwire.transport.contract import EndpointKind, Payload, PublisherPort, Request
@@ -30,7 +30,7 @@ REMEMBERED = 1000
 """How many clients that have gone are known, should a goal of theirs still wait for the executor."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ActionQoS:
     """The QoS of an action's three services and two topics."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass
 from enum import Enum
 from types import CoroutineType
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol
@@ -40,19 +39,29 @@ class CancelResponse(Enum):
     ACCEPT = 2
 
 
-@dataclass(slots=True)
 class ActionCallbacks:
     """The user's callbacks; the first four may be `async def`."""
 
-    execute: Callable[[ServerGoalHandle], Any] | None
-    """None: the program executes its goals itself, see ServerGoalHandle.executing."""
-    goal: Callable[[Any], Any]
-    accepted: Callable[[ServerGoalHandle], Any]
-    cancel: Callable[[ServerGoalHandle], Any]
-    failed: Callable[[ServerGoalHandle, Exception], object] | None = None
-    """Gets what execute raised; may return a result to send along."""
-    stopped_by_server: Callable[[ServerGoalHandle], object] | None = None
-    """Gets a goal that was cancelled or aborted by the server's own policy."""
+    __slots__ = ('accepted', 'cancel', 'execute', 'failed', 'goal', 'stopped_by_server')
+
+    def __init__(
+        self,
+        execute: Callable[[ServerGoalHandle], Any] | None,
+        goal: Callable[[Any], Any],
+        accepted: Callable[[ServerGoalHandle], Any],
+        cancel: Callable[[ServerGoalHandle], Any],
+        failed: Callable[[ServerGoalHandle, Exception], object] | None = None,
+        stopped_by_server: Callable[[ServerGoalHandle], object] | None = None,
+    ) -> None:
+        self.execute = execute
+        """None: the program executes its goals itself, see ServerGoalHandle.executing."""
+        self.goal = goal
+        self.accepted = accepted
+        self.cancel = cancel
+        self.failed = failed
+        """Gets what execute raised; may return a result to send along."""
+        self.stopped_by_server = stopped_by_server
+        """Gets a goal that was cancelled or aborted by the server's own policy."""
 
 
 class Failure(NamedTuple):

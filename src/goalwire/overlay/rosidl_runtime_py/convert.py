@@ -6,11 +6,12 @@ import sys
 from array import array
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Protocol, TypeGuard
 
 from rosidl_parser import definition as idl
+
+from goalwire.records import record, replace
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,7 +30,7 @@ class Message(Protocol):
     def get_fields_and_field_types(cls) -> dict[str, str]: ...
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Style:
     """What is shortened; None for a length means never."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -35,11 +34,11 @@ def set_message_fields(
     return filling.stamp_setters
 
 
-@dataclass
 class _Filling:
-    header_auto: bool
-    time_now: bool
-    stamp_setters: list[Callable[[object], None]] = field(default_factory=list)
+    def __init__(self, header_auto: bool, time_now: bool) -> None:
+        self.header_auto = header_auto
+        self.time_now = time_now
+        self.stamp_setters: list[Callable[[object], None]] = []
 
     def fill(self, msg: Any, values: object) -> None:
         if not isinstance(values, Mapping):

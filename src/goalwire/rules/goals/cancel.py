@@ -14,7 +14,6 @@ rclpy answers NONE with an empty list, and so does this server.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
@@ -50,19 +49,21 @@ class Candidate(Protocol):
         """Where it stands."""
 
 
-@dataclass(slots=True)
 class Cancellation(Generic[RequestT]):
     """One cancel request while the user is asked about its goals."""
 
-    request: RequestT
-    goals: tuple[GoalId, ...]
-    is_for_one: bool
-    """True where a single goal was asked for, by its id alone."""
-    undecided: set[GoalId]
-    canceling: dict[GoalId, int] = field(default_factory=dict)
-    """Those that went to CANCELING, with the stamps of their acceptance."""
-    came_too_late: bool = False
-    """True once the user has decided about a goal that could no longer be cancelled."""
+    __slots__ = ('came_too_late', 'canceling', 'goals', 'is_for_one', 'request', 'undecided')
+
+    def __init__(self, request: RequestT, goals: tuple[GoalId, ...], *, is_for_one: bool) -> None:
+        self.request = request
+        self.goals = goals
+        self.is_for_one = is_for_one
+        """True if a single goal was asked for, by its id alone."""
+        self.undecided = set(goals)
+        self.canceling: dict[GoalId, int] = {}
+        """Those that went to CANCELING, with the stamps of their acceptance."""
+        self.came_too_late = False
+        """True once the user has decided about a goal that could no longer be cancelled."""
 
     @property
     def code(self) -> CancelCode:

@@ -19,10 +19,10 @@ Records may be read without the lock.
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from goalwire.errors import GoalIdTaken
+from goalwire.records import record
 from goalwire.rules.goals.effects import (
     DeliverResult,
     FailResult,
@@ -61,30 +61,42 @@ class FeedbackQueue(Protocol):
         """How many messages found it full."""
 
 
-@dataclass(slots=True, eq=False)
 class ClientGoal(Generic[WaiterT]):
     """One goal of a client. Only the reactor changes it, except for the fields marked as the caller's."""
 
-    goal_id: GoalId
-    feedback: FeedbackQueue | None = None
-    """The queue of its feedback; None where nobody wants it."""
-    sent_at: int = 0
-    """When, in ns since the UNIX epoch; 0 where it was not sent by this client."""
-    answered: bool = False
-    """True once a server has accepted or refused it."""
-    status: GoalStatus = GoalStatus.UNKNOWN
-    """The last that was heard of it: it only moves forward, and a terminal one is final."""
-    waiters: list[WaiterT] = field(default_factory=list)
-    """Those that wait for its result."""
-    request: Any = None
-    """The caller's: the request for its result that is on its way."""
-    reason: str = ''
-    """The caller's: why it was aborted, in the words of a server that knows goalwire."""
-    heard: Callable[[], object] | None = None
-    """The caller's: called at each sign of life, feedback and every change of the status."""
+    __slots__ = (
+        'answered',
+        'feedback',
+        'goal_id',
+        'heard',
+        'reason',
+        'request',
+        'sent_at',
+        'status',
+        'waiters',
+    )
+
+    def __init__(self, goal_id: GoalId, feedback: FeedbackQueue | None = None, sent_at: int = 0) -> None:
+        self.goal_id = goal_id
+        self.feedback = feedback
+        """The queue of its feedback; None if nobody wants it."""
+        self.sent_at = sent_at
+        """When, in ns since the UNIX epoch; 0 if another client has sent it."""
+        self.answered = False
+        """True once a server has accepted or refused it."""
+        self.status = GoalStatus.UNKNOWN
+        """The last that was heard of it: it only moves forward, and a terminal one is final."""
+        self.waiters: list[WaiterT] = []
+        """Those that wait for its result."""
+        self.request: Any = None
+        """The caller's: the request for its result that is on its way."""
+        self.reason = ''
+        """The caller's: why it was aborted, in the words of a server that knows goalwire."""
+        self.heard: Callable[[], object] | None = None
+        """The caller's: called at each sign of life, feedback and every change of the status."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SentGoals:
     """How much a client holds at the moment, and how many goals it has had."""
 
@@ -220,7 +232,8 @@ class GoalClient(Generic[WaiterT, ResultT]):
         """Somebody wants the result: [RequestResult], or nothing where the request is under way already."""
         goal = self.active.get(goal_id)
         if goal is None:
-            goal = self.ended.get(goal_id) or ClientGoal(goal_id, answered=True)
+            goal = self.ended.get(goal_id) or ClientGoal(goal_id)
+            goal.answered = True
             self.active[goal_id] = goal  # first: records are looked up under no lock, here or there
             self._recall(goal_id)
         goal.waiters.append(waiter)

@@ -15,8 +15,9 @@ final state before.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, Literal, TypeAlias, TypeVar, get_args
+
+from goalwire.records import record
 
 if TYPE_CHECKING:
     from goalwire.rules.goals.ids import GoalId
@@ -29,7 +30,7 @@ OnClientLost: TypeAlias = Literal['keep', 'cancel', 'abort']
 ON_CLIENT_LOST: tuple[str, ...] = get_args(OnClientLost)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class GoalPolicy:
     """Made by the functions below. Raises TypeError for no number, ValueError for one that makes no sense."""
 

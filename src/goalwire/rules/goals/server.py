@@ -23,11 +23,11 @@ no longer retained do nothing, since a user's goal handle may outlive the goal.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Any, Generic
 
 from goalwire.errors import InvalidTransition
+from goalwire.records import record
 from goalwire.rules.goals.cancel import Cancellation, choose
 from goalwire.rules.goals.effects import (
     Accepted,
@@ -60,33 +60,47 @@ _EXECUTABLE = (GoalStatus.ACCEPTED, GoalStatus.CANCELING)
 """Where a goal may be that is executed for the first time."""
 
 
-@dataclass(slots=True, eq=False)
 class ServerGoal(Generic[RequestT, ResultT]):
     """One goal of a server. Only the reactor changes it; a user's handle may outlive its place there."""
 
-    goal_id: GoalId
-    client: bytes = b''
-    """The client that has sent it, as on_client_lost knows it."""
-    request: RequestT | None = None
-    """The request for it, until that is answered."""
-    status: GoalStatus = GoalStatus.UNKNOWN
-    """UNKNOWN until it is accepted, and once it is discarded."""
-    stamp_ns: int = 0
-    """When it was accepted (ROS time)."""
-    started: bool = False
-    """True once it has been handed to the execute callback."""
-    ended: bool = False
-    """True once status and result are both final."""
-    result: ResultT | None = None
-    waiting: list[RequestT] = field(default_factory=list)
-    """The requests for its result that are to be answered."""
-    handle: Any = None
-    """The caller's handle of the goal, for its callbacks; None once the goal has ended."""
-    execution: Any = None
-    """The caller's execution, until the goal's turn has come; None before and after that."""
+    __slots__ = (
+        'client',
+        'ended',
+        'execution',
+        'goal_id',
+        'handle',
+        'request',
+        'result',
+        'stamp_ns',
+        'started',
+        'status',
+        'waiting',
+    )
+
+    def __init__(self, goal_id: GoalId, client: bytes = b'', request: RequestT | None = None) -> None:
+        self.goal_id = goal_id
+        self.client = client
+        """The client that has sent it, as on_client_lost knows it."""
+        self.request = request
+        """The request for it, until that is answered."""
+        self.status = GoalStatus.UNKNOWN
+        """UNKNOWN until it is accepted, and once it is discarded."""
+        self.stamp_ns = 0
+        """When it was accepted (ROS time)."""
+        self.started = False
+        """True once it has been handed to the execute callback."""
+        self.ended = False
+        """True once status and result are both final."""
+        self.result: ResultT | None = None
+        self.waiting: list[RequestT] = []
+        """The requests for its result that are to be answered."""
+        self.handle: Any = None
+        """The caller's handle of the goal, for its callbacks; None once the goal has ended."""
+        self.execution: Any = None
+        """The caller's execution, until the goal's turn has come; None before and after that."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ServedGoals:
     """How much a server holds at the moment, and how many goals it has had."""
 
@@ -309,7 +323,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         number = self._next_cancellation
         self._next_cancellation += 1
         is_for_one = stamp_ns == 0 and chosen == (goal_id,)
-        self._cancellations[number] = Cancellation(request, chosen, is_for_one, set(chosen))
+        self._cancellations[number] = Cancellation(request, chosen, is_for_one=is_for_one)
         return [AskCancel(number, id_) for id_ in chosen]
 
     def on_cancel_decision(
