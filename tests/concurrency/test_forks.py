@@ -31,6 +31,37 @@ def test_only_the_child_and_only_what_was_opened_before_is_forked() -> None:
         assert program.succeed() == 'child 0 parent False []'
 
 
+FAILING = """
+    import os
+    from goalwire.concurrency.forks import in_child, reset_in_children
+
+    class Thing:
+        def reset_in_child(self):
+            done.append('thing')
+
+    def fail():
+        raise OSError('first')
+
+    done = []
+    thing = Thing()
+    in_child(fail)
+    in_child(lambda: done.append('second'))
+    reset_in_children(thing)
+    if os.fork() == 0:
+        print('child', sorted(done), flush=True)
+        os._exit(0)
+    os.wait()
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, 'fork'), reason='this system has no fork')
+def test_a_reset_that_fails_is_told_and_the_others_are_done() -> None:
+    with Program(FAILING) as program:
+        output = program.succeed()
+    assert "child ['second', 'thing']" in output
+    assert 'OSError: first' in output
+
+
 def test_a_guard_lets_its_own_process_pass() -> None:
     ForkGuard().check('session')
 

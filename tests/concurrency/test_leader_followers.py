@@ -175,7 +175,7 @@ def lead(fake: Wire, *found: int) -> list[int]:
     poller = LeaderFollowers(fake, 'test')
     fake.waits.clear()
     assert poller.wait(Sleeper(fake, *found), None)
-    poller.close_in_child()
+    poller.reset_in_child()
     return fake.waits
 
 

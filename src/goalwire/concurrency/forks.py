@@ -1,26 +1,48 @@
 """What a forked child does with what it has inherited: it knows of it, resets it, or leaks it.
 
-A fork copies a process's memory, but not its threads. So in the child a lock may be held for ever, by a
-thread that is not there, and whoever waits for one of the parent's threads waits for ever.
+A fork copies a process's memory and descriptors, but not its threads. So in the child a lock may be held for
+ever, by a thread that is not there, and whoever waits for one of the parent's threads waits for ever. Sockets
+and epolls are the parent's, too: what the child closes is its own copy, and what it changes is changed for
+both.
+
+Each reset is on its own: one that fails is told by Python, as an exception in a finalizer is, and the others
+are done all the same.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from typing import Protocol
 from weakref import WeakSet
 
 from goalwire.errors import ForkedError
 
+
+class Inherited(Protocol):
+    """Something that knows what to do in a forked child."""
+
+    def reset_in_child(self) -> None:
+        """Give up what is the parent's. Called in the child, once for each fork, before any other code."""
+
+
 _guards: WeakSet[ForkGuard] = WeakSet()
 _resets: list[Callable[[], None]] = []
+_inherited: WeakSet[Inherited] = WeakSet()
 
 
 def _in_child() -> None:
-    for guard in _guards:
+    for guard in list(_guards):
         guard.is_forked = guard.is_silent = True
-    for reset in _resets:
-        reset()
+    failures = []
+    for reset in [*_resets, *(each.reset_in_child for each in list(_inherited))]:
+        try:
+            reset()
+        except Exception as error:
+            failures.append(error)
+    if failures:
+        texts = '; '.join(f'{type(error).__name__}: {error}' for error in failures)
+        raise ExceptionGroup(f'not everything could be reset in a forked child: {texts}', failures)
 
 
 if hasattr(os, 'register_at_fork'):
@@ -30,6 +52,11 @@ if hasattr(os, 'register_at_fork'):
 def in_child(reset: Callable[[], None]) -> None:
     """Have `reset` called in every forked child, before any other code: for module-wide tables and locks."""
     _resets.append(reset)
+
+
+def reset_in_children(thing: Inherited) -> None:
+    """Have `thing.reset_in_child()` called in every child that is forked while it lives. Held weakly."""
+    _inherited.add(thing)
 
 
 def leak(thing: object) -> None:

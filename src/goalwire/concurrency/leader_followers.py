@@ -18,9 +18,8 @@ from functools import partial
 from threading import Event, Lock, Thread, get_ident
 from time import monotonic_ns, sleep
 from typing import Protocol
-from weakref import WeakSet
 
-from goalwire.concurrency.forks import in_child
+from goalwire.concurrency.forks import reset_in_children
 from goalwire.concurrency.wire_poller import Sleeper, WirePoller
 from goalwire.errors import TransportError
 
@@ -172,7 +171,7 @@ class LeaderFollowers(WirePoller):
         self._gate = allocate_lock()
         self._gate.acquire()
         self._dozing = False
-        _wire_pollers.add(self)
+        reset_in_children(self)
 
     def start(self) -> None:
         """Start the session's own thread, if it does not run."""
@@ -363,17 +362,6 @@ class LeaderFollowers(WirePoller):
         if _LEAD in self._leader and self._leaders_thread != get_ident():
             self._deserted.wait(CLOSING_S)
 
-    def close_in_child(self) -> None:
-        """After a fork, in the child: nothing comes to this session any more, and nobody is waited for."""
+    def reset_in_child(self) -> None:
+        """In a forked child: nothing comes to this session any more, and nobody is waited for."""
         self._closed = True
-
-
-_wire_pollers: WeakSet[LeaderFollowers] = WeakSet()
-
-
-def _close_in_child() -> None:
-    for wire_poller in _wire_pollers:
-        wire_poller.close_in_child()
-
-
-in_child(_close_in_child)

@@ -106,7 +106,10 @@ class _EventFd:
         os.eventfd_read(self._fd)
 
     def close(self) -> None:
-        os.close(self._fd)
+        """Close it once: its number may be another file's afterwards."""
+        fd, self._fd = self._fd, -1
+        if fd >= 0:
+            os.close(fd)
 
 
 class _SocketPair:
@@ -323,8 +326,9 @@ class Poller:
                 report_failure(self._name, error)
 
     def close(self) -> None:
-        """Let go of everything; nobody waits any more."""
+        """Let go of everything; nobody waits any more. Idempotent."""
         self.closed = True
+        self._precise = None
         self._handlers.clear()
         self._timers.clear()
         self._poller.close()

@@ -10,9 +10,8 @@ from functools import partial
 from threading import RLock
 from time import monotonic, time_ns
 from typing import TYPE_CHECKING, TypeAlias
-from weakref import WeakSet
 
-from goalwire.concurrency.forks import ForkGuard, in_child
+from goalwire.concurrency.forks import ForkGuard, reset_in_children
 from goalwire.concurrency.leader_followers import LeaderFollowers
 from goalwire.concurrency.poller import IN, IS_PORTABLE, Poller, Timer
 from goalwire.concurrency.wire_poller import SleepingThread
@@ -157,7 +156,7 @@ class NativeSession:
         self._most_links = min(bounds.MOST_LINKS, _most_descriptors() // 2)
         self._slots = DialSlots(bounds.MOST_DIALS)
         self._look_ups = LookUps(bounds.MOST_LOOK_UPS)
-        _sessions.add(self)
+        reset_in_children(self)
         try:
             for each in settings.listen:
                 self._listen(each)
@@ -605,18 +604,19 @@ class NativeSession:
             each.end('the session is closed', GENERIC)
         self._poller.close()
 
-    def close_inherited(self) -> None:
+    def reset_in_child(self) -> None:
         """In a forked child: close its copies of the parent's sockets.
 
-        Else the others would not notice when the parent ends, and its port would stay taken.
+        Else the others would not notice when the parent ends, and its port would stay taken. The poller is
+        closed first: nothing may change the epoll, which is the parent's too.
         """
-        for link in self._links.values():
+        self._poller.close()
+        for link in list(self._links.values()):
             link.close_socket()
-        for dial in self._dials.values():
+        for dial in list(self._dials.values()):
             dial.close_socket()
         for listener in self._listeners:
             listener.close()
-        self._poller.close()
 
     def _flush(self, links: list[SocketLink]) -> None:
         """Wait until the others have taken what was sent, or for a while."""
@@ -631,14 +631,3 @@ class NativeSession:
             for each in links:
                 each.watch_room()
             self.wire_poller.wait(sleeper, int(left * 1e9))
-
-
-_sessions: WeakSet[NativeSession] = WeakSet()
-
-
-def _close_inherited() -> None:
-    for session in list(_sessions):
-        session.close_inherited()
-
-
-in_child(_close_inherited)
