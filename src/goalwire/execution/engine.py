@@ -10,6 +10,7 @@ from functools import partial
 from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
+from goalwire.concurrency.forks import reset_in_children
 from goalwire.execution.current import held_groups
 from goalwire.execution.fd_selector import FdSelector
 from goalwire.execution.ready_queue import NodeWorkQueue, ReadyQueue
@@ -43,6 +44,15 @@ class Engine:
         self.work_queue = NodeWorkQueue()
         """Where the executor's own tasks are posted."""
         self.work_queue.attach(self._ready, self._timer_heap)
+        reset_in_children(self)
+
+    def reset_in_child(self) -> None:
+        """In a forked child: threads that spin this are not there, and coroutines are the parent's."""
+        self._runners_lock = allocate_lock()
+        self._timer_heap.reset_in_child()
+        self._fd_selector.reset_in_child()
+        if self._runners is not None:
+            self._runners.reset_in_child()
 
     def is_driven(self) -> bool:
         """Whether somebody spins this, as far as it knows: an executor that a program has written may."""

@@ -122,6 +122,21 @@ class FdSelector:
                 if end is not None:
                     end.close()
 
+    def reset_in_child(self) -> None:
+        """In a forked child: watch nothing, and open another selector for what the child itself watches.
+
+        The kernel's part of the selector is the parent's too: it is left as it is, and closed here alone.
+        """
+        self._turn, self._lock = allocate_lock(), allocate_lock()
+        self._selecting = self.wanted = False
+        self.watched = 0
+        selector, self._selector = self._selector, None
+        if selector is not None:
+            selector.close()
+        for end in (self._interrupt, self._listener):
+            if end is not None:
+                end.close()
+
     def _open(self) -> selectors.BaseSelector:
         import selectors
         import socket

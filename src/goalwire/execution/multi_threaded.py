@@ -174,6 +174,12 @@ class WorkerPool:
         self._wake_all()
         self._join(idle_only=idle_only)
 
+    def reset_in_child(self) -> None:
+        """In a forked child: none of the threads is there."""
+        self._lock = threading.Lock()
+        for threads in (self.busy, self._threads, self.serving):
+            threads.clear()
+
     def await_end(self, deadline: int | None) -> bool:
         """Wait until all threads but the calling one have ended; False at `deadline` (steady ns)."""
         for thread in tuple(self._threads):
@@ -247,6 +253,11 @@ class MultiThreadedExecutor(Executor):
         self._drains: list[DrainTracker] = []
         self._watcher: Waiter | None = None
         self._wanted, self._unwanted = StopWhen(self._is_wanted), StopWhen(self._is_unwanted)
+
+    def reset_in_child(self) -> None:
+        super().reset_in_child()
+        self._spins_lock = threading.Lock()
+        self._pool.reset_in_child()
 
     def spin(self) -> None:
         self._run(None, None, once=False)

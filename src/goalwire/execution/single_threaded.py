@@ -35,6 +35,11 @@ class SingleThreadedExecutor(Executor):
         self._driver_waiter = self._new_waiter()
         self._successors: list[Waiter] = []
 
+    def reset_in_child(self) -> None:
+        super().reset_in_child()
+        if not self.thread_waits_alone():
+            self._driver.clear()
+
     def spin(self) -> None:
         self._run(None, None, once=False)
 

@@ -91,6 +91,10 @@ class TimerHeap:
                 entry.due = entry.timer_heap = None
             entry.call()
 
+    def reset_in_child(self) -> None:
+        """In a forked child: the lock may be held by a thread that is not there."""
+        self._lock = Lock()
+
     def _leave_behind(self, entry: TimerEntry) -> None:
         """Count the item that `entry` has here as dead; clear the dead away when they are the majority."""
         self._stale += 1

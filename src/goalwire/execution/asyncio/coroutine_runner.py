@@ -10,6 +10,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 from weakref import WeakKeyDictionary, WeakSet
 
+from goalwire.concurrency.forks import leak
 from goalwire.execution.asyncio.stepped_loop import SteppedLoop
 from goalwire.execution.ready_queue import CallbackSource
 from goalwire.execution.timer_heap import TimerEntry
@@ -218,6 +219,17 @@ class RunnerPool:
             runners = [*self._shared, *self._of_group.values()]
         for runner in runners:
             runner.close()
+
+    def reset_in_child(self) -> None:
+        """In a forked child: the coroutines are the parent's, and so is their clean-up.
+
+        They are not even dropped, for a dropped coroutine runs its `finally` blocks.
+        """
+        self._lock = Lock()
+        for runner in [*self._shared, *self._of_group.values()]:
+            leak(runner)
+        self._shared = []
+        self._of_group = WeakKeyDictionary()
 
     def _runner_for(self, group: CallbackGroup | None) -> CoroutineRunner:
         if self._spread and group is not None and group.exclusive:
