@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Self
 from weakref import WeakMethod, WeakSet
 
 from goalwire import logging
+from goalwire.concurrency.forks import ForkGuard, leak, reset_in_children
 from goalwire.entities.arguments import override_use, process_arguments
 from goalwire.entities.deadlock_detector import DeadlockDetector
 from goalwire.entities.rosout import Rosout
@@ -42,6 +43,7 @@ class Context:
         self.shutdown_signal = ShutdownSignal()
         self.arguments = Arguments()
         self._lock = threading.RLock()
+        self._fork_guard = ForkGuard()
         self._domain_id: int | None = None
         self._session: Session | None = None
         self._graph: Graph | None = None
@@ -59,6 +61,7 @@ class Context:
         """Ends calls at their deadlines. Its entries must not block."""
         self.sends = TimerThread(self.shutdown_signal, 'goalwire-sends')
         """Sends requests that had to wait. Its entries may block on the wire."""
+        reset_in_children(self)
 
     # -- from init to shutdown ----------------------------------------------------------------------------
 
@@ -105,6 +108,15 @@ class Context:
         return self._domain_id is not None
 
     @property
+    def is_inherited(self) -> bool:
+        """True in a child that was forked since this was made."""
+        return self._fork_guard.is_forked
+
+    def reset_in_child(self) -> None:
+        """In a forked child: the lock may be held by a thread that is not there."""
+        self._lock = threading.RLock()
+
+    @property
     def handle(self) -> Self:
         """Its handle, as rclpy's programs use it."""
         return handle_of(self)
@@ -135,6 +147,9 @@ class Context:
             first, self._shut_down = not self._shut_down, True
         if not first:
             return
+        if self.is_inherited and self._session is not None:
+            self._end_in_child()
+            return
         for complaint in self.override_use.complaints() if self.override_use else ():
             logging.get_logger('rcl').warning(complaint)
         try:
@@ -153,6 +168,29 @@ class Context:
             finally:
                 if self._logs:
                     logging.release()
+
+    def _end_in_child(self) -> None:
+        """End it in a forked child: session, threads and those who wait are the parent's."""
+        self.shutdown_signal.end_in_child('shutdown')
+        try:
+            self._run_shutdown_callbacks()
+        finally:
+            self._let_go()
+
+    def leave_to_parent(self) -> None:
+        """End it in a forked child that begins anew, and run no shutdown callbacks. Idempotent."""
+        with self._lock:
+            first, self._shut_down = not self._shut_down, True
+        if first and self._domain_id is not None:
+            self.shutdown_signal.end_in_child('it was left to the parent')
+            self._let_go()
+
+    def _let_go(self) -> None:
+        signals.unregister(self.shutdown_signal)
+        leak(self._session)
+        self._session = None
+        if self._logs:
+            logging.release()
 
     def on_shutdown(self, callback: ShutdownCallback) -> None:
         """Call `callback` at the end (at once where it has come). Methods are held weakly, as in rclpy."""

@@ -324,6 +324,12 @@ class ShutdownSignal:
         self._tell()
         return True
 
+    def end_in_child(self, reason: str) -> None:
+        """End it in a forked child, and tell nobody: whoever waits under it is a thread of the parent's."""
+        self.reason = reason
+        self.alive = False
+        self._session = None
+
     def watch(self, wake: Callable[[], None]) -> ShutdownWatch:
         """Call `wake` once when this ends; at once if it has ended.
 

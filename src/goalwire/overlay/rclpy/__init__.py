@@ -97,9 +97,12 @@ def init(
 
     SIGINT and SIGTERM end it, unless `signal_handler_options` says otherwise, and by default
     not for a context of one's own, nor in IPython and notebooks, where an interrupt ends a cell.
+    In a forked child the parent's default context is left alone, and a new one is opened.
     Raises RuntimeError if the context was opened before, RCLError for bad arguments.
     """
     default = context is None
+    if default and get_default_context().initialized:
+        _leave_to_parent()
     chosen = get_default_context() if context is None else context
     if signal_handler_options is None:
         handled = default and not is_ipython()
@@ -112,6 +115,16 @@ def init(
     if signal_handler_options is not SignalHandlerOptions.NO:  # NO leaves another context's handlers alone
         install_signal_handlers(signal_handler_options)
     return InitContextManager(chosen, signal_handler_options is not SignalHandlerOptions.NO)
+
+
+def _leave_to_parent() -> None:
+    """In a forked child: take the parent's default context and executor for over."""
+    global _global_executor  # noqa: PLW0603
+    context = get_default_context()
+    if context.is_inherited:
+        context.leave_to_parent()
+        get_default_context(shutting_down=True)
+        _global_executor = None
 
 
 def _explain_second_init(context: Context, default: bool) -> str:

@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Sequence
 
+from goalwire.concurrency.forks import in_child
 from goalwire.entities.arguments import node_arguments
 from goalwire.execution.waiting import provide_default_context
 from goalwire.transport import registry
@@ -70,6 +71,12 @@ def timeout_sec_to_nsec(timeout_sec: float | None) -> int:
     return int(float(timeout_sec) * S_TO_NS)
 
 
+def _renew_lock() -> None:
+    global g_context_lock  # noqa: PLW0603 - a thread that is not in a forked child may have held it
+    g_context_lock = threading.Lock()
+
+
+in_child(_renew_lock)
 provide_default_context(get_default_context)
 
 reexport(__name__)
