@@ -34,7 +34,6 @@ CLOCK = struct.Struct('d')
 
 def open_session(*, listen: int = 0, connect: int = 0) -> zenoh.Session:
     """Open a session that returns once it is connected."""
-    threads.start()
     values = built_in.session(connect)
     values['connect'] = {
         'endpoints': [f'tcp/127.0.0.1:{connect}'] if connect else [],
@@ -42,7 +41,7 @@ def open_session(*, listen: int = 0, connect: int = 0) -> zenoh.Session:
         'exit_on_failure': True,
     }
     values['listen'] = {'endpoints': [f'tcp/127.0.0.1:{listen}'] if listen else []}
-    return zenoh.open(zenoh.Config.from_json5(json.dumps(values)))
+    return threads.open_session(zenoh.Config.from_json5(json.dumps(values)))
 
 
 def direct(callback: Callable[[Any], None]) -> Any:

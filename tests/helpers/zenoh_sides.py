@@ -236,8 +236,7 @@ class Theirs(Side):
             values['id'] = zid
         for name, value in values.items():
             config.insert_json5(name, json.dumps(value))
-        threads.start()  # else zenoh has other threads in the tests that come later
-        self.session = zenoh.open(config)
+        self.session = threads.open_session(config)
         self.id = str(self.session.zid())
         self.held: list[zenoh.Query] = []
         self._kept: list[object] = []

@@ -65,7 +65,6 @@ def goalwire_side(open_side: OpenSide) -> Side:
 @contextmanager
 def open_peer(world: dict[str, str]) -> Iterator[zenoh.Session]:
     """Open a zenoh session that knows nothing of goalwire, set up as rmw_zenoh's are."""
-    threads.start()
     settings = {
         'mode': 'peer',
         'connect': {'endpoints': [f'tcp/localhost:{world["GOALWIRE_ROUTER_PORT"]}']},
@@ -77,7 +76,7 @@ def open_peer(world: dict[str, str]) -> Iterator[zenoh.Session]:
         },
         'transport': {'shared_memory': {'enabled': False}},
     }
-    session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+    session = threads.open_session(zenoh.Config.from_json5(json.dumps(settings)))
     try:
         yield session
     finally:

@@ -218,8 +218,7 @@ def plain_peer() -> Iterator[str]:
         'scouting': {'multicast': {'enabled': False}},
         'transport': {'shared_memory': {'enabled': False}},
     }
-    threads.start()
-    peer = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+    peer = threads.open_session(zenoh.Config.from_json5(json.dumps(settings)))
     yield address
     peer.close()  # type: ignore[no-untyped-call]
 

@@ -85,7 +85,6 @@ import zenoh
 from zenoh import ext
 from goalwire.transport.zenoh import threads
 
-threads.start()
 port = os.environ['GOALWIRE_ROUTER_PORT']
 
 def open_session(listen, connect):
@@ -97,7 +96,7 @@ def open_session(listen, connect):
         'scouting': {'delay': 100, 'multicast': {'enabled': False}},
         'transport': {'shared_memory': {'enabled': False}},
     }
-    return zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+    return threads.open_session(zenoh.Config.from_json5(json.dumps(settings)))
 
 def direct():
     return zenoh.handlers.Callback(lambda sample: None, indirect=False)

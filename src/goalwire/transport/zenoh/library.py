@@ -13,7 +13,6 @@ from goalwire.errors import TransportError
 from goalwire.transport.zenoh import threads
 from goalwire.transport.zenoh.settings.config import Configuration
 
-
 def reason(error: Exception) -> str:
     """Return zenoh's words without the place in its source."""
     return str(error).partition(' at /')[0].strip()
@@ -25,8 +24,7 @@ def open_zenoh(configuration: Configuration) -> zenoh.Session:
     Raises zenoh.ZError where that fails, TransportError for a configuration that zenoh cannot use, and
     ForkedError in a child whose parent had opened one.
     """
-    threads.start()
-    return zenoh.open(_loaded(configuration))
+    return threads.open_session(_loaded(configuration))
 
 
 def _loaded(configuration: Configuration) -> zenoh.Config:

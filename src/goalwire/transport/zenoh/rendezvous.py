@@ -146,6 +146,25 @@ def is_taken(endpoints: str) -> bool:
     return False
 
 
+def _sockets_on(port: int) -> list[int]:
+    """Return the descriptors of this process's TCP sockets whose own end is on a port."""
+    import _socket  # as in `is_taken`
+
+    internet = (_socket.AF_INET, _socket.AF_INET6)
+    found = []
+    for name in os.listdir('/dev/fd') if os.path.isdir('/dev/fd') else ():  # noqa: PTH112, PTH208
+        descriptor = int(name)
+        with suppress(OSError):  # it is no socket, or that of the listing
+            looked_at = _socket.socket(fileno=descriptor)
+            try:
+                is_tcp = looked_at.type == _socket.SOCK_STREAM and looked_at.family in internet
+                if is_tcp and looked_at.getsockname()[1] == port:
+                    found.append(descriptor)
+            finally:
+                looked_at.detach()
+    return found
+
+
 class EmbeddedRouter:
     """One router, from the first attempt to open it until `close`.
 
@@ -159,6 +178,8 @@ class EmbeddedRouter:
         self._config = config
         self._endpoints = str(config.at('listen/endpoints'))
         self._router: zenoh.Session | None = None
+        self._may_hold = False
+        """True from the attempt to open the router on, unless it has failed."""
         self._closed = Event()
         self._thread: Thread | None = None
         if is_taken(self._endpoints) or not self._take_port():
@@ -183,9 +204,11 @@ class EmbeddedRouter:
                 f'the rendezvous on port {self._port} needs eclipse-zenoh, which is not installed: run '
                 f'pip install eclipse-zenoh, or set GOALWIRE_ROUTER=off and start a router'
             ) from None
+        self._may_hold = True
         try:
             self._router = library.open_zenoh(self._config)
         except zenoh.ZError as error:
+            self._may_hold = False
             if PORT_IS_TAKEN in str(error):
                 return False
             raise TransportError(
@@ -210,6 +233,16 @@ class EmbeddedRouter:
         """Wait for the port no longer. Any thread, and no lock: also zenoh's."""
         self._closed.set()
 
+    def close_sockets(self) -> None:
+        """In a forked child: close its copies of the sockets on the port, which are zenoh's.
+
+        While one is open nobody else can listen there, and those whom the parent had accepted do not notice
+        its end. A router's sockets are known by their port: nobody else's have it at this end.
+        """
+        if self._may_hold:
+            for descriptor in _sockets_on(self._port):
+                os.close(descriptor)
+
     def close(self) -> None:
         """Give the port up; another process takes over."""
         self._closed.set()
@@ -228,7 +261,7 @@ class Rendezvous:
     """This process's routers, one per port, each kept as long as a session uses it."""
 
     def __init__(self) -> None:
-        in_child(self._leak)
+        in_child(self._leave_to_parent)  # before the routers are forgotten
         self._routers: Shared[int, EmbeddedRouter] = Shared(EmbeddedRouter.close)
         self._left: set[int] = set()
 
@@ -274,10 +307,11 @@ class Rendezvous:
         router = self._routers.get(port)
         return router is not None and router.is_open
 
-    def _leak(self) -> None:
+    def _leave_to_parent(self) -> None:
         """In a forked child: the routers are the parent's; dropping them there could wait for ever."""
         for router in self._routers.things():
             leak(router)
+            router.close_sockets()
 
 
 RENDEZVOUS = Rendezvous()

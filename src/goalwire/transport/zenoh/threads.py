@@ -57,10 +57,20 @@ _started: list[ForkGuard] = []
 """Empty until zenoh is in use; then in which process."""
 
 
-def start() -> None:
-    """Prepare zenoh for its first session; raises ForkedError in a child whose parent had one."""
+RUNTIME_VARIABLE = 'ZENOH_RUNTIME'
+"""Zenoh reads it when its threads start, with the first session of a process."""
+
+_has_threads = False
+"""Whether a session has been opened: zenoh reads the variable no more."""
+
+
+def open_session(config: zenoh.Config) -> zenoh.Session:
+    """Open a session in the right process, on the threads of `RUNTIME` where nobody wants others.
+
+    Raises ZError, and ForkedError in a child whose parent has opened one.
+    """
+    global _has_threads  # noqa: PLW0603 - zenoh starts its threads once a process
     if not _started:
-        os.environ.setdefault('ZENOH_RUNTIME', RUNTIME)
         zenoh.init_log_from_env_or(LOG_FILTER)
         _started.append(ForkGuard())
         after_closing_at_exit(_let_callers_out)
@@ -69,6 +79,16 @@ def start() -> None:
             'this process was forked from one with a Zenoh session open, and Zenoh cannot be started again '
             "in such a child; start it with subprocess or multiprocessing's spawn method, or fork first"
         )
+    sets_variable = not _has_threads and RUNTIME_VARIABLE not in os.environ
+    if sets_variable:
+        os.environ[RUNTIME_VARIABLE] = RUNTIME
+    try:
+        session = zenoh.open(config)
+    finally:
+        if sets_variable:  # programs that this one starts are not to inherit it
+            os.environ.pop(RUNTIME_VARIABLE, None)
+    _has_threads = True
+    return session
 
 
 def _let_callers_out() -> None:
