@@ -7,6 +7,7 @@ from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, NamedTuple
 
+from goalwire.concurrency.descriptors import LibrarysSockets
 from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import TransportError
 from goalwire.reports import RejectCounters
@@ -25,11 +26,12 @@ if TYPE_CHECKING:
 
 
 class Domain(NamedTuple):
-    """One domain and the readers of its sessions in this process."""
+    """One domain, the readers of its sessions in this process, and its sockets."""
 
     library: Library
     handle: int
     local_readers: LocalReaders
+    sockets: LibrarysSockets
 
 
 DOMAINS: Shared[int, Domain] = Shared(lambda domain: domain.library.dds_delete(domain.handle))
@@ -47,16 +49,16 @@ def open_domain(library: Library, domain_id: int) -> Domain:
     configuration = '' if DOMAINS.get(domain_id) else domain_configuration(domain_id)
 
     def make() -> Domain:
-        handle = library.dds_create_domain(
-            domain_id, (configuration or domain_configuration(domain_id)).encode()
-        )
+        text = (configuration or domain_configuration(domain_id)).encode()
+        with LibrarysSockets() as sockets:
+            handle = library.dds_create_domain(domain_id, text)
         if handle < 0:
             raise TransportError(
                 f'Cyclone DDS refused the configuration of domain {domain_id} '
                 f'({library.dds_strretcode(handle).decode()}): it has written why to standard error; '
                 f'check CYCLONEDDS_URI and ROS_STATIC_PEERS'
             )
-        return Domain(library, handle, LocalReaders())
+        return Domain(library, handle, LocalReaders(), sockets)
 
     return DOMAINS.open(domain_id, make)
 

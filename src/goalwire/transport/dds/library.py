@@ -21,6 +21,7 @@ from goalwire.rules.qos import QoS
 from goalwire.transport.dds.abi import Library
 from goalwire.transport.dds.description import endpoint_qos, read_qos, read_user_data
 from goalwire.transport.dds.wire import Participant, Reader, Writer
+from goalwire.transport.loopback import ADVICE, is_loopback_down
 
 OVERRIDE = 'GOALWIRE_LIBDDSC'
 """Names the library file to use, before all others."""
@@ -158,6 +159,8 @@ def _fitting(path: str) -> Library:
         fault = find_fault(library)
     except (OSError, AttributeError) as error:
         fault = str(error)
+    if fault and is_loopback_down():
+        raise TransportError(f'Cyclone DDS cannot be tried out: {ADVICE}')
     if fault:
         raise TransportError(
             f"the Cyclone DDS library '{path}' cannot be used ({fault}): install the "

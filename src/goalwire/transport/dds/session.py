@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TypeVar
 
+from goalwire.concurrency.descriptors import require_free
 from goalwire.records import replace
 from goalwire.transport.contract import (
     ClientPort,
@@ -114,6 +115,7 @@ def _shown_hash(endpoint: Endpoint) -> str:
 
 def open_session(options: SessionOptions) -> DdsSession:
     """Join a domain. Raises TransportError or ForkedError."""
+    require_free('a session on DDS')
     return DdsSession(DdsContext(load(), options.domain_id, options.enclave))
 
 

@@ -18,8 +18,10 @@ from functools import partial
 from threading import RLock
 from typing import NamedTuple
 
+from goalwire.concurrency.descriptors import require_free
 from goalwire.errors import RemoteError, TransportError
 from goalwire.reports import LOGGER
+from goalwire.transport import loopback
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
@@ -205,6 +207,7 @@ TAKE_OVER_S = 1.0
 
 def open_session(options: SessionOptions) -> Session:
     """Offer the rendezvous, where it is wanted, and connect. Raises TransportError or ForkedError."""
+    require_free('a Zenoh session')
     plan = config.plan()
     if plan.rendezvous is not None:
         RENDEZVOUS.offer(plan.port, plan.rendezvous)
@@ -275,7 +278,9 @@ def _look_for_router(wire: Wire, plan: config.Plan, found: Holder) -> None:
         return
     from goalwire.logging import get_logger  # needed only when something is broken
 
-    if not offers:
+    if plan.local is not None and loopback.is_loopback_down():
+        advice = loopback.ADVICE
+    elif not offers:
         advice = f'{built_in.START_ROUTER}, or set GOALWIRE_ROUTER=on to have it embedded'
     else:
         advice = f'another program may hold port {plan.port}: set GOALWIRE_ROUTER_PORT to a free one'

@@ -1,0 +1,21 @@
+"""Whether this machine can talk to itself: in a new network namespace the loopback device is down."""
+
+from __future__ import annotations
+
+import errno
+
+ADVICE = (
+    'the loopback device is down, so programs of this machine cannot reach each other: '
+    'run ip link set lo up (as root, in the same network namespace)'
+)
+"""Why nothing at 127.0.0.1 answers, and what to do."""
+
+_DISCARD_PORT = 9
+
+
+def is_loopback_down() -> bool:
+    """Whether 127.0.0.1 has no route. Sends nothing."""
+    import socket  # needed only when something is broken
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        return probe.connect_ex(('127.0.0.1', _DISCARD_PORT)) in {errno.ENETUNREACH, errno.EADDRNOTAVAIL}
