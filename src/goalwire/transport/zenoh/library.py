@@ -12,6 +12,11 @@ import zenoh
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh import threads
 from goalwire.transport.zenoh.settings.config import Configuration
+from goalwire.zenoh.io.endpoints import LOOPBACK, is_localhost_known
+
+_LOCALHOST = '"tcp/localhost:'
+"""The beginning of an address that zenoh looks up; where a certificate is checked, the name must stay."""
+
 
 def reason(error: Exception) -> str:
     """Return zenoh's words without the place in its source."""
@@ -28,8 +33,11 @@ def open_zenoh(configuration: Configuration) -> zenoh.Session:
 
 
 def _loaded(configuration: Configuration) -> zenoh.Config:
+    text = json.dumps(configuration.values)
+    if _LOCALHOST in text and not is_localhost_known():
+        text = text.replace(_LOCALHOST, _LOCALHOST.replace('localhost', LOOPBACK))
     try:
-        return zenoh.Config.from_json5(json.dumps(configuration.values))
+        return zenoh.Config.from_json5(text)
     except zenoh.ZError as error:
         origin = configuration.origin or 'ZENOH_CONFIG_OVERRIDE asks for a configuration'
         raise TransportError(

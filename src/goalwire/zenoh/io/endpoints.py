@@ -9,6 +9,9 @@ from typing import Any, NamedTuple
 from goalwire.errors import TransportError
 from goalwire.records import record
 
+LOOPBACK = '127.0.0.1'
+"""localhost, whatever this machine knows of names."""
+
 PROTOCOLS = ('tcp', 'tls')
 """What is spoken here."""
 
@@ -80,14 +83,26 @@ def _look_up(host: str, port: int, flags: int) -> list[tuple[socket.AddressFamil
     return [(family, address) for family, _, _, _, address in found]
 
 
+def is_localhost_known() -> bool:
+    """Whether this machine finds the name: it is in the hosts file, which small containers lack."""
+    try:
+        _look_up('localhost', 0, 0)
+    except OSError:
+        return False
+    return True
+
+
 def resolve(endpoint: Endpoint, *, passive: bool = False) -> list[tuple[socket.AddressFamily, Any]]:
     """Return families and socket addresses; raises OSError. Names that are not local may take seconds."""
     flags = socket.AI_PASSIVE if passive else 0
-    # 127.0.0.1 first for localhost, where the rendezvous listens: else each connection is refused once.
-    return sorted(
-        _look_up(endpoint.host, endpoint.port, flags),
-        key=lambda each: endpoint.host == 'localhost' and each[0] != socket.AF_INET,
-    )
+    if endpoint.host != 'localhost':
+        return _look_up(endpoint.host, endpoint.port, flags)
+    try:
+        found = _look_up(endpoint.host, endpoint.port, flags)
+    except OSError:  # this machine has no hosts file: the name is its own all the same (RFC 6761)
+        return _look_up(LOOPBACK, endpoint.port, flags)
+    # 127.0.0.1 first, where the rendezvous listens: else each connection is refused once.
+    return sorted(found, key=lambda each: each[0] != socket.AF_INET)
 
 
 def locators_of(listener: socket.socket, protocol: str = 'tcp') -> list[str]:
