@@ -179,11 +179,16 @@ class LaunchConfig:
 
 
 def logging_directory() -> Path:
-    """ROS_LOG_DIR, else log/ of ROS_HOME, else ~/.ros/log."""
+    """ROS_LOG_DIR, else log/ of ROS_HOME, else ~/.ros/log. Raises LaunchError for a user without a home."""
     own = os.environ.get('ROS_LOG_DIR')
-    if own:
-        return Path(own).expanduser().absolute()
-    return (Path(os.environ.get('ROS_HOME') or '~/.ros') / 'log').expanduser().absolute()
+    chosen = Path(own) if own else Path(os.environ.get('ROS_HOME') or '~/.ros') / 'log'
+    try:
+        return chosen.expanduser().absolute()
+    except RuntimeError:
+        raise LaunchError(
+            f'there is no folder for log files: it would be {chosen}, and this user has no home; '
+            'let ROS_LOG_DIR name one'
+        ) from None
 
 
 def _format_of(variable: str, otherwise: str) -> str:

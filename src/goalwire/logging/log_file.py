@@ -13,7 +13,7 @@ import os
 import sys
 import time
 from contextlib import suppress
-from errno import EEXIST
+from errno import EEXIST, ENOENT
 from io import FileIO
 from threading import Lock
 
@@ -66,6 +66,8 @@ class LogFile:
     def _open(self, logger: str) -> FileIO | None:
         with self._lock:
             if self._file is None and not self._closed:
+                if self._directory.startswith('~'):
+                    raise FileNotFoundError(ENOENT, 'this user has no home')
                 os.makedirs(self._directory, exist_ok=True)  # noqa: PTH103
                 self._file = self._new_file(f'{self._prefix or _file_name(logger) or "python"}_{os.getpid()}')
             return self._file
