@@ -214,13 +214,14 @@ def test_discarding_an_unknown_one_is_harmless() -> None:
 # -- the end of the interpreter
 
 ENDING = """
-    from goalwire.transport.endpoint import after_closing_at_exit, close_at_exit
+    from goalwire.concurrency.exits import Stage, at_exit
+    from goalwire.transport.endpoint import close_at_exit
 
     class Session:
         def close(self):
             print('closed')
 
-    after_closing_at_exit(lambda: print('afterwards'))
+    at_exit(Stage.LIBRARIES, lambda: print('afterwards'))
     session = Session()
     close_at_exit(session)
     print('ends')

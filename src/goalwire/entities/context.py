@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Self
 from weakref import WeakMethod, WeakSet
 
 from goalwire import logging
+from goalwire.concurrency.exits import Stage, at_exit
 from goalwire.concurrency.forks import ForkGuard, leak, reset_in_children
 from goalwire.entities.arguments import override_use, process_arguments
 from goalwire.entities.deadlock_detector import DeadlockDetector
@@ -132,7 +133,7 @@ class Context:
         """
         if self._domain_id is None:
             raise RuntimeError('Context must be initialized before it can be shutdown')
-        ended_before = not self.shutdown_signal.alive
+        ended_before = self.shutdown_signal.reason not in {None, _AT_EXIT}
         self._end()
         if ended_before:
             raise RCLError('failed to shutdown: rcl_shutdown already called on the given context')
@@ -141,6 +142,11 @@ class Context:
         """End where that has not happened yet; otherwise do nothing."""
         if self._domain_id is not None:
             self._end()
+
+    def end_at_exit(self) -> None:
+        """Wake every waiter, since the interpreter ends. In a forked child they are the parent's."""
+        if not self.is_inherited:
+            self.shutdown_signal.end(_AT_EXIT)
 
     def _end(self) -> None:
         with self._lock:
@@ -280,12 +286,22 @@ class Context:
         signals.handle_in_child()
 
 
+_AT_EXIT = 'exit'
 _contexts: WeakSet[Context] = WeakSet()
 
 
 def open_contexts() -> set[Context]:
     """Return the contexts of this process that are initialised and not shut down."""
     return {context for context in _contexts if context.ok()}
+
+
+def _end_at_exit() -> None:
+    """End what is open, so that threads stop to spin before the sessions close."""
+    for context in open_contexts():
+        context.end_at_exit()
+
+
+at_exit(Stage.CONTEXTS, _end_at_exit)
 
 
 def _report(mismatch: Mismatch) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import os
 import threading
 import warnings
@@ -10,6 +9,7 @@ from _thread import allocate_lock
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
+from goalwire.concurrency.exits import Stage, at_exit
 from goalwire.errors import ExternalShutdownException
 from goalwire.execution.current import active_executors
 from goalwire.execution.event_queue import EventQueue
@@ -105,8 +105,10 @@ class DrainTracker:
             self._events[source] = left
 
 
-_EXIT_GRACE = 1.0
-"""s that the interpreter's exit waits for each thread that is in user code."""
+_EXIT_GRACE_NS = 1_000_000_000
+"""How long the interpreter's exit waits for all threads together that are in user code."""
+_IDLE_GRACE = 1.0
+"""s that closing waits for a thread that is on its way out."""
 
 
 class WorkerPool:
@@ -167,12 +169,20 @@ class WorkerPool:
             self.serving.discard(threading.current_thread())
             return True
 
-    def close(self, *, idle_only: bool = True) -> None:
-        """End all threads; wait for those that are in no user code, or for all. Idempotent."""
+    def dismiss(self) -> None:
+        """Have all threads end, after the user code that they are in. Idempotent."""
         with self._lock:
             self.closed = True
         self._wake_all()
-        self._join(idle_only=idle_only)
+
+    def close(self) -> None:
+        """End all threads, and wait for those that are in no user code. Idempotent."""
+        self.dismiss()
+        for thread in tuple(self._threads):
+            if not thread.is_alive():
+                continue  # Ctrl-C came while it was being started
+            if thread is not threading.current_thread() and thread not in self.busy:
+                thread.join(_IDLE_GRACE)
 
     def reset_in_child(self) -> None:
         """In a forked child: none of the threads is there."""
@@ -189,13 +199,6 @@ class WorkerPool:
                     return False
         return True
 
-    def _join(self, *, idle_only: bool) -> None:
-        for thread in tuple(self._threads):
-            if not thread.is_alive():
-                continue  # Ctrl-C came while it was being started
-            if thread is not threading.current_thread() and not (idle_only and thread in self.busy):
-                thread.join(_EXIT_GRACE)
-
     def _run(self) -> None:
         try:
             self._serve()
@@ -208,11 +211,17 @@ class WorkerPool:
 _pools: WeakSet[WorkerPool] = WeakSet()
 
 
-@atexit.register
 def _close_all() -> None:
     """At the interpreter's exit no thread may be left inside a library that is being torn down."""
-    for pool in tuple(_pools):
-        pool.close(idle_only=False)
+    pools = tuple(_pools)
+    for pool in pools:
+        pool.dismiss()
+    deadline = STEADY.now() + _EXIT_GRACE_NS
+    for pool in pools:
+        pool.await_end(deadline)
+
+
+at_exit(Stage.THREADS, _close_all)
 
 
 _FEWEST_THREADS = 8

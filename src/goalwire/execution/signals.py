@@ -30,6 +30,7 @@ from enum import Enum
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
+from goalwire.concurrency.exits import Stage, at_exit
 from goalwire.errors import InvalidHandle
 from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.monotonic import STEADY
@@ -363,6 +364,7 @@ def _reset_in_child() -> None:
     _let_signals_come()
 
 
+at_exit(Stage.SIGNALS, uninstall_signal_handlers)
 if sys.platform != 'win32':
     os.register_at_fork(
         before=_hold_signals, after_in_parent=_let_signals_come, after_in_child=_reset_in_child

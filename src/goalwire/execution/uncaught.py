@@ -12,7 +12,8 @@ import threading
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from goalwire.errors import ExternalShutdownException
+from goalwire.concurrency import exits
+from goalwire.errors import ClosedError, ExternalShutdownException
 from goalwire.execution import signals
 from goalwire.logging.tracebacks import is_library, is_standard, traceback_text
 
@@ -46,6 +47,8 @@ def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
         return
     if isinstance(error, ExternalShutdownException):
         return  # the program ends: so does what spins in its threads
+    if isinstance(error, ClosedError) and exits.has_begun():
+        return  # the same, a moment later: in a callback
     name = threading.current_thread().name if arguments.thread is None else arguments.thread.name
     _print(arguments.exc_type, error, f'Exception in thread {name}:\n')
 

@@ -12,14 +12,14 @@ ForkedError in the child; what the child opens itself works.
 
 from __future__ import annotations
 
-import atexit
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
-from functools import cache, partial
+from functools import partial
 from threading import Lock, RLock
 from typing import Generic, Protocol, TypeVar
 from weakref import WeakSet
 
+from goalwire.concurrency.exits import Stage, at_exit, perform
 from goalwire.concurrency.forks import ForkGuard, in_child, leak
 from goalwire.errors import ClosedError
 from goalwire.reports import LOGGER
@@ -210,37 +210,24 @@ class Closable(Protocol):
 
 
 _open: WeakSet[Closable] = WeakSet()
-_afterwards: list[Callable[[], None]] = []
 
 
 def close_at_exit(closable: Closable) -> None:
     """Have something closed when the interpreter ends, before its threads' callbacks would find none."""
-    _await_exit()
     _open.add(closable)
 
 
-def after_closing_at_exit(step: Callable[[], None]) -> None:
-    """Have `step` called when the interpreter ends and all has been closed."""
-    _await_exit()
-    _afterwards.append(step)
-
-
-@cache
-def _await_exit() -> None:
-    atexit.register(_close_all)
-    in_child(_leak_all)
-
-
 def _close_all() -> None:
-    for closable in list(_open):
-        closable.close()
-    for step in _afterwards:
-        step()
+    perform([closable.close for closable in list(_open)])
 
 
 def _leak_all() -> None:
     for closable in list(_open):
         leak(closable)
+
+
+at_exit(Stage.SESSIONS, _close_all)
+in_child(_leak_all)
 
 
 # -- what sessions share -------------------------------------------------------------------------------------

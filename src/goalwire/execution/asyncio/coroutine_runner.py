@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import atexit
 from _thread import allocate_lock
 from collections import deque
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 from weakref import WeakKeyDictionary, WeakSet
 
+from goalwire.concurrency.exits import Stage, at_exit, perform
 from goalwire.concurrency.forks import leak
 from goalwire.execution.asyncio.stepped_loop import SteppedLoop
 from goalwire.execution.ready_queue import CallbackSource
@@ -255,8 +255,9 @@ class RunnerPool:
 _open: WeakSet[RunnerPool] = WeakSet()
 
 
-@atexit.register
 def _close_all() -> None:
     """At the interpreter's exit: let the coroutines of executors that nobody shut down clean up."""
-    for runners in tuple(_open):
-        runners.close()
+    perform([runners.close for runners in tuple(_open)])
+
+
+at_exit(Stage.THREADS, _close_all)

@@ -22,9 +22,9 @@ from functools import partial
 
 import zenoh
 
+from goalwire.concurrency.exits import Stage, at_exit
 from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import ForkedError
-from goalwire.transport.endpoint import after_closing_at_exit
 
 RUNTIME = (
     '(rx: (worker_threads: 1), app: (handover: rx), net: (worker_threads: 1), acc: (handover: net), '
@@ -73,7 +73,7 @@ def open_session(config: zenoh.Config) -> zenoh.Session:
     if not _started:
         zenoh.init_log_from_env_or(LOG_FILTER)
         _started.append(ForkGuard())
-        after_closing_at_exit(_let_callers_out)
+        at_exit(Stage.LIBRARIES, _let_callers_out)
     elif _started[0].is_forked:
         raise ForkedError(
             'this process was forked from one with a Zenoh session open, and Zenoh cannot be started again '

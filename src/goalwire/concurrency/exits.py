@@ -1,0 +1,74 @@
+"""The interpreter's exit: what is open is closed, in order, each on its own, whatever Ctrl-C does.
+
+A program need not shut anything down. Python calls the functions of `atexit` once its non-daemon threads have
+ended; its daemon threads still run, and may spin. So contexts end first: spins return, and callbacks that
+come too late to send anything are told so. Then sessions leave their wires, and threads and coroutines end.
+
+Functions that a program registers with `atexit` run before all this, if it does so after it has imported
+rclpy: they find everything open.
+"""
+
+from __future__ import annotations
+
+import atexit
+import signal
+from collections.abc import Callable, Iterable
+from enum import IntEnum
+from threading import current_thread, main_thread
+from types import FrameType
+
+
+class Stage(IntEnum):
+    """What is closed when."""
+
+    CONTEXTS = 0
+    SESSIONS = 1
+    LIBRARIES = 2
+    THREADS = 3
+    SIGNALS = 4
+
+
+_steps: dict[Stage, list[Callable[[], object]]] = {stage: [] for stage in Stage}
+_begun: list[None] = []
+
+
+def at_exit(stage: Stage, step: Callable[[], object]) -> None:
+    """Have `step` called at the interpreter's exit."""
+    _steps[stage].append(step)
+
+
+def has_begun() -> bool:
+    """Whether the interpreter's exit has begun to close things."""
+    return bool(_begun)
+
+
+def perform(steps: Iterable[Callable[[], object]]) -> None:
+    """Perform all steps, whatever some of them raise; raise the first of these errors at last."""
+    failure: BaseException | None = None
+    for step in steps:
+        try:
+            step()
+        except BaseException as error:
+            failure = failure or error
+    if failure is not None:
+        raise failure
+
+
+@atexit.register
+def _close_all() -> None:
+    _ignore_ctrl_c_once()
+    _begun.append(None)
+    perform([step for stage in Stage for step in _steps[stage]])
+
+
+def _ignore_ctrl_c_once() -> None:
+    """Have Ctrl-C change nothing, as the program ends anyway; the second one kills it.
+
+    That is for Python's own handler, which ours equals. A program's own stays.
+    """
+    if current_thread() is main_thread() and signal.getsignal(signal.SIGINT) == signal.default_int_handler:
+        signal.signal(signal.SIGINT, _kill_next_time)
+
+
+def _kill_next_time(number: int, _frame: FrameType | None) -> None:
+    signal.signal(number, signal.SIG_DFL)
