@@ -20,6 +20,7 @@ from threading import RLock
 from time import monotonic
 from typing import TypeAlias
 
+from goalwire.concurrency.sigpipe import NO_SIGPIPE
 from goalwire.reports import report_failure
 
 IN, OUT = 1, 4
@@ -125,7 +126,7 @@ class _SocketPair:
 
     def ring(self) -> None:
         with suppress(BlockingIOError):
-            self._outer.send(b'\0')
+            self._outer.send(b'\0', NO_SIGPIPE)
 
     def quiet(self) -> None:
         self._inner.recv(4096)

@@ -6,6 +6,8 @@ from _thread import allocate_lock
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from goalwire.concurrency.sigpipe import NO_SIGPIPE
+
 if TYPE_CHECKING:
     import selectors
     import socket
@@ -105,7 +107,7 @@ class FdSelector:
         if self._interrupt is not None:
             # Full: it is being interrupted already. Closed: no thread waits.
             with suppress(OSError):
-                self._interrupt.send(b'\0')
+                self._interrupt.send(b'\0', NO_SIGPIPE)
 
     def close(self) -> None:
         """Close the selector, once the thread that waits in it has left, and watch nothing from now on."""

@@ -282,8 +282,8 @@ class Interrupted:
         self.handler: Callable[[], None] | None = None
         self._send = sock.send
 
-    def send(self, data: memoryview) -> int:
-        sent = self._send(data[:1000])
+    def send(self, data: memoryview, flags: int) -> int:
+        sent = self._send(data[:1000], flags)
         handler, self.handler = self.handler, None
         if handler is not None:
             handler()

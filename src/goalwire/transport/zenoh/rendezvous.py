@@ -21,6 +21,7 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from goalwire.concurrency.forks import in_child, leak
+from goalwire.concurrency.sigpipe import NO_SIGPIPE
 from goalwire.errors import ForkedError, TransportError
 from goalwire.patterns import Pattern
 from goalwire.reports import LOGGER
@@ -62,7 +63,7 @@ def look(port: int, patience: float = PATIENCE_S) -> Holder:
     try:
         greeter.settimeout(patience)
         greeter.connect(('127.0.0.1', port))
-        greeter.send(_INIT)
+        greeter.send(_INIT, NO_SIGPIPE)
         answer, end = b'', monotonic() + patience
         while len(answer) < 3:
             greeter.settimeout(max(end - monotonic(), 0.001))

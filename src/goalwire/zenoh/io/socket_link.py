@@ -9,6 +9,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
 from goalwire.concurrency.poller import IN, OUT, Poller
+from goalwire.concurrency.sigpipe import NO_SIGPIPE, refuse_sigpipe
 from goalwire.concurrency.wire_poller import Sleeper
 from goalwire.zenoh.io.memory import MUCH, keep_freed_memory, return_freed_memory
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
@@ -37,6 +38,10 @@ LEAST_PERIOD_S = 0.01
 HANDSHAKE_S = 10.0
 """How long a handshake may take, as Zenoh's own default."""
 
+
+_FLAGS = (NO_SIGPIPE,)
+_NOTHING_ELSE = ((),)
+"""`sendmsg` may also send descriptors."""
 
 JOINED_SIZE = 1 << 16
 """Bytes of several buffers that are joined to be sent at once."""
@@ -93,10 +98,13 @@ class SocketLink:
         self._wants_room = False
         self._has_ended = False
         self._recv: Callable[[int], bytes] = sock.recv
-        self._send: Callable[[Buffer], int] = sock.send
-        self._sendmsg: Callable[[list[Buffer]], int] = (
-            sock.sendmsg if hasattr(sock, 'sendmsg') else lambda buffers: sock.send(join_first(buffers))
+        self._send: Callable[[Buffer, int], int] = sock.send
+        self._sendmsg: Callable[[list[Buffer], tuple[()], int], int] = (
+            sock.sendmsg
+            if hasattr(sock, 'sendmsg')
+            else lambda buffers, _, flags: sock.send(join_first(buffers), flags)
         )
+        refuse_sigpipe(sock)
         self.link = Link(owner.protocol, handshake, self, lease_ms=owner.lease_ms)
         self.outgoing = self.link.outgoing
         self.connects = handshake.connects
@@ -129,7 +137,7 @@ class SocketLink:
     def write(self, data: Buffer) -> int:
         """Write as much as the socket takes."""
         try:
-            (taken,) = map(self._send, (data,))
+            (taken,) = map(self._send, (data,), _FLAGS)
             return taken  # noqa: TRY300
         except (BlockingIOError, InterruptedError):
             return 0
@@ -142,7 +150,7 @@ class SocketLink:
         if len(buffers) > _MANY:
             keep_freed_memory()
         try:
-            (taken,) = map(self._sendmsg, (buffers,))
+            (taken,) = map(self._sendmsg, (buffers,), _NOTHING_ELSE, _FLAGS)
             return taken  # noqa: TRY300
         except (BlockingIOError, InterruptedError):
             return 0

@@ -16,6 +16,7 @@ from threading import RLock
 from typing import TYPE_CHECKING, TypeVar
 
 from goalwire.concurrency.poller import IN, OUT, Poller
+from goalwire.concurrency.sigpipe import NO_SIGPIPE
 from goalwire.errors import TransportError
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.socket_link import JOINED_SIZE, SocketLink, SocketLinkOwner, join_first
@@ -169,7 +170,7 @@ class TlsStream:
             raise BlockingIOError
         return parts[0] if len(parts) == 1 else b''.join(parts)
 
-    def send(self, data: Buffer) -> int:
+    def send(self, data: Buffer, _flags: int = 0) -> int:
         """Encrypt and send; return how much was taken. Raises BlockingIOError while what was taken waits."""
         with self._lock:
             if self._is_sending:
@@ -191,7 +192,7 @@ class TlsStream:
             self._flush()
         return taken
 
-    def sendmsg(self, buffers: Sequence[Buffer]) -> int:
+    def sendmsg(self, buffers: Sequence[Buffer], _ancillary: tuple[()] = (), _flags: int = 0) -> int:
         """Send the first of several buffers, small ones joined."""
         return self.send(join_first(buffers))
 
@@ -211,7 +212,8 @@ class TlsStream:
             if not self._unsent:
                 self._unsent = memoryview(self._outgoing.read())
             try:
-                (sent,) = map(self._socket.send, (self._unsent,))  # in one step, as in SocketLink.write
+                # In one step, as in SocketLink.write.
+                (sent,) = map(self._socket.send, (self._unsent,), (NO_SIGPIPE,))
                 self._unsent = self._unsent[sent:]
             except (BlockingIOError, InterruptedError):
                 return False

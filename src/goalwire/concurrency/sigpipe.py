@@ -1,0 +1,26 @@
+"""Writing to a peer that may be gone.
+
+The system answers such a write with SIGPIPE. Python ignores that signal, but some programs give it back its
+default, which kills them. So no socket is written to without these flags: the write fails with EPIPE alone.
+"""
+
+from __future__ import annotations
+
+import _socket  # rendezvous.py may not import all of `socket`
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import socket
+
+NO_SIGPIPE: int = getattr(_socket, 'MSG_NOSIGNAL', 0)
+"""The flag of a write. 0 where the system has no SIGPIPE, or has it refused by the socket."""
+
+_SO_NOSIGPIPE = 0x1022
+"""Darwin's; Python has no name for it."""
+
+
+def refuse_sigpipe(sock: socket.socket) -> None:
+    """Have writes to a socket raise no SIGPIPE where that is an option of sockets, and no flag of writes."""
+    if sys.platform == 'darwin':
+        sock.setsockopt(_socket.SOL_SOCKET, _SO_NOSIGPIPE, 1)
