@@ -19,6 +19,7 @@ if sys.platform != 'win32':
     import fcntl
 
 ROOT = Path(__file__).parents[2]
+_TESTS_SITE = next(entry for entry in sys.path if entry.endswith('site-packages'))
 _UNREACHABLE = ('connection', 'retrying', 'temporary failure', 'timed out', 'name resolution')
 
 
@@ -68,7 +69,7 @@ class Environment:
 
     @property
     def site(self) -> Path:
-        """Its site-packages, once something is installed."""
+        """Its site-packages."""
         return next(self.folder.glob('[Ll]ib/**/site-packages'))
 
     def files(self) -> set[Path]:
@@ -96,6 +97,18 @@ class Environment:
         if done.returncode:
             raise CannotInstall(done.stderr)
 
+    def borrow_tests_packages(self) -> None:
+        """Let it import what the tests' own environment has, after its own packages; goalwire, too."""
+        (self.site / 'those_of_the_tests.pth').write_text(f'import site; site.addsitedir({_TESTS_SITE!r})\n')
+
+    def install_editable(self, *sources: Path | str) -> None:
+        """Install packages with `pip install -e`, built by the tests' own setuptools and hatchling.
+
+        It needs no package index, and borrows the tests' packages. Raises CannotInstall.
+        """
+        self.borrow_tests_packages()
+        self.require('--no-build-isolation', '--no-index', *(f'--editable={source}' for source in sources))
+
     @classmethod
     def kept(cls, folder: Path, *requirements: str) -> Environment:
         """Return the environment of `folder`, made with the packages named where that was not done yet.
@@ -107,7 +120,7 @@ class Environment:
             if finished.exists():
                 return cls(folder)
             environment = cls.create(folder)
-            environment.require('--retries=1', '--timeout=15', *requirements)
+            environment.require('--retries=1', '--timeout=15', '--no-compile', *requirements)
             finished.touch()
             return environment
 

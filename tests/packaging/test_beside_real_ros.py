@@ -5,7 +5,10 @@ from __future__ import annotations
 import base64
 import csv
 import hashlib
+import shutil
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -32,10 +35,11 @@ print('goalwire' in rclpy.__file__, String.__module__, data.hex(), deserialize_m
 HELLO = '00010000' + '06000000' + b'hello'.hex() + '00'
 
 
-def install_real(environment: Environment) -> None:
-    """Install the real rclpy; skip where PyPI cannot be reached, fail for any other reason."""
+@contextmanager
+def needs_pypi() -> Iterator[None]:
+    """Skip where PyPI cannot be reached; what fails for any other reason fails."""
     try:
-        environment.require('--no-compile', *REAL)
+        yield
     except CannotInstall as error:
         if not error.unreachable:
             raise
@@ -70,22 +74,30 @@ def _digest(file: Path) -> str:
 
 @pytest.fixture(scope='module', params=['real first', 'goalwire first'])
 def both(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, wheel: Path
+    request: pytest.FixtureRequest,
+    pytestconfig: pytest.Config,
+    tmp_path_factory: pytest.TempPathFactory,
+    wheel: Path,
 ) -> Environment:
     """An environment with both, installed in either order."""
 
     def install_both(folder: Path) -> None:
-        environment = Environment.create(folder)
-        if request.param == 'real first':
-            install_real(environment)
+        if request.param == 'real first':  # one with the real rclpy is there already, and copied
+            assert pytestconfig.cache is not None
+            kept = real_rclpy.kept(pytestconfig.cache.mkdir('conformance'))
+            shutil.copytree(kept.folder, folder, symlinks=True, dirs_exist_ok=True)
+            environment = Environment(folder)
+        else:
+            environment = Environment.create(folder)
         done = environment.install('--no-compile', str(wheel))
         assert done.returncode == 0, done.stderr
         if request.param == 'goalwire first':
-            install_real(environment)
+            environment.require('--no-compile', *REAL)
 
     # "goalwire" in the folder's name would be in the path of every file.
     name = 'ours-second' if request.param == 'real first' else 'ours-first'
-    return Environment(made_once(tmp_path_factory, name, install_both))
+    with needs_pypi():
+        return Environment(made_once(tmp_path_factory, name, install_both))
 
 
 def test_no_file_is_overwritten_or_claimed_twice(both: Environment) -> None:

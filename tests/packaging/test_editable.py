@@ -7,14 +7,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from helpers.environments import CannotInstall, Environment, made_once
+from helpers.environments import Environment, made_once
 from helpers.fresh import clean_environment
 from helpers.packages import write_package
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(sys.platform == 'win32', reason='prefixes of links'),
-    pytest.mark.timeout(300),  # pip makes environments for its builds
+    pytest.mark.timeout(300),
 ]
 
 SETUP = """\
@@ -84,21 +84,13 @@ def write(workspace: Path, name: str) -> Path:
 def make(folder: Path) -> None:
     """Fill the environment `venv` with the packages of `ws`, and with this goalwire."""
     sources = [write(folder / 'ws', name) for name in PACKAGES]
-    environment = Environment.create(folder / 'venv')
-    environment.require(*(word for source in sources for word in ('-e', str(source))))
-    site = next(entry for entry in sys.path if entry.endswith('site-packages'))
-    (environment.site / 'those_of_the_tests.pth').write_text(f'import site; site.addsitedir({site!r})\n')
+    Environment.create(folder / 'venv').install_editable(*sources)
 
 
 @pytest.fixture(scope='session')
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An environment with the three packages, and their sources."""
-    try:
-        return made_once(tmp_path_factory, 'editable', make)
-    except CannotInstall as error:
-        if error.unreachable:
-            pytest.skip(f'no package index: {error}')
-        raise
+    return made_once(tmp_path_factory, 'editable', make)
 
 
 @pytest.fixture
