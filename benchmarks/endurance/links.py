@@ -16,7 +16,8 @@ from benchmarks.endurance.held import Held
 from benchmarks.line import Figures
 from goalwire.transport.contract import NodeName
 from goalwire.transport.zenoh.tokens import encode_node
-from goalwire.zenoh.io.native_session import NativeSession, Settings
+from goalwire.zenoh.io.native_session import NativeSession
+from goalwire.zenoh.io.settings import Settings
 
 SESSIONS = 20
 """So many links at a time: those of one process."""

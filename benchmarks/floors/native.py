@@ -21,7 +21,7 @@ from benchmarks import stage
 from benchmarks.line import Figures
 from goalwire.transport.zenoh.native import NativeWire
 from goalwire.transport.zenoh.wire import Message, OnAnswer
-from goalwire.zenoh.io.native_session import Settings
+from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.incoming_queries import Query
 
 PAYLOAD = bytes(64)

@@ -15,7 +15,8 @@ from helpers.patience import PATIENCE, wait_for
 from goalwire.transport.zenoh import threads
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles
-from goalwire.zenoh.io.native_session import NativeSession, Settings
+from goalwire.zenoh.io.native_session import NativeSession
+from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Consolidation, ReplyError, Sample, Target
 from goalwire.zenoh.protocol.senders import Publication, Querier

@@ -13,7 +13,7 @@ from helpers.zenoh_sides import Ours, address
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh.native import NativeWire
 from goalwire.zenoh.io.dialler import Retry
-from goalwire.zenoh.io.native_session import Settings
+from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.channels import Buffer
 from goalwire.zenoh.protocol.network import Target
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT

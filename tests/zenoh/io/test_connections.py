@@ -21,7 +21,7 @@ from helpers.zenoh_sides import Ours, address
 from goalwire.concurrency import poller
 from goalwire.concurrency.poller import IN, Poller
 from goalwire.errors import TransportError
-from goalwire.zenoh.io import dialler, native_session, socket_link
+from goalwire.zenoh.io import backpressure, dialler, dials, fault_log, native_session, socket_link
 from goalwire.zenoh.io.dialler import DialSlots, Retry
 from goalwire.zenoh.io.endpoints import Endpoint, is_quickly_resolved, parse, resolve
 from goalwire.zenoh.protocol import bounds
@@ -39,7 +39,7 @@ B_SAYS = [batch for batch in conversation() if batch.sender == 'B']
 def warnings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What sessions warn of."""
     told: list[str] = []
-    monkeypatch.setattr(native_session.NativeSession, '_warn', lambda _, text: told.append(text))
+    monkeypatch.setattr(fault_log.FaultLog, 'warn', lambda _, text: told.append(text))
     return told
 
 
@@ -150,7 +150,7 @@ def test_a_silent_link_is_given_up_after_its_lease(listener: Ours) -> None:
 def test_one_that_does_not_read_stops_its_sender_until_the_link_is_given_up(
     listener: Ours, warnings: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(native_session, 'ROOM_S', 0.3)
+    monkeypatch.setattr(backpressure, 'ROOM_S', 0.3)
     stranger = Stranger(listener)
     stranger.shake_hands()
     wait_for(lambda: listener.protocol.links, 'the link')
@@ -558,8 +558,8 @@ def test_nodes_of_gossip_are_dialled_a_few_at_a_time(
 ) -> None:
     """Each accepts and says nothing, so that it holds its place until its handshake has taken too long."""
     monkeypatch.setattr(socket_link, 'HANDSHAKE_S', 0.2)
-    monkeypatch.setattr(native_session, '_TO_NODES', Retry(0.05, 0.05, rounds=1))
-    listener.session._slots = DialSlots(4)
+    monkeypatch.setattr(dials, '_TO_NODES', Retry(0.05, 0.05, rounds=1))
+    listener.session._dials._slots = DialSlots(4)
     most = 0
     with socket.create_server(('127.0.0.1', 0), backlog=128) as mute:
         where = f'tcp/127.0.0.1:{mute.getsockname()[1]}'
@@ -572,8 +572,9 @@ def test_nodes_of_gossip_are_dialled_a_few_at_a_time(
 
         def is_done() -> bool:
             nonlocal most
-            most = max(most, len(listener.session._dialled))
-            return sum('took too long' in each for each in warnings) >= 2 and not listener.session._dials
+            under_way = listener.session._dials
+            most = max(most, len(under_way._dialled))
+            return sum('took too long' in each for each in warnings) >= 2 and not under_way._dials
 
         wait_for(is_done, 'all of them')
     assert 0 < most <= 4
@@ -592,7 +593,7 @@ def test_names_of_gossip_are_looked_up_by_a_few_threads(
 
     monkeypatch.setattr(dialler, 'resolve', slow)
     monkeypatch.setattr(dialler, 'is_quickly_resolved', lambda _: False)
-    monkeypatch.setattr(native_session, '_TO_NODES', Retry(0.05, 0.05, rounds=1))
+    monkeypatch.setattr(dials, '_TO_NODES', Retry(0.05, 0.05, rounds=1))
     before = threading.active_count()
     done = threading.Event()
 

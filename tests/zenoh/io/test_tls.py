@@ -18,7 +18,7 @@ from helpers.zenoh_sides import Ours, Portable, Side, Theirs, address
 from goalwire.errors import TransportError
 from goalwire.records import replace
 from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
-from goalwire.zenoh.io import native_session, socket_link
+from goalwire.zenoh.io import fault_log, socket_link
 from goalwire.zenoh.io.endpoints import TlsFiles, parse
 from goalwire.zenoh.io.tls import TlsStream, client_context, server_context
 
@@ -81,7 +81,7 @@ def strangers(tmp_path_factory: pytest.TempPathFactory) -> TlsFiles:
 def warnings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What sessions warn of."""
     told: list[str] = []
-    monkeypatch.setattr(native_session.NativeSession, '_warn', lambda _, text: told.append(text))
+    monkeypatch.setattr(fault_log.FaultLog, 'warn', lambda _, text: told.append(text))
     return told
 
 

@@ -10,7 +10,8 @@ from threading import RLock
 
 from goalwire.errors import ClosedError
 from goalwire.transport.zenoh import wire
-from goalwire.zenoh.io.native_session import NativeSession, Settings
+from goalwire.zenoh.io.native_session import NativeSession
+from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Payload, Sample, Target
 from goalwire.zenoh.protocol.primitives import (

@@ -10,7 +10,6 @@ import socket
 import ssl
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, TypeVar
@@ -319,11 +318,13 @@ class Tls:
     def __init__(self, files: TlsFiles) -> None:
         self._files = files
         self._client: ssl.SSLContext | None = None
+        self._server: ssl.SSLContext | None = None
 
-    def taking(self) -> Callable[[socket.socket], Callable[..., SocketLink]]:
-        """Return what makes links of connections that a listening socket has taken."""
-        context = server_context(self._files)
-        return lambda sock: partial(TlsSocketLink, tls=TlsStream(sock, context, None))
+    def check_listening(self) -> ssl.SSLContext:
+        """Return what connections of others are taken with."""
+        if self._server is None:
+            self._server = server_context(self._files)
+        return self._server
 
     def check_dialling(self) -> ssl.SSLContext:
         """Return what connections are opened with."""
@@ -331,7 +332,16 @@ class Tls:
             self._client = client_context(self._files)
         return self._client
 
-    def dialling(self, host: str) -> Callable[[socket.socket], Callable[..., SocketLink]]:
-        """Return what makes links of connections that were opened to `host`."""
-        context = self.check_dialling()
-        return lambda sock: partial(TlsSocketLink, tls=TlsStream(sock, context, host))
+    def make_inbound(
+        self, owner: SocketLinkOwner, sock: socket.socket, handshake: Handshake, poller: Poller
+    ) -> SocketLink:
+        """Return the link of a connection that another side has opened."""
+        stream = TlsStream(sock, self.check_listening(), None)
+        return TlsSocketLink(owner, sock, handshake, poller, tls=stream)
+
+    def make_outbound(
+        self, owner: SocketLinkOwner, sock: socket.socket, handshake: Handshake, poller: Poller, host: str
+    ) -> SocketLink:
+        """Return the link of a connection that was opened to `host`."""
+        stream = TlsStream(sock, self.check_dialling(), host)
+        return TlsSocketLink(owner, sock, handshake, poller, tls=stream)

@@ -15,7 +15,7 @@ from goalwire.transport.zenoh.settings.built_in import Json, advise_unreached
 from goalwire.transport.zenoh.settings.config import value_at
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles, parse
-from goalwire.zenoh.io.native_session import Settings
+from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.primitives import read_id
 from goalwire.zenoh.protocol.transport import Role
 

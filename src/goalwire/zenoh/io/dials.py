@@ -1,0 +1,153 @@
+"""Whom a session connects to: the addresses that it was given, and nodes of which routers told."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+
+from goalwire.concurrency.poller import Poller
+from goalwire.zenoh.io.dialler import Dial, DialSlots, LookUps, Retry
+from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.gossip import Gossip
+from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_state import Node, connects_to
+
+_TO_NODES = Retry(first_s=0.1, most_s=4.0, rounds=10)
+
+
+class Dials:
+    """One session's dials, and the links that came of them."""
+
+    def __init__(
+        self,
+        poller: Poller,
+        gossip: Gossip,
+        own_zid: bytes,
+        take: Callable[[Dial, socket.socket], None],
+        note_failure: Callable[[], None],
+    ) -> None:
+        """`take` gets each connected socket; `note_failure` is called after each round in vain."""
+        self._poller = poller
+        self._gossip = gossip
+        self._own_zid = own_zid
+        self._take = take
+        self._note_failure = note_failure
+        self._dials: dict[object, Dial] = {}
+        """By their addresses, or by the id of the node."""
+        self._dialled: dict[Link, Dial] = {}
+        self._slots = DialSlots(bounds.MOST_DIALS)
+        self._look_ups = LookUps(bounds.MOST_LOOK_UPS)
+
+    def start(self, groups: list[tuple[str, ...]], retry: Retry) -> None:
+        """Begin to connect to one address of each group."""
+        dials = [self._add(group, group, retry) for group in groups]
+        for dial in dials:
+            self._poller.call(dial.start)
+
+    def meet(self, node: Node) -> None:
+        """Connect to a node of gossip. On the thread that reads."""
+        self._add(node.zid, node.locators, _TO_NODES, node.zid).start()
+
+    def is_meeting(self, zid: bytes) -> bool:
+        """Whether a node of gossip is being dialled, or was and is linked."""
+        return zid in self._dials
+
+    def _add(
+        self, name: object, locators: tuple[str, ...], retry: Retry, expected: bytes | None = None
+    ) -> Dial:
+        dial = Dial(
+            locators,
+            self._poller,
+            retry,
+            when_connected=self._take,
+            when_failed=self._note_failed,
+            expected=expected,
+            slots=None if expected is None else self._slots,
+            look_ups=None if expected is None else self._look_ups,
+        )
+        self._dials[name] = dial
+        return dial
+
+    def _note_failed(self, dial: Dial) -> None:
+        if dial.is_over and dial.expected is not None:
+            self._dials.pop(dial.expected, None)
+            self._gossip.forget(dial.expected)
+        self._note_failure()
+
+    # ---- the links that come of them
+
+    def keep(self, dial: Dial, link: Link) -> None:
+        """Take note of which dial a link came of."""
+        self._dialled[link] = dial
+
+    def is_shaking_hands(self, zid: bytes) -> bool:
+        """Whether a link that was begun here to a session is in its handshake."""
+        return any(dial.expected == zid and not link.is_up for link, dial in list(self._dialled.items()))
+
+    def note_up(self, link: Link) -> None:
+        """Take note that a link is up; another dial for the same session ends."""
+        dial = self._dialled.get(link)
+        if dial is not None:
+            dial.worked()
+        other = self._dials.get(link.zid)
+        if other is not None and other is not dial:
+            other.close()
+            self._dials.pop(link.zid, None)
+
+    def forget(self, link: Link) -> Dial | None:
+        """Return the dial that a link came of, which has ended; None if the other side has opened it."""
+        return self._dialled.pop(link, None)
+
+    def dial_again(self, dial: Dial, link: Link, why: str, *, is_linked: bool) -> None:
+        """Connect again after the end of a link that came of a dial, unless the session is linked anyhow."""
+        if is_linked and dial.expected is not None:
+            dial.close()
+            self._dials.pop(dial.expected, None)
+            return
+        dial.error = why
+        if link.terms is not None:
+            dial.try_again()
+        else:
+            dial.refused()
+
+    def node_to_meet(self, zid: bytes) -> Node | None:
+        """Return a node that has gone, if it is this side that connects to it; else forget it."""
+        node = self._gossip.nodes.get(zid)
+        if node is not None and not connects_to(self._own_zid, node):
+            self._gossip.forget(zid)
+            return None
+        return node
+
+    def address_of(self, link: Link) -> str:
+        """Return the address that was dialled for a link; empty if the other side has opened it."""
+        dial = self._dialled.get(link)
+        return '' if dial is None else dial.address
+
+    # ---- how far they are
+
+    def is_connected(self) -> bool:
+        """Whether somebody has answered at one of the configured addresses, and the link is up."""
+        return any(dial.is_up for dial in list(self._dials.values()) if dial.expected is None)
+
+    def have_settled(self, *, go_on: bool) -> bool:
+        """Whether each is connected or, unless they are to `go_on`, has failed once."""
+        return all(
+            dial.is_connected or (dial.failed_rounds and not go_on) for dial in list(self._dials.values())
+        )
+
+    def missing(self) -> list[Dial]:
+        """Return the dials of configured addresses that have led to no link."""
+        return [dial for dial in list(self._dials.values()) if dial.expected is None and not dial.is_up]
+
+    # ---- the end
+
+    def close(self) -> None:
+        """Connect to nobody any more."""
+        self._look_ups.clear()
+        for dial in list(self._dials.values()):
+            dial.close()
+
+    def close_sockets(self) -> None:
+        """Close the sockets alone, in a forked child: all else is the parent's."""
+        for dial in list(self._dials.values()):
+            dial.close_socket()

@@ -1,0 +1,54 @@
+"""Makes the link of a connected socket: plain, or with TLS on it."""
+
+from __future__ import annotations
+
+import socket
+from typing import TYPE_CHECKING
+
+from goalwire.concurrency.poller import Poller
+from goalwire.zenoh.io.endpoints import Endpoint, TlsFiles
+from goalwire.zenoh.io.socket_link import SocketLink, SocketLinkOwner
+from goalwire.zenoh.protocol.handshake import Handshake
+
+if TYPE_CHECKING:
+    from goalwire.zenoh.io.tls import Tls
+
+
+class LinkMaker:
+    """One session's."""
+
+    def __init__(self, owner: SocketLinkOwner, poller: Poller, files: TlsFiles) -> None:
+        self._owner = owner
+        self._poller = poller
+        self._files = files
+        self._tls: Tls | None = None
+
+    def check_listening(self, endpoint: Endpoint) -> None:
+        """Raise TransportError if TLS is asked for, and its files cannot be used."""
+        if endpoint.protocol == 'tls':
+            self._secured().check_listening()
+
+    def check_dialling(self, endpoint: Endpoint) -> None:
+        """Raise TransportError if TLS is asked for, and its files cannot be used."""
+        if endpoint.protocol == 'tls':
+            self._secured().check_dialling()
+
+    def make_inbound(self, sock: socket.socket, protocol: str, handshake: Handshake) -> SocketLink:
+        """Return the link of a connection that another side has opened."""
+        if protocol == 'tls':
+            return self._secured().make_inbound(self._owner, sock, handshake, self._poller)
+        return SocketLink(self._owner, sock, handshake, self._poller)
+
+    def make_outbound(self, sock: socket.socket, endpoint: Endpoint, handshake: Handshake) -> SocketLink:
+        """Return the link of a connection that was opened to an address."""
+        if endpoint.protocol == 'tls':
+            return self._secured().make_outbound(self._owner, sock, handshake, self._poller, endpoint.host)
+        return SocketLink(self._owner, sock, handshake, self._poller)
+
+    def _secured(self) -> Tls:
+        """Return what speaks TLS here; imported when it is needed, which costs some 10 ms."""
+        if self._tls is None:
+            from goalwire.zenoh.io.tls import Tls
+
+            self._tls = Tls(self._files)
+        return self._tls

@@ -1,0 +1,75 @@
+"""The sockets on which a session listens for others."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+
+from goalwire.concurrency.poller import IN, Poller
+from goalwire.errors import TransportError
+from goalwire.zenoh.io.endpoints import Endpoint, locators_of, resolve
+
+AGAIN_S = 1.0
+"""How long nothing is accepted once this process has no descriptor left."""
+
+
+class Listeners:
+    """One session's. Connections are taken on the thread that reads."""
+
+    def __init__(
+        self, poller: Poller, take: Callable[[socket.socket, str], None], warn: Callable[[str], None]
+    ) -> None:
+        """`take` gets each connected socket, and 'tcp' or 'tls'."""
+        self._poller = poller
+        self._take = take
+        self._warn = warn
+        self._sockets: list[socket.socket] = []
+        self._is_closed = False
+
+    def listen(self, endpoint: Endpoint, text: str) -> list[str]:
+        """Listen at an address, which `text` shows; return where others reach it. Raises TransportError."""
+        try:
+            family, address = resolve(endpoint, passive=True)[0]
+            listener = socket.create_server(address[:2], family=family, backlog=128)
+        except OSError as error:
+            raise TransportError(f"cannot listen on '{text}': {error.strerror or error}") from None
+        listener.setblocking(False)
+        self._sockets.append(listener)
+        self._watch(listener, endpoint.protocol)
+        return locators_of(listener, endpoint.protocol)
+
+    def _watch(self, listener: socket.socket, protocol: str) -> None:
+        self._poller.register(listener.fileno(), IN, lambda _: self._accept(listener, protocol))
+
+    def _accept(self, listener: socket.socket, protocol: str) -> None:
+        while not self._is_closed:
+            try:
+                sock, _ = listener.accept()
+            except (BlockingIOError, InterruptedError, ConnectionAbortedError):
+                return
+            except OSError as error:  # too many open files: others may end soon
+                self._warn(f'no connection can be taken: {error.strerror}; tried again each second')
+                self._poller.unregister(listener.fileno())
+                self._poller.call_later(AGAIN_S, lambda: self._accept_again(listener, protocol))
+                return
+            self._take(sock, protocol)
+
+    def _accept_again(self, listener: socket.socket, protocol: str) -> None:
+        if not self._is_closed:
+            self._watch(listener, protocol)
+
+    def stop(self) -> None:
+        """Accept nothing more; the sockets stay open until `close`."""
+        self._is_closed = True
+
+    def close(self) -> None:
+        """Close all, which takes none of those that were accepted."""
+        self._is_closed = True
+        for listener in self._sockets:
+            self._poller.unregister(listener.fileno())
+            listener.close()
+
+    def close_sockets(self) -> None:
+        """Close the sockets alone, in a forked child: all else is the parent's."""
+        for listener in self._sockets:
+            listener.close()

@@ -1,0 +1,41 @@
+"""The one timer that ends the queries whose time is over."""
+
+from __future__ import annotations
+
+from threading import RLock
+from time import monotonic
+
+from goalwire.concurrency.poller import Poller, Timer
+from goalwire.zenoh.protocol.pending_queries import PendingQueries
+
+NEVER = float('inf')
+
+
+class QueryTimer:
+    """Set for the earliest time at which a query of one session may be over."""
+
+    def __init__(self, poller: Poller) -> None:
+        self._poller = poller
+        self._lock = RLock()
+        self._when = NEVER
+        self._timer: Timer | None = None
+
+    def set_for(self, queries: PendingQueries) -> None:
+        """Expire queries in time, if that is earlier than the timer is set for. Any thread."""
+        when = queries.next_timeout
+        with self._lock:
+            if when >= self._when:
+                return
+            timer = self._poller.call_later(when - monotonic(), lambda: self._expire(queries))
+            later, self._timer, self._when = self._timer, timer, when
+        if later is not None:  # else each that fires would set another, and they become ever more
+            later.cancel()
+
+    def _expire(self, queries: PendingQueries) -> None:
+        with self._lock:
+            timer, self._timer, self._when = self._timer, None, NEVER
+        if timer is not None:
+            timer.cancel()
+        queries.expire()
+        if queries.next_timeout != NEVER:
+            self.set_for(queries)

@@ -1,0 +1,92 @@
+"""What a session does after its process was stopped: the others have closed their links meanwhile.
+
+A process that is stopped (SIGSTOP, a debugger, a laptop that sleeps) says nothing, so the others give its
+links up after its lease. When it goes on, its own links look alive until their ends are read, and what is
+sent over them is lost. So a query waits until every link has been read, and until those that have ended are
+there again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import monotonic
+
+from goalwire.concurrency.poller import Poller, Timer
+from goalwire.concurrency.waiters import Waiters
+from goalwire.zenoh.protocol.session_protocol import SessionProtocol
+
+READING_TURNS = 64
+"""How often every link is read before its end is believed to have been seen. Each time takes up to 64 KiB."""
+RELINK_S = 3.0
+"""How long links may take to come back that others have closed while this process was stopped."""
+
+
+class Relinking:
+    """Notices that one session's process was stopped, and waits for its links to come back."""
+
+    def __init__(
+        self,
+        protocol: SessionProtocol,
+        poller: Poller,
+        waiters: Waiters,
+        has_settled: Callable[[], bool],
+        lease_s: float,
+    ) -> None:
+        """`has_settled` tells whether whoever is to be met was met; `lease_s` is this side's own lease."""
+        self._protocol = protocol
+        self._poller = poller
+        self._waiters = waiters
+        self._has_settled = has_settled
+        self._lease_s = lease_s
+        self._lost: set[bytes] = set()
+        """The sessions whose links have ended since the stop."""
+        self._timer: Timer | None = None
+        """Runs from the end of a stop until the links that are left are believed again."""
+
+    def note_running(self, now: float) -> None:
+        """Take note that this process runs. If it has not for its lease, the others have closed their links.
+
+        Then queries wait until these links are there again (`wait`), for RELINK_S from now at most.
+        """
+        protocol = self._protocol
+        if now <= protocol.stale_after or protocol.stale_after == float('inf'):
+            protocol.stale_after = now + self._lease_s
+        elif self._timer is None:
+            self._timer = self._poller.call_later(RELINK_S, self._believe_links)
+
+    def note_lost(self, zid: bytes) -> None:
+        """Take note that the link to a session has ended."""
+        self.note_running(monotonic())
+        if self._timer is not None and zid:
+            self._lost.add(zid)
+
+    def _believe_links(self) -> None:
+        timer, self._timer = self._timer, None
+        if timer is not None:
+            timer.cancel()
+        self._lost.clear()
+        self._protocol.stale_after = monotonic() + self._lease_s
+        self._waiters.wake_all()
+
+    def wait(self) -> None:
+        """Wait until the links are there again that have ended while this process was stopped."""
+        turns = 0
+
+        def count_turn() -> None:
+            nonlocal turns
+            turns += 1
+            if turns < READING_TURNS:
+                self._poller.call(count_turn)
+            else:
+                self._waiters.wake_all()
+
+        self.note_running(monotonic())
+        self._poller.call(count_turn)
+        self._waiters.wait_until(lambda: turns >= READING_TURNS, RELINK_S)
+        self._waiters.wait_until(self._is_relinked, RELINK_S)
+        self._believe_links()
+
+    def _is_relinked(self) -> bool:
+        return self._timer is None or (
+            all(map(self._protocol.is_linked, list(self._lost))) and self._has_settled()
+        )

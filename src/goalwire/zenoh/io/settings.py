@@ -1,0 +1,41 @@
+"""What a session is opened with."""
+
+from __future__ import annotations
+
+from goalwire.concurrency.poller import IS_PORTABLE
+from goalwire.records import record
+from goalwire.zenoh.io.dialler import Retry
+from goalwire.zenoh.io.endpoints import TlsFiles
+from goalwire.zenoh.protocol.transport import Role
+
+
+@record
+class Settings:
+    """What a session is opened with."""
+
+    role: Role = Role.PEER
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ('tcp/localhost:0',)
+    zid: bytes = b''
+    """The session's id; empty: drawn by chance."""
+    lease_ms: int = 60_000
+    retry: Retry = Retry()
+    meets_peers: bool = True
+    """Whether it connects to peers that routers tell of."""
+    tls: TlsFiles = TlsFiles()
+    """For addresses that begin with tls/."""
+    untimed_s: float = 600.0
+    """How long a query without a time may take; rmw_zenoh's ten minutes."""
+    must_connect: bool | None = None
+    """Whether opening fails if `connect` is not reached; None: a client's does, a peer's does not."""
+    connecting_s: float = 0.0
+    """How long opening goes on trying if it must connect; 0: each address once."""
+    portable: bool = IS_PORTABLE
+    """Whether to do without what only Linux has."""
+    advice: str = 'check that these addresses can be reached'
+    """What the error says to do if `connect` must be reached and is not."""
+
+    @property
+    def fails_unconnected(self) -> bool:
+        """Whether opening fails if `connect` is not reached."""
+        return self.role is Role.CLIENT if self.must_connect is None else self.must_connect
