@@ -19,7 +19,7 @@ def test_bars_move_to_the_left_and_are_mirrored() -> None:
 
 def test_pictures_are_published_and_received(run: Run) -> None:
     show = run('image_tools', 'showimage')
-    show.expect('The page of "goalwire console" shows the pictures: choose /image among the topics')
+    show.expect('The page of "goalwire console" shows the pictures: choose the topic /image')
     camera = run('image_tools', 'cam2image', '--ros-args', '-p', 'frame_id:=eye', '-p', 'width:=64')
     camera.expect('Publishing image #1$')
     show.expect('Received image #eye')

@@ -33,8 +33,8 @@ class Cam2Image(Node):
     """Publishes bars that move on `image` (bgr8); `flip_image` (Bool) mirrors them.
 
     Parameters: `width` and `height` in pixels, `frequency` in Hz, `frame_id`, and the QoS: `reliability`
-    ('reliable' or 'best_effort'), `history` ('keep_last' or 'keep_all'), `depth`. `burger_mode`, `show_camera`
-    and `device_id` are accepted and change nothing: no camera is read, the picture is always the test picture.
+    ('reliable' or 'best_effort'), `history` ('keep_last' or 'keep_all'), `depth`. `burger_mode`,
+    `show_camera` and `device_id` are accepted and change nothing: no camera is read.
     """
 
     def __init__(self) -> None:
@@ -78,7 +78,7 @@ class ShowImage(Node):
         declare_text(self, 'window_name', '')
         subscription = self.create_subscription(Image, 'image', self._take, qos)
         self.get_logger().info(
-            f'The page of "goalwire console" shows the pictures: choose {subscription.topic_name} among the topics'
+            f'The page of "goalwire console" shows the pictures: choose the topic {subscription.topic_name}'
         )
 
     def _take(self, image: Image) -> None:
