@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, Any, NoReturn, cast
 from goalwire.cdr import codec
 from goalwire.entities.actions.client_goal import ClientGoalHandle, GoalFeedback, ResultFuture
 from goalwire.entities.actions.endpoints import ActionQoS
-from goalwire.entities.actions.requests import LATE_S, ActionRequests, GoalCall, ResultCall
+from goalwire.entities.actions.requests import LATE_S, ActionRequests, CancelCall, GoalCall, ResultCall
 from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.graph_waiting import ServerWaitQueue, tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
-from goalwire.entities.pending_call import PENDING_LIMIT, PendingCall, end_with, unanswered
+from goalwire.entities.pending_call import PENDING_LIMIT, end_with, unanswered
 from goalwire.entities.type_support import ActionSupport, MessageSupport
 from goalwire.errors import (
     CallError,
@@ -202,14 +202,13 @@ class ActionClientCore(TimedCalls):
         payload = wire.wrap(goal_id, self._encode_goal(goal))
         with self._lock:
             record = self.goals.on_send(goal_id, feedback, self._clock.system_now())
-        call = GoalCall(self.node.work_queue)
-        call.goal = record
 
         def decode(raw: Payload) -> ClientGoalHandle[Any, Any, Any]:
             return ClientGoalHandle(self, record, self.support.send_goal.decode_response(raw))
 
+        call = GoalCall(self.goal_requests, record, decode)
         try:
-            self.goal_requests.start(call, decode, payload, call_context or self._new_context())
+            self.goal_requests.start(call, payload, call_context or self._new_context())
         except BaseException:
             self.discard_goal(record, '')
             raise
@@ -362,14 +361,13 @@ class ActionClientCore(TimedCalls):
 
     def _request_result(self, goal_id: GoalId) -> None:
         """Send the request for a result that somebody wants."""
-        call = ResultCall(self.node.work_queue)
         with self._lock:
             goal = self.goals.active.get(goal_id)
             if goal is None or goal.request is not None or not goal.waiters:
                 return  # no waiter is left, or it was asked for again meanwhile
-            call.goal, goal.request = goal, call
+            goal.request = call = ResultCall(self.result_requests, goal)
         try:
-            self.result_requests.start(call, bytes, wire.encode_result_request(goal_id))
+            self.result_requests.start(call, wire.encode_result_request(goal_id))
         except BaseException:  # nothing was sent: the next request tries again
             call.end()
             self.dispatch(self.goals.on_result_failed, goal_id, unanswered('result', ''))
@@ -428,11 +426,9 @@ class ActionClientCore(TimedCalls):
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
         if self.destroyed:
             raise InvalidHandle
-        call = PendingCall(self.node.work_queue)
-        call.waits = False
+        call = CancelCall(self.cancel_requests, self.support.cancel_goal.decode_response)
         payload = wire.encode_cancel_request(goal_id, stamp_ns)
-        decode = self.support.cancel_goal.decode_response
-        self.cancel_requests.start(call, decode, payload, call_context or self._new_context())
+        self.cancel_requests.start(call, payload, call_context or self._new_context())
         return call
 
     def cancel_quietly(self, goal_id: GoalId) -> None:

@@ -7,7 +7,7 @@ for a result is sent again as long as somebody waits for it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.pending_call import (
@@ -26,6 +26,8 @@ from goalwire.rules.goals import wire
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from goalwire.entities.actions.client_goal import ResultFuture
     from goalwire.entities.graph_waiting import ServerWaitQueue
     from goalwire.entities.node import NodeCore
@@ -132,11 +134,16 @@ class GoalCall(PendingCall):
     """A goal on its way to a server. One that is accepted when nobody waits for it any more is cancelled."""
 
     awaited_by: ActionRequests
-    goal: ClientGoal[ResultFuture]
     late: TimerEntry | None = None
     """Ends the time in which it may still be accepted, and is cancelled; None while somebody waits."""
     has_reply = False
     """True once a server has answered. If a second server of the name does so too, that is logged."""
+
+    def __init__(
+        self, client: ActionRequests, goal: ClientGoal[ResultFuture], decode: Callable[[Any], Any]
+    ) -> None:
+        super().__init__(client, decode)
+        self.goal = goal
 
     def on_reply(self, sample: Sample) -> None:
         if self.late is None:
@@ -207,6 +214,12 @@ class GoalCall(PendingCall):
         self.awaited_by.action.cancel_quietly(self.goal.goal_id)
 
 
+class CancelCall(PendingCall):
+    """A cancel request. It does not wait for a server: whoever cancels a goal has had one."""
+
+    waits = False
+
+
 class ResultCall(PendingCall):
     """The request for one goal's result, for all who wait for that.
 
@@ -215,7 +228,10 @@ class ResultCall(PendingCall):
     """
 
     awaited_by: ActionRequests
-    goal: ClientGoal[ResultFuture]
+
+    def __init__(self, client: ActionRequests, goal: ClientGoal[ResultFuture]) -> None:
+        super().__init__(client, bytes)
+        self.goal = goal
 
     def on_reply(self, sample: Sample) -> None:
         if self.take_reply():
