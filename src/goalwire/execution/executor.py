@@ -1,4 +1,4 @@
-"""The common part of both rclpy executors: nodes, tasks, and the ways to spin (rclpy.executors)."""
+"""What both executors of rclpy have in common: nodes, tasks, and the ways to spin (rclpy.executors)."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from goalwire.errors import (
     ShutdownException,
     TimeoutException,
 )
+from goalwire.execution.callback_runner import CallbackRunner
 from goalwire.execution.current import active_executors, held_groups
-from goalwire.execution.engine import Engine
 from goalwire.execution.future import Future
 from goalwire.execution.monotonic import deadline_after
 from goalwire.execution.ready_queue import NodeWorkQueue
@@ -106,7 +106,7 @@ def _no_node(given: object, error: AttributeError) -> AttributeError:
     return AttributeError(f'a node is needed, not {given!r}')
 
 
-class Executor(Engine):
+class Executor(CallbackRunner):
     """Runs the callbacks of its nodes on the threads that spin it.
 
     Ready work is run in the order in which it became ready, one callback a turn, but the execution of a goal

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 from goalwire.execution.asyncio.waiting import delay_s, shared_waker
 from goalwire.execution.asyncio.wire_reader import read_wire
+from goalwire.execution.callback_runner import CallbackRunner
 from goalwire.execution.current import active_executors
-from goalwire.execution.engine import Engine
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -56,7 +56,7 @@ class CallbackTasks:
                 task.cancel()
 
 
-class AsyncExecutor(Engine):
+class AsyncExecutor(CallbackRunner):
     """Runs what `work_queue` is posted, on the loop's thread: plain callbacks in line, coroutines as tasks.
 
     Whoever posts while nothing is under way asks the loop for a turn, with one wake-up for a whole burst; the

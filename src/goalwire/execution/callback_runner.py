@@ -1,4 +1,4 @@
-"""The common part of all executors: takes one piece of ready work and runs it."""
+"""Runs one callback that is ready: the part that executors of rclpy and of asyncio share."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from goalwire.execution.waiting import ShutdownSignal
 
 
-class Engine:
+class CallbackRunner:
     """Finds ready work and runs it on the calling thread. The executor decides which threads call."""
 
     _spread_runners = False
