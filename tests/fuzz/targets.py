@@ -45,9 +45,11 @@ from goalwire.rules.parameters.plain_yaml import typed_text
 from goalwire.transport.dds import description, discovery_state, service_header
 from goalwire.transport.zenoh import attachment, tokens
 from goalwire.transport.zenoh.native import HistoryPublisher
-from goalwire.transport.zenoh.settings.config import local_port, read_settings, value_at
 from goalwire.transport.zenoh.settings.json5 import Json5Error
 from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
+from goalwire.transport.zenoh.settings.plan import local_port
+from goalwire.transport.zenoh.settings.reader import read_settings
+from goalwire.transport.zenoh.settings.values import value_at
 from goalwire.zenoh.io.endpoints import TlsFiles, is_quickly_resolved, resolve
 from goalwire.zenoh.io.endpoints import parse as parse_address
 from goalwire.zenoh.io.tls import TlsStream, client_context, server_context

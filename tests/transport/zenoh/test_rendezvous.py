@@ -26,7 +26,7 @@ from goalwire.transport.contract import EndpointKind, SessionOptions
 from goalwire.transport.zenoh import TRANSPORT, rendezvous, threads
 from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, RENDEZVOUS, EmbeddedRouter, Holder, is_taken
 from goalwire.transport.zenoh.session import ECLIPSE, NATIVE
-from goalwire.transport.zenoh.settings.config import Configuration
+from goalwire.transport.zenoh.settings.values import Configuration
 
 from .conftest import OpenSide, on_both
 

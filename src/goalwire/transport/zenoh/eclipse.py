@@ -27,8 +27,8 @@ from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.errors import TransportError
 from goalwire.rules.time import S_TO_NS
 from goalwire.transport.zenoh import library, wire
-from goalwire.transport.zenoh.settings.built_in import advise_unreached
-from goalwire.transport.zenoh.settings.config import Configuration
+from goalwire.transport.zenoh.settings.environment import advise_unreached
+from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.transport.zenoh.threads import keep_thread_state
 from goalwire.transport.zenoh.wire import Declared, taken_back, undeclare
 from goalwire.zenoh.protocol.incoming_queries import Query

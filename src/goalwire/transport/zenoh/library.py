@@ -11,7 +11,7 @@ import zenoh
 
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh import threads
-from goalwire.transport.zenoh.settings.config import Configuration
+from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.zenoh.io.endpoints import LOOPBACK, is_localhost_known
 
 _LOCALHOST = '"tcp/localhost:'

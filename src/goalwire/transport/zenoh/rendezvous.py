@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     import zenoh
 
-    from goalwire.transport.zenoh.settings.config import Configuration
+    from goalwire.transport.zenoh.settings.values import Configuration
 
 PATIENCE_S = 2.0
 """How long a holder may take to answer. A router of a busy machine takes some milliseconds."""

@@ -10,7 +10,7 @@ import zenoh
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh import library
 from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, name_of_holder
-from goalwire.transport.zenoh.settings import config
+from goalwire.transport.zenoh.settings.plan import router_config
 
 
 @contextmanager
@@ -20,7 +20,7 @@ def router(port: int, listen: Sequence[str], connect: Sequence[str]) -> Iterator
     It listens at `listen`, on `port` of every address where that is empty, and connects to `connect`, other
     routers. ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE count, as for rmw_zenoh's router.
     """
-    settings = config.router_config(port, listen, connect)
+    settings = router_config(port, listen, connect)
     try:
         opened = library.open_zenoh(settings)
     except zenoh.ZError as error:

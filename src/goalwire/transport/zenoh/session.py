@@ -41,8 +41,9 @@ from goalwire.transport.zenoh import publisher, subscription
 from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS, Holder, look, name_of_holder
 from goalwire.transport.zenoh.services import ZenohClient, ZenohService
-from goalwire.transport.zenoh.settings import built_in, config
-from goalwire.transport.zenoh.settings.config import Configuration
+from goalwire.transport.zenoh.settings import built_in, environment
+from goalwire.transport.zenoh.settings.plan import Plan, local_port, make_plan
+from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.transport.zenoh.tokens import (
     data_key,
     encode_endpoint,
@@ -208,7 +209,7 @@ TAKE_OVER_S = 1.0
 def open_session(options: SessionOptions) -> Session:
     """Offer the rendezvous, where it is wanted, and connect. Raises TransportError or ForkedError."""
     require_free('a Zenoh session')
-    plan = config.plan()
+    plan = make_plan()
     if plan.rendezvous is not None:
         RENDEZVOUS.offer(plan.port, plan.rendezvous)
     try:
@@ -225,7 +226,7 @@ def open_session(options: SessionOptions) -> Session:
     return opened
 
 
-def _greet_holder(plan: config.Plan) -> Holder:
+def _greet_holder(plan: Plan) -> Holder:
     """Return what answers on the port where routers are met; what is none, but holds it, is logged.
 
     A session that meets such goes on trying, but never waits long for one answer, so that it can be closed at
@@ -252,23 +253,23 @@ def _watch_port(context: ZenohContext, port: int) -> Declared:
     """Leave the port of the rendezvous to somebody else's router from the moment the session meets it."""
 
     def on_router(zid: str, address: str) -> None:
-        if config.local_port([address], '') == port and not built_in.is_rendezvous_id(zid):
+        if local_port([address], '') == port and not built_in.is_rendezvous_id(zid):
             RENDEZVOUS.leave_to_other(port)
 
     return context.wire.watch_routers(on_router)
 
 
-def _stop_offering(plan: config.Plan) -> None:
+def _stop_offering(plan: Plan) -> None:
     if plan.rendezvous is not None:
         RENDEZVOUS.stop_offering(plan.port)
 
 
-def _look_for_router(wire: Wire, plan: config.Plan, found: Holder) -> None:
+def _look_for_router(wire: Wire, plan: Plan, found: Holder) -> None:
     """Warn where no router is met within ZENOH_ROUTER_CHECK_ATTEMPTS; sessions meet each other there.
 
     One that has answered, or that this process is about to offer, has a moment more to greet the session.
     """
-    seconds = built_in.router_check_seconds()
+    seconds = environment.router_check_seconds()
     if seconds is None or wire.wait_for_router(0):
         return
     offers = plan.rendezvous is not None and not RENDEZVOUS.is_left(plan.port)
@@ -281,7 +282,7 @@ def _look_for_router(wire: Wire, plan: config.Plan, found: Holder) -> None:
     if plan.local is not None and loopback.is_loopback_down():
         advice = loopback.ADVICE
     elif not offers:
-        advice = f'{built_in.START_ROUTER}, or set GOALWIRE_ROUTER=on to have it embedded'
+        advice = f'{environment.START_ROUTER}, or set GOALWIRE_ROUTER=on to have it embedded'
     else:
         advice = f'another program may hold port {plan.port}: set GOALWIRE_ROUTER_PORT to a free one'
     where = ', '.join(_endpoints(plan.session)) or 'any endpoint'

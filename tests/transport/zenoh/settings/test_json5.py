@@ -10,8 +10,8 @@ import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalwire.transport.zenoh.settings.built_in import Json
 from goalwire.transport.zenoh.settings.json5 import DEEPEST, Json5Error, read
+from goalwire.transport.zenoh.settings.values import Json
 
 GOOD = [
     '{}',

@@ -7,15 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from goalwire.transport.zenoh.settings import built_in, json5
-from goalwire.transport.zenoh.settings.built_in import Json
-from goalwire.transport.zenoh.settings.config import Configuration
+from goalwire.transport.zenoh.settings import built_in, environment, json5
 from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
+from goalwire.transport.zenoh.settings.values import Configuration, Json, Settings
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.protocol.transport import Role
 
 DATA = Path(__file__).parents[3] / 'data' / 'zenoh'
-PLAIN: built_in.Settings = {
+PLAIN: Settings = {
     'scouting': {'multicast': {'enabled': False}, 'gossip': {'target': ['router']}},
     'transport': {'shared_memory': {'enabled': False}},
     'timestamping': {'enabled': True},
@@ -48,7 +47,7 @@ def test_the_built_in_settings_open_a_session_of_ours() -> None:
 def test_who_reaches_nobody_is_told_what_to_do() -> None:
     peer, client = (native_settings({**PLAIN, 'mode': mode}) for mode in ('peer', 'client'))
     assert peer.advice.startswith('check ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and')
-    assert client.advice == f'{built_in.START_ROUTER}, or {peer.advice}'
+    assert client.advice == f'{environment.START_ROUTER}, or {peer.advice}'
 
 
 def test_what_is_not_set_is_as_zenohs_defaults_have_it() -> None:

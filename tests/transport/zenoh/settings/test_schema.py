@@ -8,7 +8,7 @@ import pytest
 import zenoh
 
 from goalwire.transport.zenoh.settings import built_in, schema
-from goalwire.transport.zenoh.settings.built_in import Json
+from goalwire.transport.zenoh.settings.values import Json
 
 
 def test_each_name_of_the_installed_zenoh_is_known() -> None:

@@ -41,7 +41,7 @@ def _arguments(parser: ArgumentParser) -> None:
 
 def _router(arguments: Namespace, output: Output) -> Outcome:
     from goalwire.transport.zenoh.router import router
-    from goalwire.transport.zenoh.settings.built_in import router_port
+    from goalwire.transport.zenoh.settings.environment import router_port
 
     port = arguments.port or router_port()
     ended = Event()

@@ -10,7 +10,7 @@ import re
 from typing import NamedTuple, NoReturn
 
 from goalwire.patterns import Pattern
-from goalwire.transport.zenoh.settings.built_in import Json
+from goalwire.transport.zenoh.settings.values import Json
 
 DEEPEST = 100
 """How many objects and lists may lie within each other."""

@@ -11,8 +11,8 @@ from typing import TypeAlias
 
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh.settings import schema
-from goalwire.transport.zenoh.settings.built_in import Json, advise_unreached
-from goalwire.transport.zenoh.settings.config import value_at
+from goalwire.transport.zenoh.settings.environment import advise_unreached
+from goalwire.transport.zenoh.settings.values import Json, value_at
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles, parse
 from goalwire.zenoh.io.settings import Settings

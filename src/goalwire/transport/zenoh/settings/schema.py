@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, TypeAlias
 
-from goalwire.transport.zenoh.settings.built_in import Json
+from goalwire.transport.zenoh.settings.values import Json
 
 MODES = ('router', 'peer', 'client')
 

@@ -74,7 +74,7 @@ def _port() -> Check | None:
     if registry.selected_identifier() != 'rmw_zenoh_cpp':
         return None
     from goalwire.transport.zenoh.rendezvous import Holder, look, name_of_holder
-    from goalwire.transport.zenoh.settings.built_in import router_port
+    from goalwire.transport.zenoh.settings.environment import router_port
 
     port = router_port()
     found = look(port)

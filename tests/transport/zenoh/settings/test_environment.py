@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from goalwire.errors import TransportError
-from goalwire.transport.zenoh.settings.built_in import (
+from goalwire.transport.zenoh.settings.environment import (
     Override,
     RendezvousChoice,
     overrides,

@@ -10,15 +10,15 @@ from goalwire.errors import TransportError
 from goalwire.logging import LogRecord
 from goalwire.transport.contract import SessionOptions
 from goalwire.transport.zenoh import TRANSPORT
-from goalwire.transport.zenoh.settings import config
-from goalwire.transport.zenoh.settings.built_in import Json
+from goalwire.transport.zenoh.settings.plan import local_port, make_plan
+from goalwire.transport.zenoh.settings.values import Json
 
 DATA = Path(__file__).parents[3] / 'data' / 'zenoh'
 FAR_AWAY = 'connect/endpoints=["tcp/192.0.2.1:7447"]'
 
 
 def value(path: str) -> object:
-    return config.plan().session.at(path)
+    return make_plan().session.at(path)
 
 
 @pytest.fixture(autouse=True)
@@ -38,7 +38,7 @@ def test_the_default_session_is_rmws_at_our_port(world: dict[str, str]) -> None:
 
 def test_rmws_session_file_loads_unchanged(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ZENOH_SESSION_CONFIG_URI', str(DATA / 'session.json5'))
-    plan = config.plan()
+    plan = make_plan()
     assert plan.session.at('scouting/delay') == 500
     assert plan.session.at('connect/endpoints') == ['tcp/localhost:7447']
     assert (plan.rendezvous is not None, plan.port) == (True, 7447)
@@ -46,7 +46,7 @@ def test_rmws_session_file_loads_unchanged(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_rmws_router_file_loads_unchanged_and_waits_for_its_port(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ZENOH_ROUTER_CONFIG_URI', (DATA / 'router.json5').as_uri())
-    router = config.plan().rendezvous
+    router = make_plan().rendezvous
     assert router is not None
     assert router.at('listen/endpoints') == ['tcp/[::]:7447']
 
@@ -103,7 +103,7 @@ def test_a_pair_is_reported_once_although_it_concerns_the_rendezvous_too(
     monkeypatch: pytest.MonkeyPatch, records: list[LogRecord]
 ) -> None:
     monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', 'no/such/key=1')
-    config.plan()
+    make_plan()
     assert len(records) == 1
 
 
@@ -120,7 +120,7 @@ def test_the_rendezvous_keeps_its_own_place_whatever_the_session_is_told(
 ) -> None:
     monkeypatch.setenv('GOALWIRE_ROUTER', 'on')
     monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', f'mode="client";{FAR_AWAY};queries_default_timeout=5')
-    plan = config.plan()
+    plan = make_plan()
     assert plan.rendezvous is not None
     assert plan.rendezvous.at('mode') == 'router'
     assert plan.rendezvous.at('connect/endpoints') is None
@@ -144,7 +144,7 @@ def test_a_rendezvous_is_offered_where_sessions_of_this_machine_would_look_for_i
 ) -> None:
     for name, text in env.items():
         monkeypatch.setenv(name, text)
-    assert (config.plan().rendezvous is not None) is offered
+    assert (make_plan().rendezvous is not None) is offered
 
 
 @pytest.mark.parametrize(
@@ -167,7 +167,7 @@ def test_a_rendezvous_is_offered_where_sessions_of_this_machine_would_look_for_i
 def test_the_port_of_this_machine_is_found_among_the_endpoints(
     endpoints: Json, mode: str, port: int | None
 ) -> None:
-    assert config.local_port(endpoints, mode) == port
+    assert local_port(endpoints, mode) == port
 
 
 @pytest.mark.parametrize(
@@ -184,9 +184,9 @@ def test_what_no_setting_can_be_is_told_in_one_line(
     (tmp_path / name).write_text(text)
     monkeypatch.setenv('ZENOH_SESSION_CONFIG_URI', str(tmp_path / name))
     with pytest.raises(TransportError, match=said):
-        config.plan()
+        make_plan()
 
 
 @pytest.mark.parametrize('port', ['²', '9' * 5000, '65536'])
 def test_a_port_that_is_none_is_nobodys(port: str) -> None:
-    assert config.local_port([f'tcp/localhost:{port}'], 'peer') is None
+    assert local_port([f'tcp/localhost:{port}'], 'peer') is None

@@ -1,0 +1,118 @@
+"""What a process opens: a session and, beside it, a rendezvous; each from built-in settings or a file.
+
+The overrides come on top of either.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from copy import deepcopy
+from typing import NamedTuple
+
+from goalwire.errors import TransportError
+from goalwire.transport.zenoh.settings import built_in, environment, schema
+from goalwire.transport.zenoh.settings.environment import RendezvousChoice
+from goalwire.transport.zenoh.settings.reader import read_file, read_overrides
+from goalwire.transport.zenoh.settings.values import Configuration, Json, Settings
+from goalwire.zenoh.io.endpoints import as_port
+
+_OF_THE_SESSION = ('mode', 'id', 'connect', 'listen', 'scouting')
+"""Overrides that place a session in the network; the rendezvous of the same process keeps its own place."""
+
+_LOCAL_HOSTS = ('localhost', '127.0.0.1', '[::1]')
+
+
+class Plan(NamedTuple):
+    """What is to be opened: the session, and the rendezvous beside it (None: none) with its port."""
+
+    session: Configuration
+    rendezvous: Configuration | None
+    port: int
+    local: int | None
+    """The TCP port of this machine that the session connects to; None: it connects elsewhere."""
+    gives_way: bool
+    """Whether the rendezvous leaves its port to a router that is no goalwire process's."""
+
+
+def make_plan() -> Plan:
+    """Read the environment; raises TransportError naming the variable or file and the reason."""
+    port = environment.router_port()
+    session, accepted = _session_config(port)
+    choice = environment.rendezvous_choice()
+    local = local_port(session.at('connect/endpoints'), str(session.at('mode') or 'peer'))
+    if choice is RendezvousChoice.OFF or (choice is RendezvousChoice.AUTO and local is None):
+        return Plan(session, None, port, local, gives_way=True)
+    port = local or port
+    gives_way = choice is RendezvousChoice.AUTO
+    return Plan(session, _rendezvous_config(port, accepted), port, local, gives_way=gives_way)
+
+
+def _session_config(port: int) -> tuple[Configuration, list[tuple[str, Json]]]:
+    """Return the session's configuration, and the overrides that hold."""
+    config = read_file('ZENOH_SESSION_CONFIG_URI') or _built_in(built_in.session(port))
+    for name, size in environment.shared_memory().items():
+        config.set(f'transport/shared_memory/transport_optimization/{name}', size)
+    accepted = read_overrides()
+    for path, value in accepted:
+        config.set(path, value)
+    return config, accepted
+
+
+def _rendezvous_config(port: int, overrides: list[tuple[str, Json]]) -> Configuration:
+    config = read_file('ZENOH_ROUTER_CONFIG_URI')
+    if config is None:
+        config = _built_in(built_in.rendezvous(port))
+    else:
+        for name, value in built_in.SINGLE_BIND.items():
+            config.set(f'listen/{name}', value)
+    for path, value in overrides:
+        if path.split('/')[0] not in _OF_THE_SESSION:
+            config.set(path, value)
+    if config.at('id') is None:
+        config.set('id', built_in.rendezvous_id())
+    return config
+
+
+def router_config(port: int, listen: Sequence[str], connect: Sequence[str]) -> Configuration:
+    """Return the settings of a router for a site, which listens on `port` of every address where not said.
+
+    Raises TransportError.
+    """
+    config = read_file('ZENOH_ROUTER_CONFIG_URI') or _built_in(built_in.rendezvous(port))
+    if listen or not os.environ.get('ZENOH_ROUTER_CONFIG_URI'):
+        config.set('listen/endpoints', list(listen) or [f'tcp/[::]:{port}'])
+    if connect:
+        config.set('connect/endpoints', list(connect))
+    for path, value in read_overrides():
+        config.set(path, value)
+    for fault in schema.faults(config.values):
+        raise TransportError(
+            f'the router cannot be set up: {fault.path} takes {fault.expected}; '
+            f'write addresses like tcp/192.168.0.7:7447'
+        )
+    return config
+
+
+def _built_in(values: Settings) -> Configuration:
+    return Configuration(deepcopy(values))
+
+
+def local_port(endpoints: Json, mode: str) -> int | None:
+    """Return the TCP port of this machine among `connect/endpoints`, or None.
+
+    `endpoints` is a list, or one per mode; its members are strings or groups of them.
+    """
+    if isinstance(endpoints, dict):
+        endpoints = endpoints.get(mode, endpoints.get('locators'))
+    if isinstance(endpoints, str):
+        endpoints = [endpoints]
+    for endpoint in endpoints if isinstance(endpoints, list) else []:
+        if isinstance(endpoint, str):
+            scheme, _, address = endpoint.partition('/')
+            host, _, port = address.partition('#')[0].partition('?')[0].rpartition(':')
+            if scheme == 'tcp' and host in _LOCAL_HOSTS and (number := as_port(port)) is not None:
+                return number
+        elif (port_within := local_port(endpoint, mode)) is not None:
+            return port_within
+    return None

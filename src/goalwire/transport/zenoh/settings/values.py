@@ -1,0 +1,38 @@
+"""A configuration as values: what JSON holds, and where in it a setting is."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, TypeAlias
+
+Json: TypeAlias = 'dict[str, Json] | list[Json] | str | int | float | bool | None'
+Settings: TypeAlias = dict[str, Json]
+
+
+class Configuration(NamedTuple):
+    """What one session is opened with."""
+
+    values: Settings
+    origin: str = ''
+    """The variable and the file that it comes from; empty: the built-in settings."""
+
+    def at(self, path: str) -> Json:
+        """Return one value; None where it is not set."""
+        return value_at(self.values, path)
+
+    def set(self, path: str, value: Json) -> None:
+        """Set one value, and leave those beside it as they are."""
+        *parents, name = path.split('/')
+        within = self.values
+        for each in parents:
+            inner = within.get(each)
+            if not isinstance(inner, dict):
+                inner = within[each] = {}
+            within = inner
+        within[name] = value
+
+
+def value_at(values: Json, path: str) -> Json:
+    """Return the value at a path; None where there is none."""
+    for name in path.split('/'):
+        values = values.get(name) if isinstance(values, dict) else None
+    return values
