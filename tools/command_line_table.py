@@ -31,6 +31,19 @@ JAZZY = {
         'send_goal': '--stdin -f --feedback -t --timeout',
         'type': GRAPH,
     },
+    'bag': {
+        'info': '-s --storage -t --topic-name -v --verbose --sort',
+        'list': '-v --verbose',
+        'record': '-o --output -s --storage -f --serialization-format -b --max-bag-size -d --max-bag- '
+        'duration --max-cache-size --start-paused --use-sim-time --node-name --custom-data '
+        '--snapshot-mode --topics --services --topic-types -a --all --all-topics --all-services '
+        '-e --regex --exclude-regex --exclude-topic-types --exclude-topics --exclude-services '
+        '--include-unpublished-topics --include-hidden-topics --no-discovery -p --polling- '
+        'interval --ignore-leaf-topics --qos-profile-overrides-path --storage-preset-profile '
+        '--storage-config-file --log-level --compression-queue-size --compression-threads '
+        '--compression-threads-priority --compression-mode --compression-format --disable- '
+        'keyboard-controls',
+    },
     'component': {
         'list': f'{GRAPH} --containers-only',
         'load': f'{GRAPH} {COMPONENT} -q --quiet',
@@ -100,6 +113,8 @@ BEFORE = {'service': '--include-hidden-services', 'topic': '--include-hidden-top
 """What Jazzy takes between a noun and its verb."""
 
 MISSING = {
+    'bag --storage-config-file': '`--storage-preset-profile` has what there is to choose',
+    'bag --log-level': '`--ros-args --log-level` has it, as for every command with a node',
     'pkg create': '`new` makes a package for pip, uv and colcon at once',
     'doctor hello': "`doctor`'s self-test does it between two processes",
     'doctor -ep --exclude-packages': 'packages are not compared with a list of releases',

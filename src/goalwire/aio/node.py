@@ -12,6 +12,7 @@ from goalwire.aio.action.client import ActionClient
 from goalwire.aio.action.server import ActionServer, Goal
 from goalwire.aio.graph import GraphView
 from goalwire.aio.parameters import Parameters, ParameterStore
+from goalwire.aio.raw import RawPublisher, RawSubscription
 from goalwire.aio.services import Client, LoggedService, Service
 from goalwire.aio.timer import Timer
 from goalwire.aio.topics import Publisher, Subscription
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from goalwire.rules.parameters import ParameterValue
     from goalwire.rules.retries import Retry
     from goalwire.rules.statistics import NodeStatistics
-    from goalwire.transport.contract import Request
+    from goalwire.transport.contract import Request, Sample
 
 
 MsgT = TypeVar('MsgT')
@@ -267,6 +268,32 @@ class Node:
         Raises as `publisher` does.
         """
         return Subscription(self._open_core(), msg_type, topic, _qos(qos), raw=raw)
+
+    def raw_publisher(
+        self, topic: str, type_name: str, *, type_hash: str = '', qos: QoS | int = 10
+    ) -> RawPublisher:
+        """Make a publisher of serialized messages of 'pkg/msg/Name', which may be unknown here.
+
+        Without a `type_hash` that of the definition known here counts. Raises InvalidTopicNameException.
+        """
+        return RawPublisher(self._open_core(), topic, type_name, type_hash, _qos(qos))
+
+    def raw_subscription(
+        self,
+        topic: str,
+        type_name: str,
+        deliver: Callable[[Sample], None],
+        *,
+        type_hash: str = '',
+        qos: QoS | int = 10,
+    ) -> RawSubscription:
+        """Have `deliver(sample)` called with each serialized message of 'pkg/msg/Name', known here or not.
+
+        It is called on a thread of the wire, or on the publisher's in the same process, so it must be short
+        and must not block. Without a `type_hash` that of the definition known here counts. Raises
+        InvalidTopicNameException.
+        """
+        return RawSubscription(self._open_core(), topic, type_name, type_hash, _qos(qos), deliver)
 
     def client(
         self,

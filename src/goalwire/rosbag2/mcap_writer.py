@@ -182,8 +182,10 @@ class McapWriter:
 
     def sync(self) -> None:
         """Have the disk keep what was written. Any thread; a file that is closed meanwhile is no error."""
-        with suppress(OSError):
-            getattr(os, 'fdatasync', os.fsync)(self._descriptor)
+        descriptor = self._descriptor
+        if descriptor >= 0:
+            with suppress(OSError):
+                getattr(os, 'fdatasync', os.fsync)(descriptor)
 
     def close(self, metadata: str) -> None:
         """Write the end and close the file. Idempotent.

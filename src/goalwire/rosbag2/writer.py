@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections import defaultdict
+from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Protocol
 
 from goalwire.errors import BagError
@@ -85,12 +86,14 @@ class Writer:
         self.custom_data: dict[str, str] = dict(custom_data or {})
         """Goes into the metadata at the next flush."""
         self._ros_distro = ros_distro or _distro()
-        self._on_split = on_split
+        self.on_split = on_split
         self._topics: dict[str, Topic] = {}
         self._closed: list[tuple[FileFacts, dict[str, int]]] = []
         """The files before the present one, with their counts."""
         self._counts: dict[str, int] = defaultdict(int)
         self._number = 0
+        self._unsynced: deque[str] = deque()
+        """Files that were closed, and that the disk need not have yet."""
         self._is_open = self._has_file = True
         self.heads: Callable[[int], Iterable[Message]] | None = None
         """Returns messages that each further file begins with, given the time at which it begins."""
@@ -180,7 +183,9 @@ class Writer:
             raise self._failed(error) from error
 
     def sync(self) -> None:
-        """Have the disk keep what was flushed; any thread."""
+        """Have the disk keep what was flushed, and files that were closed; any thread."""
+        while self._unsynced:
+            _sync(self._unsynced.popleft())
         self._file.sync()
 
     def split(self, time: int) -> None:
@@ -198,8 +203,8 @@ class Writer:
             self._write_metadata()
         except OSError as error:
             raise self._failed(error) from error
-        if self._on_split is not None:
-            self._on_split(closed, self._file.path)
+        if self.on_split is not None:
+            self.on_split(closed, self._file.path)
 
     def close(self) -> None:
         """Close the bag: its files and its metadata. Idempotent. Raises BagError as `write`."""
@@ -209,6 +214,7 @@ class Writer:
         try:
             self._close_file()
             self._write_metadata()
+            self.sync()
         except OSError as error:
             raise self._failed(error) from error
 
@@ -233,6 +239,7 @@ class Writer:
                 path = _compressed(path)
             facts = FileFacts(os.path.basename(path), file.start, file.end - file.start, file.count)
             self._closed.append((facts, counts))
+            self._unsynced.append(path)
 
     def _remove_oldest(self) -> None:
         while self._max_files and len(self._closed) + 1 > self._max_files:
@@ -294,6 +301,16 @@ def _opener(storage: str, preset: str, ros_distro: str) -> Callable[[str], FileW
     except ModuleNotFoundError as error:
         raise missing_extra(error) from None
     return lambda path: McapWriter(path, compression=chosen, chunk_bytes=chunk_bytes)
+
+
+def _sync(path: str) -> None:
+    """Have the disk keep a file; one that is gone by now is no error."""
+    with suppress(OSError):
+        descriptor = os.open(path, os.O_RDWR)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def _compressed(path: str) -> str:

@@ -1,0 +1,104 @@
+"""Publishers and subscriptions of serialized messages, by the name of their type: no class is needed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from goalwire.aio.entity import Entity
+from goalwire.cdr.type_hash import message_facts
+from goalwire.entities.endpoint import describe_endpoint
+from goalwire.entities.type_support import MessageSupport
+from goalwire.errors import ClosedError, InterfaceError, InvalidHandle, ShutDownError
+from goalwire.idl import get_interface
+from goalwire.transport.contract import EndpointKind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.entities.node import NodeCore
+    from goalwire.rules.qos import QoS
+    from goalwire.transport.contract import Port, PublisherPort, Sample
+
+
+def _support(type_name: str, type_hash: str) -> MessageSupport:
+    """Return the support of a type that may be unknown here: then the hash is as it was given."""
+    try:
+        known_hash, has_buffers = message_facts(type_name)
+    except InterfaceError:
+        known_hash, has_buffers = '', False
+    return MessageSupport(type_name, type_hash or known_hash, has_buffers, lambda: get_interface(type_name))
+
+
+class RawSubscription(Entity):
+    """Made by Node.raw_subscription."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        topic: str,
+        type_name: str,
+        type_hash: str,
+        qos: QoS,
+        deliver: Callable[[Sample], None],
+    ) -> None:
+        self.name = node.resolve(topic)
+        self._node = node
+        support = _support(type_name, type_hash)
+        endpoint = describe_endpoint(node, EndpointKind.SUBSCRIPTION, self.name, support, qos)
+        self._port: Port | None = node.port.subscription(endpoint, deliver)
+        node.own(self)
+
+    def close(self) -> None:
+        """Receive no more. Idempotent."""
+        port, self._port = self._port, None
+        if port is not None:
+            self._node.disown(self)
+            port.close()
+
+    destroy = close
+
+
+class RawPublisher(Entity):
+    """Made by Node.raw_publisher."""
+
+    def __init__(self, node: NodeCore, topic: str, type_name: str, type_hash: str, qos: QoS) -> None:
+        self.name = node.resolve(topic)
+        self._node = node
+        support = _support(type_name, type_hash)
+        self._endpoint = describe_endpoint(node, EndpointKind.PUBLISHER, self.name, support, qos)
+        self._port: PublisherPort | None = node.port.publisher(self._endpoint)
+        node.own(self)
+
+    def publish(self, data: bytes) -> None:
+        """Send one serialized message. Raises InvalidHandle once closed, ShutDownError."""
+        port = self._open_port()
+        try:
+            port.publish(data)
+        except ClosedError:
+            raise ShutDownError(f"cannot publish on '{self.name}'") from None
+
+    def subscribers(self) -> int:
+        """How many subscriptions match; raises InvalidHandle once closed."""
+        count = self._open_port().peer_count()
+        return len(self._node.graph.matched(self._endpoint)) if count is None else count
+
+    def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
+        """Wait until all reliable subscriptions have what was published; False if the time is over first.
+
+        It blocks the thread that calls it. Raises InvalidHandle once closed.
+        """
+        return self._open_port().wait_for_acknowledgements(timeout_ns)
+
+    def _open_port(self) -> PublisherPort:
+        if self._port is None:
+            raise InvalidHandle
+        return self._port
+
+    def close(self) -> None:
+        """Publish no more. Idempotent."""
+        port, self._port = self._port, None
+        if port is not None:
+            self._node.disown(self)
+            port.close()
+
+    destroy = close

@@ -1,0 +1,1 @@
+"""Recording and playing: bags with a node around them."""

@@ -1,0 +1,203 @@
+"""Between the wire and the file: messages wait here, within bounds, and one thread writes them.
+
+Threads of the wire put messages in and never wait. If the file does not keep up, so that more bytes wait than
+may, a message that comes is dropped and counted. The writing thread also flushes the file once in a while, so
+a process that is killed loses no more than what came since.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable
+from threading import Condition, Thread
+from time import monotonic
+from typing import NamedTuple, Protocol, TypeAlias
+
+from goalwire.apps.bag.repeats import Repeats
+from goalwire.errors import BagError
+from goalwire.rosbag2.model import Message
+from goalwire.transport.contract import Sample
+
+FLUSH_S = 0.5
+"""How long what was written waits for its flush; what a killed process loses is no more than about that."""
+_BATCH_BYTES = 2**20
+
+
+class Sink(Protocol):
+    """Where messages go: a bag, or a snapshot that becomes one."""
+
+    def put(self, message: Message) -> None:
+        """Take one message; raises BagError."""
+
+    def flush(self) -> None:
+        """Have everything in the file; raises BagError."""
+
+    def sync(self) -> None:
+        """Have it on the disk. Another thread than the others."""
+
+
+_Work: TypeAlias = 'tuple[Message, bytes] | Callable[[], None]'
+"""A message with its publisher's gid, or a job: both are done in the order in which they came."""
+
+
+class Losses(NamedTuple):
+    """Messages of each topic that are not in the file."""
+
+    dropped: Counter[str]
+    """They came, but too many waited."""
+    missed: Counter[str]
+    """They did not come: their publisher's numbers have gaps. Told on Zenoh alone, which numbers messages."""
+
+
+class Intake:
+    """Takes messages from any thread, and hands them to a sink on a thread of its own."""
+
+    def __init__(
+        self, sink: Sink, limit: int, repeats: Repeats, *, failed: Callable[[BagError], object]
+    ) -> None:
+        """Up to `limit` bytes wait. `failed` is called on the writing thread, once, if the sink raises."""
+        self._sink = sink
+        self._repeats = repeats
+        self._limit = limit
+        self._failed = failed
+        self._condition = Condition()
+        self._waiting: deque[_Work] = deque()
+        self._held = 0
+        self._is_closing = self._has_failed = False
+        self._numbers: dict[bytes, tuple[int, int]] = {}
+        """The first and the latest number of each publisher."""
+        self.is_paused = False
+        """While it is true, what comes is left out; that is no loss."""
+        self.losses = Losses(Counter(), Counter())
+        self.count = 0
+        """How many messages were taken."""
+        self.byte_count = 0
+        self._unsynced = Condition()
+        self._is_unsynced = self._is_synced_at_end = False
+        self._writer = Thread(target=self._write, name='bag-writer', daemon=True)
+        self._syncer = Thread(target=self._sync, name='bag-sync', daemon=True)
+        self._writer.start()
+        self._syncer.start()
+
+    # -- any thread ------------------------------------------------------------------------------------------
+
+    def put(self, topic: str, sample: Sample, time: int) -> None:
+        """Take one message that was received at `time`, in ns; it is dropped if too many wait."""
+        if self.is_paused:
+            return
+        payload, sequence, sent, _, gid = sample
+        data = payload if isinstance(payload, bytes) else bytes(payload)
+        with self._condition:
+            if sequence:
+                self._note_gap(topic, sequence, gid)
+            if (self._held + len(data) > self._limit and self._held) or self._has_failed or self._is_closing:
+                self.losses.dropped[topic] += not self._is_closing
+                return
+            self._waiting.append((Message(topic, time, data, sent, sequence), gid))
+            self._held += len(data)
+            self.count += 1
+            self.byte_count += len(data)
+            if len(self._waiting) == 1:
+                self._condition.notify()
+
+    def _note_gap(self, topic: str, sequence: int, gid: bytes) -> None:
+        """Count what is missing between a publisher's latest message and this; one that comes late is not."""
+        first, last = self._numbers.get(gid, (sequence, sequence - 1))
+        if sequence > last:
+            self.losses.missed[topic] += sequence - last - 1
+            self._numbers[gid] = first, sequence
+        elif first < sequence < last and self.losses.missed[topic]:
+            self.losses.missed[topic] -= 1
+
+    def run(self, job: Callable[[], None]) -> None:
+        """Have the writing thread run `job` after what has come by now."""
+        with self._condition:
+            self._waiting.append(job)
+            self._condition.notify()
+
+    def close(self) -> None:
+        """Write what waits, flush, and end the threads. It blocks. Idempotent."""
+        with self._condition:
+            self._is_closing = True
+            self._condition.notify()
+        self._writer.join()
+        with self._unsynced:
+            self._is_synced_at_end = True
+            self._unsynced.notify()
+        self._syncer.join()
+
+    # -- the writing thread ----------------------------------------------------------------------------------
+
+    def _write(self) -> None:
+        try:
+            self._write_until_closed()
+        except BagError as error:
+            with self._condition:
+                self._has_failed = True
+                for work in self._waiting:
+                    if isinstance(work, tuple):
+                        self.losses.dropped[work[0].topic] += 1
+                self._waiting.clear()
+            self._failed(error)
+
+    def _write_until_closed(self) -> None:
+        due: float | None = None
+        """When the next flush is due; None while there is nothing to flush."""
+        while True:
+            with self._condition:
+                while not (self._waiting or self._is_closing):
+                    left = None if due is None else due - monotonic()
+                    if left is not None and left <= 0:
+                        break
+                    self._condition.wait(left)
+                batch, self._waiting = self._waiting, deque()
+                is_last = self._is_closing
+            if batch:
+                try:
+                    self._put_all(batch)
+                except BagError:
+                    with self._condition:
+                        self._waiting.extendleft(reversed(batch))
+                    raise
+                due = due or monotonic() + FLUSH_S
+            if due is not None and (is_last or monotonic() >= due):
+                self._sink.flush()
+                self._ask_for_sync()
+                due = None
+            if is_last:
+                return
+
+    def _put_all(self, batch: deque[_Work]) -> None:
+        """Write messages and run jobs, and let others wait in the place of those that are written."""
+        written = 0
+        while batch:
+            work = batch[0]
+            if isinstance(work, tuple):
+                message, gid = work
+                self._sink.put(message)
+                self._repeats.note(message, gid)
+                written += len(message.data)
+            else:
+                work()
+            batch.popleft()
+            if written >= _BATCH_BYTES or not batch:
+                with self._condition:
+                    self._held -= written
+                written = 0
+
+    # -- the thread that waits for the disk ------------------------------------------------------------------
+
+    def _ask_for_sync(self) -> None:
+        with self._unsynced:
+            self._is_unsynced = True
+            self._unsynced.notify()
+
+    def _sync(self) -> None:
+        """Have the disk keep what was flushed; a slow disk holds up nobody meanwhile."""
+        while True:
+            with self._unsynced:
+                self._unsynced.wait_for(lambda: self._is_unsynced or self._is_synced_at_end)
+                if not self._is_unsynced:
+                    return
+                self._is_unsynced = False
+            self._sink.sync()

@@ -1,0 +1,33 @@
+"""How a recorder records."""
+
+from __future__ import annotations
+
+from goalwire.records import record
+from goalwire.rules.qos import QoS
+
+CACHE_BYTES = 100 * 2**20
+"""How many bytes of messages wait for the file at most, as in rosbag2."""
+
+
+@record
+class RecordOptions:
+    """How a recorder records."""
+
+    cache_bytes: int = CACHE_BYTES
+    snapshot: bool = False
+    """Whether messages stay in memory until `Recorder.snapshot`."""
+    snapshot_s: float = 0.0
+    """How many s of messages a snapshot keeps; 0: as many as the cache holds."""
+    repeat: tuple[tuple[str, int], ...] = ()
+    """Topics whose latest messages each file begins with, besides /tf_static, and how many of a publisher."""
+    discovery: bool = True
+    """Whether topics that come later are recorded, too."""
+    unpublished: bool = False
+    """Whether topics are recorded that somebody subscribes to, and nobody publishes yet."""
+    ignore_leaves: bool = False
+    """Whether topics are left out that nobody subscribes to."""
+    qos: tuple[tuple[str, QoS], ...] = ()
+    """What to subscribe with, by topic; else it suits the publishers."""
+    sim_time: bool = False
+    """Whether messages get the node's time, instead of the time at which they came."""
+    paused: bool = False

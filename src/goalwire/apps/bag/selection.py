@@ -1,0 +1,90 @@
+"""Which topics, services and actions are meant, as the flags of `ros2 bag record` and `play` say it.
+
+The rules are rosbag2's (rosbag2_transport, topic_filter.cpp): what is excluded is out in any case; of the
+rest, that is in which any flag names. Services are known by the topics of their events, actions by the topics
+and services they are made of.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from goalwire.records import record
+from goalwire.rosbag2.model import SERVICE_EVENT
+
+_ACTION = '/_action/'
+_ACTION_TOPICS = ('feedback', 'status')
+
+
+def action_of(topic: str) -> str:
+    """Return the action that a topic is part of, by itself or as events of its services; '' for any other."""
+    action, found, part = topic.partition(_ACTION)
+    is_part = part in _ACTION_TOPICS or part.endswith(SERVICE_EVENT)
+    return action if found and is_part else ''
+
+
+def service_of(topic: str) -> str:
+    """Return the service whose events a topic has; '' for any other, and for the services of actions."""
+    return topic.removesuffix(SERVICE_EVENT) if topic.endswith(SERVICE_EVENT) and not action_of(topic) else ''
+
+
+def is_hidden(name: str) -> bool:
+    """Return whether a part of a name begins with an underscore: ROS 2 shows such names on request alone."""
+    return any(part.startswith('_') for part in name.split('/'))
+
+
+@record
+class Names:
+    """Names of one kind that are chosen: all, some, or none; and those that are out in any case."""
+
+    all: bool = False
+    some: frozenset[str] = frozenset()
+    out: frozenset[str] = frozenset()
+
+    def has(self, name: str) -> bool:
+        """Return whether it is chosen."""
+        return name not in self.out and (self.all or name in self.some)
+
+
+NONE = Names()
+
+
+@record
+class Selection:
+    """What is meant. Names are full; a regular expression may match any part of one."""
+
+    topics: Names = NONE
+    services: Names = NONE
+    actions: Names = NONE
+    types: frozenset[str] = frozenset()
+    """Topics of these types are in."""
+    types_out: frozenset[str] = frozenset()
+    regex: str = ''
+    """Topics, services and actions that it matches are in."""
+    regex_out: str = ''
+    hidden: bool = False
+    """Whether hidden topics are in."""
+
+    def wants(self, topic: str, type_name: str) -> bool:
+        """Return whether a topic is to be recorded, or played."""
+        action, service = action_of(topic), service_of(topic)
+        if action:
+            return self._has(action, self.actions)
+        if service:
+            return self._has(service, self.services)
+        if type_name in self.types_out or not self._has(topic, self.topics, type_name):
+            return False
+        return topic in self.topics.some or self.hidden or not is_hidden(topic)
+
+    def _has(self, name: str, names: Names, type_name: str = '') -> bool:
+        if name in names.out or (self.regex_out and re.search(self.regex_out, name)):
+            return False
+        if names.has(name) or type_name in self.types:
+            return True
+        return bool(self.regex) and re.search(self.regex, name) is not None
+
+
+def full(names: Iterable[str], namespace: str = '/') -> frozenset[str]:
+    """Return names with a slash before them."""
+    return frozenset(name if name.startswith('/') else f'{namespace.rstrip("/")}/{name}' for name in names)

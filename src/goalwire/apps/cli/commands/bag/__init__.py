@@ -1,0 +1,1 @@
+"""ros2 bag: record, play, info and what else is done with bags."""

@@ -1,0 +1,37 @@
+"""ros2 bag: its verbs; each is imported when it is run."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from goalwire.apps.cli.framework.verbs import Noun, Verb
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.outcome import Outcome
+    from goalwire.apps.cli.framework.output import Output
+
+
+def _verb(name: str, summary: str, *, has_json: bool = False) -> Verb:
+    """Return the verb of a module beside this one, which has `add_arguments` and `run`."""
+
+    def run(arguments: Namespace, output: Output) -> Outcome | None:
+        outcome: Outcome | None = import_module(f'{__package__}.{name}').run(arguments, output)
+        return outcome
+
+    def add_arguments(parser: ArgumentParser) -> None:
+        import_module(f'{__package__}.{name}').add_arguments(parser)
+
+    return Verb(name, summary, run, add_arguments, has_json=has_json)
+
+
+NOUN = Noun(
+    'bag',
+    'Various rosbag related commands',
+    (
+        _verb('info', 'Print information about a bag to the screen', has_json=True),
+        _verb('list', 'Print information about available plugins to the screen', has_json=True),
+        _verb('record', 'Record ROS data to a bag'),
+    ),
+)

@@ -1,0 +1,331 @@
+"""ros2 bag record: record topics, services and actions until Ctrl-C."""
+
+from __future__ import annotations
+
+import asyncio
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from contextlib import suppress
+from datetime import datetime
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from goalwire.apps.bag.options import CACHE_BYTES, RecordOptions
+from goalwire.apps.bag.selection import Names, Selection
+from goalwire.apps.cli.commands.bag.info import size_text
+from goalwire.apps.cli.commands.bag.selecting import names, regular_expression
+from goalwire.apps.cli.framework.lookup import full_name
+from goalwire.apps.cli.framework.numbers import count, length
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.output import tell
+from goalwire.rosbag2.writer import PRESETS, STORAGES, Writer
+
+if TYPE_CHECKING:
+    import goalwire
+    from goalwire.apps.bag.recorder import Recorder
+    from goalwire.apps.cli.framework.output import Output
+
+NODE_NAME = 'rosbag2_recorder'
+LOOK_S = 1.0
+"""How often the command looks for new topics and losses to tell of."""
+TELL_S = 60.0
+"""How often it says what it does."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `bag record` takes."""
+    _add_choice(parser)
+    _add_output(parser)
+    group = parser.add_argument_group('how it records')
+    group.add_argument(
+        '--include-unpublished-topics', action='store_true', help='Record topics without a publisher, too'
+    )
+    group.add_argument('--include-hidden-topics', action='store_true', help='Record hidden topics, too')
+    group.add_argument(
+        '--ignore-leaf-topics', action='store_true', help='Leave topics out that nobody subscribes to'
+    )
+    group.add_argument(
+        '--no-discovery', action='store_true', help='Record the topics that are there at the start alone'
+    )
+    group.add_argument(
+        '-p',
+        '--polling-interval',
+        metavar='MS',
+        type=length,
+        help='Accepted as in ROS 2: new topics are noticed at once',
+    )
+    group.add_argument(
+        '--qos-profile-overrides-path', metavar='FILE', help='YAML: the QoS to subscribe with, by topic'
+    )
+    group.add_argument(
+        '--max-cache-size',
+        metavar='BYTES',
+        type=length,
+        default=CACHE_BYTES,
+        help=f'Bytes that wait for the file at most; a snapshot has as many (default: {CACHE_BYTES})',
+    )
+    group.add_argument(
+        '--max-cache-duration',
+        metavar='S',
+        type=length,
+        default=0,
+        help='Seconds of messages that a snapshot has at most',
+    )
+    group.add_argument(
+        '--start-paused', action='store_true', help='Record nothing before the service ~/resume is called'
+    )
+    group.add_argument(
+        '--disable-keyboard-controls', action='store_true', help='Accepted as in ROS 2: it reads no keys'
+    )
+    group.add_argument('--use-sim-time', action='store_true', help='Give messages the time of /clock')
+    group.add_argument('--node-name', default=NODE_NAME, help=f'Name of the node (default: {NODE_NAME})')
+    group.add_argument(
+        '--snapshot-mode',
+        action='store_true',
+        help='Keep messages in memory, and write them when the service ~/snapshot is called',
+    )
+    group.add_argument(
+        '--repeat-transient-local',
+        metavar='TOPIC[=N]',
+        nargs='+',
+        type=_repeated,
+        default=[],
+        help='Topics whose latest messages each file and snapshot begins with, as with /tf_static',
+    )
+
+
+def _add_choice(parser: ArgumentParser) -> None:
+    group = parser.add_argument_group('what it records')
+    group.add_argument('topic_names', metavar='TOPIC', nargs='*', help='Topics to record')
+    group.add_argument('-a', '--all', action='store_true', help='Record all topics, services and actions')
+    for kind in ('topics', 'services', 'actions'):
+        group.add_argument(f'--all-{kind}', action='store_true', help=f'Record all {kind}')
+        group.add_argument(f'--{kind}', metavar='NAME', nargs='+', default=[], help=f'Record these {kind}')
+        group.add_argument(
+            f'--exclude-{kind}', metavar='NAME', nargs='+', default=[], help=f'Leave these {kind} out'
+        )
+    group.add_argument(
+        '--topic-types', metavar='TYPE', nargs='+', default=[], help='Record topics of these types'
+    )
+    group.add_argument(
+        '--exclude-topic-types', metavar='TYPE', nargs='+', default=[], help='Leave topics of these types out'
+    )
+    group.add_argument(
+        '-e',
+        '--regex',
+        metavar='REGEX',
+        type=regular_expression,
+        default='',
+        help='Record names that contain this',
+    )
+    group.add_argument(
+        '-x',
+        '--exclude-regex',
+        metavar='REGEX',
+        type=regular_expression,
+        default='',
+        help='Leave names out that contain this',
+    )
+
+
+def _add_output(parser: ArgumentParser) -> None:
+    group = parser.add_argument_group('where it writes')
+    group.add_argument(
+        '-o', '--output', metavar='FOLDER', help='Folder to make (default: rosbag2_ and the time)'
+    )
+    group.add_argument(
+        '-s', '--storage', choices=STORAGES, default='mcap', help='Kind of the files (default: mcap)'
+    )
+    group.add_argument(
+        '--storage-preset-profile',
+        choices=PRESETS,
+        default='none',
+        help='How MCAP compresses (default: none)',
+    )
+    group.add_argument(
+        '-f', '--serialization-format', choices=['', 'cdr'], default='', help='Accepted as in ROS 2'
+    )
+    group.add_argument(
+        '-b', '--max-bag-size', metavar='BYTES', type=length, default=0, help='Begin a new file after so much'
+    )
+    group.add_argument(
+        '-d', '--max-bag-duration', metavar='S', type=length, default=0, help='Begin a new file after so long'
+    )
+    group.add_argument(
+        '--max-bag-files',
+        metavar='N',
+        type=length,
+        default=0,
+        help='Remove the oldest file if there are more',
+    )
+    group.add_argument(
+        '--compression-mode',
+        choices=['none', 'file', 'message'],
+        default='none',
+        help='file: compress each file when it is closed',
+    )
+    group.add_argument('--compression-format', choices=['', 'zstd'], default='', help='zstd is the only one')
+    group.add_argument('--compression-queue-size', metavar='N', type=length, help='Accepted as in ROS 2')
+    group.add_argument('--compression-threads', metavar='N', type=length, help='Accepted as in ROS 2')
+    group.add_argument('--compression-threads-priority', metavar='N', help='Accepted as in ROS 2')
+    group.add_argument(
+        '--custom-data',
+        metavar='KEY=VALUE',
+        nargs='*',
+        type=_key_value,
+        default=[],
+        help='Kept in the metadata',
+    )
+
+
+def _key_value(text: str) -> tuple[str, str]:
+    key, found, value = text.partition('=')
+    if not (key and found):
+        raise ArgumentTypeError(f"'{text}' is no KEY=VALUE")
+    return key, value
+
+
+def _repeated(text: str) -> tuple[str, int]:
+    topic, _, depth = text.partition('=')
+    return full_name(topic, 'topic'), count(depth) if depth else 1
+
+
+def _selection(arguments: Namespace) -> Selection:
+    selection = Selection(
+        Names(
+            arguments.all or arguments.all_topics,
+            names([*arguments.topics, *arguments.topic_names], 'topic'),
+            names(arguments.exclude_topics, 'topic'),
+        ),
+        Names(
+            arguments.all or arguments.all_services,
+            names(arguments.services, 'service'),
+            names(arguments.exclude_services, 'service'),
+        ),
+        Names(
+            arguments.all or arguments.all_actions,
+            names(arguments.actions, 'action'),
+            names(arguments.exclude_actions, 'action'),
+        ),
+        frozenset(arguments.topic_types),
+        frozenset(arguments.exclude_topic_types),
+        arguments.regex,
+        arguments.exclude_regex,
+        arguments.include_hidden_topics,
+    )
+    kinds = (selection.topics, selection.services, selection.actions)
+    if not any(kind.all or kind.some for kind in kinds) and not selection.types and not selection.regex:
+        raise CommandError(
+            Outcome.USAGE, f'{arguments.prog}: nothing is chosen', 'name topics, or give -a for all there are'
+        )
+    return selection
+
+
+def _check(arguments: Namespace) -> None:
+    """Raise CommandError for flags that do not go together."""
+    splits = arguments.max_bag_size or arguments.max_bag_duration
+    if arguments.max_bag_files and not splits:
+        raise CommandError(
+            Outcome.USAGE, f'{arguments.prog}: --max-bag-files needs splits', 'give -b or -d as well'
+        )
+    if arguments.compression_mode == 'message':
+        raise CommandError(
+            Outcome.USAGE,
+            f'{arguments.prog}: messages are not compressed one by one here',
+            'give --storage-preset-profile zstd_fast, or --compression-mode file',
+        )
+
+
+def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it prints no data
+    """Record until Ctrl-C or SIGTERM, which are the way to end it: the outcome is OK then."""
+    from goalwire.apps.bag.recorder import Recorder
+    from goalwire.apps.bag.recorder_services import offer_services
+    from goalwire.apps.cli.framework.live import live
+
+    _check(arguments)
+    selection = _selection(arguments)
+    options = RecordOptions(
+        cache_bytes=arguments.max_cache_size or CACHE_BYTES,
+        snapshot=arguments.snapshot_mode,
+        snapshot_s=arguments.max_cache_duration,
+        repeat=tuple(arguments.repeat_transient_local),
+        discovery=not arguments.no_discovery,
+        unpublished=arguments.include_unpublished_topics,
+        ignore_leaves=arguments.ignore_leaf_topics,
+        qos=_qos_overrides(arguments.qos_profile_overrides_path),
+        sim_time=arguments.use_sim_time,
+        paused=arguments.start_paused,
+    )
+    bag = _new_bag(arguments)
+
+    async def record(node: goalwire.Node) -> Outcome:
+        async with Recorder(node, bag, selection, options) as recorder:
+            offer_services(recorder)
+            tell(f"recording into '{bag.path}'{'; it is paused' if options.paused else ''}; Ctrl-C ends it")
+            with suppress(asyncio.CancelledError):  # by a signal: that is how a recording ends
+                await _tell_of(recorder)
+        _tell_end(recorder)
+        return Outcome.OK
+
+    try:
+        return live(record, arguments.node_name, use_sim_time=arguments.use_sim_time)
+    finally:
+        bag.close()
+
+
+def _qos_overrides(path: str | None) -> tuple[tuple[str, goalwire.QoS], ...]:
+    if path is None:
+        return ()
+    from goalwire.apps.bag.qos_overrides import read_qos_overrides
+
+    return tuple(read_qos_overrides(path).items())
+
+
+def _new_bag(arguments: Namespace) -> Writer:
+    folder = arguments.output or f'rosbag2_{datetime.now().astimezone():%Y_%m_%d-%H_%M_%S}'
+    return Writer(
+        folder,
+        storage=arguments.storage,
+        preset=arguments.storage_preset_profile,
+        max_bytes=arguments.max_bag_size,
+        max_duration=arguments.max_bag_duration,
+        max_files=arguments.max_bag_files,
+        compress_files=arguments.compression_mode == 'file',
+        custom_data=dict(arguments.custom_data),
+    )
+
+
+async def _tell_of(recorder: Recorder) -> None:
+    """Say which topics have come and which messages were lost; once in a while, what was recorded."""
+    known: set[str] = set()
+    lost, told, start = 0, monotonic(), monotonic()
+    while True:
+        for topic in recorder.topics:
+            if topic not in known:
+                known.add(topic)
+                tell(f"recording '{topic}'")
+        losses = recorder.losses.dropped.copy() + recorder.losses.missed.copy()
+        if losses.total() > lost:
+            worst = ', '.join(f'{topic}: {n:,}' for topic, n in losses.most_common(3))
+            tell(f'{losses.total() - lost:,} messages were lost since the last look; in all {worst}')
+            lost = losses.total()
+        if monotonic() - told >= TELL_S:
+            told = monotonic()
+            tell(
+                f'{told - start:.0f} s: {recorder.count:,} messages, {size_text(recorder.byte_count)}, '
+                f'{len(known)} topics, {lost:,} lost'
+            )
+        try:
+            async with asyncio.timeout(LOOK_S):
+                await recorder.wait()
+        except TimeoutError:
+            pass
+
+
+def _tell_end(recorder: Recorder) -> None:
+    bag = recorder.bag
+    tell(f"'{bag.path}' has {bag.count:,} messages of {len(recorder.topics)} topics")
+    dropped, missed = recorder.losses
+    for what, lost in (('dropped, since the disk did not keep up', dropped), ('lost on their way', missed)):
+        if lost.total():
+            each = ', '.join(f'{topic}: {n:,}' for topic, n in lost.most_common() if n)
+            tell(f'{lost.total():,} messages were {what}: {each}')

@@ -1,0 +1,54 @@
+"""Recorders and players in an isolated world, on each transport; and `ros2 bag` as a process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pytest
+from helpers.command_line import Begin, CommandLine, executable
+from helpers.isolation import isolated_env
+from helpers.loops import Play, run
+from helpers.processes import Program
+
+from goalwire.aio.node import CONTEXTS
+
+T = TypeVar('T')
+
+
+@pytest.fixture
+def play(isolated: dict[str, str]) -> Play:
+    """`play(scenario)` runs an `async def scenario()`; no context outlives it."""
+
+    def play_one(scenario: Callable[[], Coroutine[Any, Any, T]]) -> T:
+        result = run(scenario())
+        assert CONTEXTS.open == 0, 'contexts left open'
+        return result
+
+    return play_one
+
+
+@pytest.fixture
+def world() -> dict[str, str]:
+    """An environment that one test's programs share."""
+    return isolated_env('rmw_zenoh_cpp')
+
+
+@pytest.fixture
+def ros2(world: dict[str, str], tmp_path: Path) -> CommandLine:
+    """`ros2`, in a folder of the test."""
+    return CommandLine(world, tmp_path)
+
+
+@pytest.fixture
+def begin(world: dict[str, str]) -> Iterator[Begin]:
+    """A function that starts a command."""
+    with ExitStack() as stack:
+
+        def begin(*arguments: str, program: str = 'ros2', **variables: str) -> Program:
+            command = Program(executable(program), *arguments, env={**world, **variables})
+            return stack.enter_context(command)
+
+        yield begin
