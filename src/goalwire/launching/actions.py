@@ -345,7 +345,7 @@ class TimerAction(Action):
         return [(f'{describe_text(self._period)} seconds pass without being canceled', self._actions)]
 
     def seconds(self, context: LaunchContext) -> float:
-        """The period. Raises LaunchError for what is no number of seconds."""
+        """The period in seconds. Raises LaunchError for a text that is not a number of seconds."""
         text = perform_substitutions(context, self._period)
         try:
             seconds = float(text)
@@ -407,7 +407,7 @@ class TimerAction(Action):
 
 
 def _flag(context: LaunchContext, some: bool | SomeSubstitutions) -> bool:
-    """A flag that may be given as a text. Raises SubstitutionFailure for a text that is no boolean."""
+    """A flag that may be given as a text. Raises SubstitutionFailure for a text other than true or false."""
     if isinstance(some, bool):
         return some
     return truth(context, some)

@@ -27,7 +27,7 @@ from goalwire.rules.parameters.file_syntax import KEY, parse_parameter_file
 
 
 def check_launch_file(path: str) -> list[str]:
-    """What is wrong with a launch file and what it includes, each as `file:line: what`.
+    """List the mistakes in a launch file and in those that it includes, each as `file:line: what`.
 
     Texts that depend on arguments are judged by their defaults. What only a launch finds out is not judged.
     """

@@ -78,7 +78,7 @@ class Child(asyncio.SubprocessProtocol):
         return self.exited.result() if self.exited.done() else None
 
     async def ended(self) -> int:
-        """Wait for the process's end and, where nothing of its group runs on, for its last output."""
+        """Wait for the process's end and, if nothing of its group runs on, for its last output."""
         code = await asyncio.shield(self.exited)
         if not self.group_alive():
             await asyncio.shield(self.streams_closed)
@@ -132,7 +132,7 @@ class Child(asyncio.SubprocessProtocol):
 
 
 def _has_members(group: int) -> bool:
-    """Whether Linux knows a process of the group that is no zombie."""
+    """Whether a process of the group still runs: on Linux, one that is not a zombie."""
     for name in os.listdir('/proc'):
         if not name.isdecimal():
             continue

@@ -24,7 +24,7 @@ __all__ = [
 
 
 class IfCondition(Condition):
-    """Holds where a text says true or 1."""
+    """Holds if a text says true or 1."""
 
     def __init__(self, predicate_expression: SomeSubstitutions) -> None:
         super().__init__(predicate=self._holds)
@@ -38,14 +38,14 @@ class IfCondition(Condition):
 
 
 class UnlessCondition(IfCondition):
-    """Holds where a text says false or 0."""
+    """Holds if a text says false or 0."""
 
     def _holds(self, context: LaunchContext) -> bool:
         return not super()._holds(context)
 
 
 class LaunchConfigurationEquals(Condition):
-    """Holds where a launch configuration has a value; None stands for one that is not set."""
+    """Holds if a launch configuration has a value; None stands for one that is not set."""
 
     def __init__(self, launch_configuration_name: str, expected_value: SomeSubstitutions | None) -> None:
         super().__init__(predicate=self._holds)
@@ -65,21 +65,21 @@ class LaunchConfigurationEquals(Condition):
 
 
 class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
-    """Holds where a launch configuration has not that value."""
+    """Holds if a launch configuration has another value, or none."""
 
     def _holds(self, context: LaunchContext) -> bool:
         return not super()._holds(context)
 
 
 class AndCondition(Condition):
-    """Holds where all of the conditions hold; the later ones are asked only then."""
+    """Holds if all of the conditions hold. It stops at the first that does not."""
 
     def __init__(self, *conditions: Condition) -> None:
         super().__init__(predicate=lambda context: all(item.evaluate(context) for item in conditions))
 
 
 class OrCondition(Condition):
-    """Holds where one of the conditions holds."""
+    """Holds if one of the conditions holds."""
 
     def __init__(self, *conditions: Condition) -> None:
         super().__init__(predicate=lambda context: any(item.evaluate(context) for item in conditions))

@@ -44,7 +44,7 @@ def located(error: Exception, location: Location | None, prefix: str = '') -> La
 
 
 def sentence(error: BaseException) -> str:
-    """What an error says, on one line, with its type where the message alone would not tell."""
+    """Return an error's message on one line, preceded by its type if the message alone would not tell."""
     text = ' '.join((error.msg if isinstance(error, SyntaxError) else str(error)).split())
     if isinstance(error, LaunchError) and text:
         return text

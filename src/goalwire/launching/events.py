@@ -1,4 +1,4 @@
-"""What can happen during a launch."""
+"""The events of a launch."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ _REFUSED = (ast.Lambda, ast.NamedExpr, ast.Await, ast.Yield, ast.YieldFrom)
 
 
 def evaluate(expression: str, modules: Iterable[str] = ('math',)) -> str:
-    """The value of an expression as a string; names of `math` need no prefix, where that module is named.
+    """The value of an expression as a string; names of `math` need no prefix, if that module is named.
 
     Raises SubstitutionFailure for what is no such expression, and for whatever it raises.
     """

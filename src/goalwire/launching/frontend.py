@@ -69,7 +69,7 @@ class Entity:
     ) -> Any:
         """An attribute's value, read as a type; `List[Entity]` gives the children of that name.
 
-        A text that does not fit stays one where `can_be_str`, as it may hold a substitution. Raises
+        A text that does not fit stays one if `can_be_str`, as it may hold a substitution. Raises
         LaunchError for a missing attribute that is not optional, and for a value of another type.
         """
         self._asked.add(name)

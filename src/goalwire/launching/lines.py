@@ -41,7 +41,7 @@ class Lines:
             self._tell_rest()
 
     def flush(self) -> None:
-        """Tell what has no end of line, and what was held back but is no interrupt of the start."""
+        """Pass on an unfinished last line, and what was held back unless it is an interrupt's traceback."""
         self._tell_rest()
         held, self._held = self._held or [], None
         if held and held[-1] == _INTERRUPT:

@@ -1,4 +1,4 @@
-"""What a launch description is made of, and the context in which it is carried out.
+"""The base classes of launch descriptions, and the context in which they are carried out.
 
 Theory of operation. A description is a tree of entities. Visiting an entity does what it stands for and gives
 its sub-entities, which are visited in turn, depth first: so the order of a file is the order of its effects.
@@ -34,7 +34,7 @@ class Substitution:
     """A text that is found out when the launch runs."""
 
     def describe(self) -> str:
-        """What stands in the file, for printing."""
+        """Return the substitution as it stands in the file, for printing."""
         return f'{type(self).__name__}()'
 
     def perform(self, context: LaunchContext) -> str:
@@ -50,7 +50,7 @@ class Substitution:
 
 
 SomeSubstitutions: TypeAlias = str | Path | Substitution | Iterable[str | Path | Substitution]
-"""What may stand wherever a text may stand: `SomeSubstitutionsType` of launch."""
+"""Everything that may stand in place of a text: `SomeSubstitutionsType` of launch."""
 
 
 class Condition:
@@ -72,7 +72,7 @@ class Condition:
         return self._last
 
     def evaluate_prev(self) -> bool | None:
-        """What evaluate() said the last time; None before."""
+        """Return the last answer of evaluate(); None before."""
         return self._last
 
 
@@ -100,7 +100,7 @@ class LaunchDescriptionEntity:
         return None
 
     def get_asyncio_future(self) -> asyncio.Future[Any] | None:
-        """What the launch waits for before it is done; None for what is done at once."""
+        """Return the future that the launch waits for; None if the entity is done at once."""
         return None
 
     def find_arguments(self, search: ArgumentSearch) -> Iterator[FoundArgument]:
@@ -119,7 +119,7 @@ class ArgumentSearch(NamedTuple):
     """Where a search for launch arguments has come to."""
 
     includes: tuple[LaunchDescriptionEntity, ...] = ()  # the outermost first
-    decided: frozenset[str] = frozenset()  # names that an include sets: they are no arguments of the launch
+    decided: frozenset[str] = frozenset()  # names that an include sets, so the launch has no such arguments
     is_conditional: bool = False
 
 
@@ -132,7 +132,7 @@ class FoundArgument(NamedTuple):
 
 
 class Action(LaunchDescriptionEntity):
-    """An entity that does something, where its condition holds."""
+    """An entity that does something if its condition holds."""
 
     def __init__(self, *, condition: Condition | None = None) -> None:
         self._condition = condition
@@ -268,7 +268,7 @@ class _Locals(SimpleNamespace):
 
 
 class LaunchContext:
-    """What entities read and change: launch configurations, the environment, handlers, the queue of events.
+    """The state that entities read and change: launch configurations, environment, handlers, queued events.
 
     Not thread-safe: other threads use LaunchService.emit_event().
     """
@@ -313,7 +313,7 @@ class LaunchContext:
 
     @property
     def locals(self) -> Any:
-        """The names of the moment, such as `event`, as attributes that can be read alone.
+        """The names of the moment, such as `event`, as attributes that can only be read.
 
         AttributeError for what is not there, and for setting one: extend_locals() does that.
         """
@@ -385,7 +385,7 @@ class LaunchContext:
         return any(handler.matches(event) for handler in self.handlers)
 
     def emit_event_sync(self, event: Event) -> None:
-        """Queue an event; from the loop's thread alone."""
+        """Queue an event; only the loop's thread may call this."""
         self.events.append(event)
         self._wake()
 
@@ -408,7 +408,7 @@ class LaunchContext:
 
 
 class LaunchDescription(LaunchDescriptionEntity):
-    """What a launch file returns: entities in order."""
+    """The entities that a launch file returns, in order."""
 
     def __init__(
         self,

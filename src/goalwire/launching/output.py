@@ -1,7 +1,7 @@
 """Where a launch's lines go: the terminal, and files below a folder of their own.
 
 `launch.logging` of ROS 2 under its own names. The loggers are Python's, one a process name and stream; what a
-process prints goes through them line by line. The screen is standard output; where its reader has gone, lines
+process prints goes through them line by line. The screen is standard output; if its reader has gone, lines
 go to the files alone, and the launch is told.
 """
 
@@ -25,7 +25,7 @@ _SCREEN_WITH_TIME = '{created:.7f} [{levelname}] [{name}]: {message}'
 _FILE = '{created:.7f} [{levelname}] [{name}]: {message}'
 _LINE_ON_SCREEN, _LINE_IN_FILE = '{message}', '{created:.7f} {message}'
 _GONE = frozenset({errno.EPIPE, errno.EIO, errno.EBADF, errno.ENXIO})
-"""What writing to standard output ends with when its reader, or the terminal, has gone."""
+"""The errors of writing to standard output once its reader, or the terminal, has gone."""
 OUTPUTS: dict[str, dict[str, set[str]]] = {
     'screen': {'both': {'screen'}},
     'log': {'both': {'log'}, 'stderr': {'screen'}},

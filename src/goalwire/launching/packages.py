@@ -1,6 +1,6 @@
 """Packages by name: where they are, and which programs they have.
 
-ament_index_python answers first, which is the real one where ROS 2 is sourced: installed workspaces, and
+ament_index_python answers first, which is the real one if ROS 2 is sourced: installed workspaces, and
 packages that pip installed. A package of a workspace's source, found by its package.xml below the working
 directory, has its launch files, its configuration and its Python programs where it lies; what C++ makes of it
 is there once it is installed. If the working directory is not trusted (goalwire.idl.workspace_roots), nothing
@@ -98,7 +98,7 @@ def has_component(package: str, plugin: str) -> bool:
 
 
 def source_components(package: str) -> list[EntryPoint]:
-    """Return the components in Python of a package that is found as source alone."""
+    """Return the Python components of a package that is found only as source."""
     source = source_of(package)
     found = {} if source is None else programs_of_group(source, COMPONENTS)
     return [EntryPoint(name, f'{module}:{what}', COMPONENTS) for name, (module, what) in found.items()]

@@ -191,11 +191,11 @@ class ExecuteLocal(Action):
         return None if self._child is None else self._child.returncode
 
     def get_stdout(self) -> str:
-        """What the process has printed. Raises LaunchError without `cached_output`."""
+        """Return what the process has printed. Raises LaunchError without `cached_output`."""
         return self._cached(self._stdout, 'stdout')
 
     def get_stderr(self) -> str:
-        """What the process has printed to its standard error. Raises LaunchError without `cached_output`."""
+        """Return what it has printed to its standard error. Raises LaunchError without `cached_output`."""
         return self._cached(self._stderr, 'stderr')
 
     def _cached(self, lines: Lines | None, stream: str) -> str:
@@ -272,7 +272,7 @@ class ExecuteLocal(Action):
         return evaluate_condition_expression(context, [TextSubstitution(text=str(configured))])
 
     async def _run(self, context: LaunchContext, *, respawn: bool) -> None:
-        """Start the process, and again where it is to respawn, until it has ended for good."""
+        """Start the process, and start it again if it is to respawn, until it has ended for good."""
         try:
             while await self._run_once(context) and respawn and self._respawns_left != 0:
                 if context.is_shutdown or self._stopping is None or self._stopping.is_set():
@@ -287,7 +287,7 @@ class ExecuteLocal(Action):
                 self._completed.set_result(None)
 
     async def _run_once(self, context: LaunchContext) -> bool:
-        """Run the process to its end; False where it could not be started."""
+        """Run the process to its end; False if it could not be started."""
         if context.is_aborted:
             return False
         details = dict(self._details or {})
@@ -374,7 +374,7 @@ class ExecuteLocal(Action):
             child.signal(wanted)
 
     def _begin_ending(self, context: LaunchContext) -> None:
-        """SIGINT, and what follows where that is not enough; once a process."""
+        """Send SIGINT, then harder signals if the process goes on; once for each process."""
         if self._stopping is not None:
             self._stopping.set()
         child = self._child

@@ -100,7 +100,7 @@ class ResetLaunchConfigurations(Action):
 
 
 def _kept_configurations(entity: Entity, parser: Parser) -> dict[Any, Any]:
-    """What a tag keeps by its `keep` children."""
+    """Read the configurations that a tag keeps by its `keep` children."""
     kept = {}
     for item in entity.get_entities('keep'):
         name = tuple(parser.parse_substitution(item.get_attr('name')))

@@ -83,7 +83,7 @@ class LaunchService:
         self.emit_event(IncludeLaunchDescription(launch_description))
 
     def shutdown(self, force_sync: bool = False) -> Coroutine[None, None, None] | None:
-        """End everything, from any thread; nothing happens where the service does not run.
+        """End everything, from any thread; nothing happens if the service does not run.
 
         In the loop of the service itself the answer is a coroutine that ends with the launch, as in launch,
         unless `force_sync`.
@@ -100,10 +100,10 @@ class LaunchService:
             await asyncio.wait([self._task])
 
     def run(self, *, shutdown_when_idle: bool = True) -> int:
-        """Carry out what was included; 1 where that failed, else 0.
+        """Carry out what was included. Returns 1 if that failed, else 0.
 
         In the main thread Ctrl-C, SIGTERM and SIGHUP end everything in order meanwhile. Raises LaunchError
-        where the service runs already.
+        if the service runs already.
         """
         return asyncio.run(self.run_async(shutdown_when_idle=shutdown_when_idle), debug=self._debug)
 
@@ -231,7 +231,7 @@ class LaunchService:
 
     @contextlib.contextmanager
     def _signals(self) -> Iterator[None]:
-        """Let signals end everything in order, where this is the main thread."""
+        """Let signals end everything in order, if this is the main thread."""
         if threading.current_thread() is not threading.main_thread() or self._loop is None:
             yield
             return

@@ -36,7 +36,7 @@ sys.exit({function}())
 
 
 def starters(package: str, folder: str) -> list[str]:
-    """The paths of starters for a source package's programs, sorted; none where it names none."""
+    """The paths of starters for a source package's programs, sorted; empty if it names none."""
     texts = {name: _starter(name, target, folder) for name, target in console_scripts(folder).items()}
     if not texts or os.name != 'posix':
         return []
@@ -50,7 +50,7 @@ def starters(package: str, folder: str) -> list[str]:
 
 
 def console_scripts(folder: str) -> dict[str, tuple[str, str]]:
-    """Module and function by program, of setup.py, setup.cfg and pyproject.toml where they can be read."""
+    """Module and function by program, of setup.py, setup.cfg and pyproject.toml, if these can be read."""
     return programs_of_group(folder, 'console_scripts')
 
 

@@ -82,7 +82,7 @@ def load_python_launch_file_as_module(launch_file_path: str) -> ModuleType:
 
 
 def get_launch_description_from_python_launch_file(launch_file_path: str) -> LaunchDescription:
-    """What generate_launch_description() of a Python launch file returns."""
+    """Return the description that generate_launch_description() of a Python launch file returns."""
     module = load_python_launch_file_as_module(launch_file_path)
     function = getattr(module, 'generate_launch_description', None)
     if not callable(function):
@@ -197,7 +197,7 @@ class LaunchDescriptionSource:
     def try_get_launch_description_without_context(
         self, including: Location | None = None
     ) -> LaunchDescription | None:
-        """Read it where its place depends on nothing that a launch finds out; else None.
+        """Read it if its path depends on nothing that only a launch finds out; else return None.
 
         `including` is the line of the include, whose folder $(dirname) stands for.
         """
@@ -315,7 +315,7 @@ class IncludeLaunchDescription(Action):
         return f'IncludeLaunchDescription({self._source.location})'
 
     def read_ahead(self) -> LaunchDescription | None:
-        """The description, where it can be read without a launch."""
+        """Return the description if it can be read without a launch, else None."""
         return self._source.try_get_launch_description_without_context(self.location)
 
     def decided_names(self) -> set[str]:

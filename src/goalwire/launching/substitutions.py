@@ -178,7 +178,7 @@ class PythonExpression(CompoundSubstitution):
 
 @expose_substitution('command')
 class Command(CompoundSubstitution):
-    """What a program prints; it runs when the text is needed, without a shell.
+    """The output of a program, which runs without a shell when the text is needed.
 
     `on_stderr` says what becomes of a program that prints to its standard error: 'fail', 'ignore', 'warn', or
     'capture', which takes that output too.
@@ -345,7 +345,7 @@ class AnonName(CompoundSubstitution):
 
 @expose_substitution('file-content')
 class FileContent(CompoundSubstitution):
-    """What a text file holds."""
+    """The contents of a text file."""
 
     names = ('path',)
 

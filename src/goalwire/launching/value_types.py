@@ -21,7 +21,7 @@ def is_valid_scalar_type(data_type: object) -> bool:
 
 
 def is_normalized_substitution(value: object) -> bool:
-    """Say whether a value is a list of substitutions alone."""
+    """Say whether a value is a list that holds only substitutions."""
     return isinstance(value, list) and all(isinstance(item, Substitution) for item in value)
 
 
@@ -39,7 +39,7 @@ def is_instance_of_valid_type(value: object, *, can_be_str: bool = False) -> boo
 
 
 def is_instance_of(value: object, data_type: object = None, *, can_be_str: bool = False) -> bool:
-    """Say whether a value is of a type; an int is no float. Raises ValueError for an unknown type."""
+    """Say whether a value is of a type; an int is not a float here. Raises ValueError for an unknown type."""
     if data_type is None:
         return is_instance_of_valid_type(value, can_be_str=can_be_str)
     scalar, many = scalar_type(data_type)
@@ -50,7 +50,7 @@ def is_instance_of(value: object, data_type: object = None, *, can_be_str: bool 
 
 
 def coerce_list(value: list[str], data_type: object = None, can_be_str: bool = False) -> list[Any]:
-    """Read several texts as values of one type. Raises ValueError, TypeError for what is no list of texts."""
+    """Read several texts as values of one type. Raises ValueError, TypeError for all but lists of texts."""
     if not _is_list_of_texts(value):
         raise TypeError(f'expected a list of strings, got {value!r:.100}')
     found = [coerce_to_type(item, data_type, can_be_str) for item in value]

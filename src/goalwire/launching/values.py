@@ -38,7 +38,7 @@ class TextSubstitution(Substitution):
 
 
 def normalize_to_list_of_substitutions(subs: SomeSubstitutions) -> list[Substitution]:
-    """A text, a substitution or several of both, as substitutions alone. Raises TypeError for others."""
+    """Return a text, a substitution or several of both as a list of substitutions. Raises TypeError."""
     if isinstance(subs, str | Path | Substitution):
         return [_substitution(subs)]
     if isinstance(subs, Iterable):
@@ -90,7 +90,7 @@ def scalar_type(data_type: object) -> tuple[Any, bool]:
 
 
 def coerce_to_type(value: str, data_type: object = None, can_be_str: bool = False) -> Any:
-    """Read a text as a value of a type, or by YAML's rules where none is given.
+    """Read a text as a value of a type, or by YAML's rules if none is given.
 
     `can_be_str`: what does not fit stays a text, as it may hold a substitution. Raises ValueError.
     """
@@ -193,7 +193,7 @@ def _plain(item: object, scalar: Any) -> object:
 
 
 def perform_typed_substitution(context: LaunchContext, value: Any, data_type: object = None) -> Any:
-    """What a normalized value is worth. Raises ValueError where it is not of the type."""
+    """Return the value that a normalized one stands for. Raises ValueError if it is not of the type."""
     if isinstance(value, list) and is_substitution(value):
         return coerce_to_type(perform_substitutions(context, value), data_type)
     if isinstance(value, list):
@@ -218,7 +218,7 @@ def evaluate_condition_expression(context: LaunchContext, expression: Iterable[S
 
 
 def truth(context: LaunchContext, some: SomeSubstitutions) -> bool:
-    """What a substitution of launch's boolean ones makes of its argument. Raises SubstitutionFailure."""
+    """Return a text, which says true or false, as a boolean. Raises SubstitutionFailure."""
     text = perform_text(context, some)
     found = as_bool(text)
     if found is None:

@@ -1,4 +1,4 @@
-"""What launch_ros adds to launch: nodes, their parameters and names, managed nodes, packages."""
+"""The additions of launch_ros to launch: nodes, their parameters and names, managed nodes, packages."""
 
 from goalwire.launching.ros import composition, lifecycle, node, scope, substitutions
 

@@ -179,7 +179,7 @@ class LoadComposableNodes(Action):
         return None
 
     def _loadable(self, context: LaunchContext, skipped: Node | None) -> list[ComposableNode]:
-        """Return the components, of which a container that was skipped takes those in Python alone."""
+        """Return the components to load: only those in Python if the container in C++ was skipped."""
         if skipped is None or self._target is skipped:
             return self.composable_node_descriptions
         python, others = divided(context, self.composable_node_descriptions)

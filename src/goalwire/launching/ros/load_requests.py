@@ -1,4 +1,4 @@
-"""What a container of components is asked to load."""
+"""The requests by which a container is asked to load components."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ class ParameterFile:
         return self._allow_substs
 
     def evaluate(self, context: LaunchContext) -> Path:
-        """The path of the file that the node is to read. Raises LaunchError where it cannot be read."""
+        """The path of the file that the node is to read. Raises LaunchError if it cannot be read."""
         path = Path(perform_substitutions(context, self._file))
         allowed = (
             self._allow_substs if isinstance(self._allow_substs, bool) else truth(context, self._allow_substs)
