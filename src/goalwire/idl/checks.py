@@ -29,7 +29,7 @@ def python_type(type_: FieldType, message: type | None) -> type:
 
 
 def checked(name: str, type_: FieldType, message: type | None, value: object) -> object:
-    """Return what the field stores for this value; raises AssertionError where rosidl's setter would."""
+    """Return what the field stores for this value; raises AssertionError if rosidl's setter would."""
     if type_.shape is Shape.SINGLE:
         _check_single(name, type_, python_type(type_, message), value)
         return value
@@ -42,7 +42,7 @@ def checked(name: str, type_: FieldType, message: type | None, value: object) ->
 
 
 def checks_asked(message: Message, keywords: dict[str, object], usual: bool) -> object:
-    """Return what a constructor's keyword check_fields says, `usual` where it is not there.
+    """Return the value of a constructor's keyword check_fields, `usual` if it was not given.
 
     Raises UnknownFieldError for further keywords, which name no field; its text begins as rosidl's.
     """

@@ -18,7 +18,7 @@ class _Slot:
 
     name: str
     signature: str  # the keyword's default
-    fresh: str  # an expression for a new default; '' where the signature's default is stored itself
+    fresh: str  # an expression for a new default; '' if the signature's default is stored itself
     convert: str  # an expression that converts the given value `{}`
     is_packed: bool = False  # the slot holds bytes until the field is first read
     converts_first: bool = False  # rosidl's constructors make sequences of numbers before anything is checked

@@ -39,7 +39,7 @@ class _Part:
 def message_class(full_name: str) -> type:
     """Return the class of 'pkg/msg/Name' or of a message derived from a service or action.
 
-    Raises UnknownInterfaceError, or InterfaceSyntaxError where this or a nested definition is malformed.
+    Raises UnknownInterfaceError, or InterfaceSyntaxError if this or a nested definition is malformed.
     """
     message = registry.message_definition(full_name)
     return _classes.get(full_name) or _build_message(message)
@@ -62,7 +62,7 @@ def action_class(full_name: str) -> type:
 
 
 def find_class(full_name: str, _inside: tuple[str, ...] = ()) -> type:
-    """Return the class that `from pkg.msg import Name` gives: a real ROS 2 package's where there is one."""
+    """Return the class that `from pkg.msg import Name` gives: a real ROS 2 package's if there is one."""
     found = _classes.get(full_name)
     if found is not None:
         return found
@@ -89,7 +89,7 @@ def _foreign_class(package: str, kind: str, name: str) -> type:
 
 
 def foreign_module(package: str, kind: str) -> ModuleType | None:
-    """Return the module 'pkg.msg' of a real ROS 2 that is importable here, None where there is none."""
+    """Return the module 'pkg.msg' of a real ROS 2 that is importable here, None if there is none."""
     try:
         module = import_module(f'{package}.{kind}')
     except ImportError:

@@ -59,7 +59,7 @@ def folder_of(value: str, *, regular: bool = False) -> str | None:
             if spec is None or not spec.submodule_search_locations or (regular and spec.loader is None):
                 return None
             path = list(spec.submodule_search_locations)
-        except Exception:  # other people's finders, and names that are none
+        except Exception:  # other people's finders, and names that are not names
             return None
     return os.path.abspath(path[0]) if path else None
 

@@ -33,7 +33,7 @@ def extent_of(message: MessageDefinition, nested: Mapping[str, Extent]) -> Exten
     """Return the extent of a message; raises InterfaceSyntaxError at the field that is too much.
 
     `nested` are those of the messages in it, by full name. What ROS 2 derives from a definition, such as a
-    service's event, is never too much where the definition is not: its fields stand in no file.
+    service's event, is never too much if the definition is not: its fields stand in no file.
     """
     depth, fields, values = 1, 1, 1
     for field in message.fields:

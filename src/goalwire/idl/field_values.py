@@ -110,7 +110,7 @@ def _with_plain_keys(data: Any, done: dict[int, Any]) -> Any:
 
 
 def plain_values(data: Any, done: dict[int, Any] | None = None) -> Any:
-    """Return data with the values that YAML gives, where nobody knows the types of the fields.
+    """Return data with the values that YAML gives, if nobody knows the types of the fields.
 
     `done` holds what was made of each part, as YAML's aliases may name one part often.
     """

@@ -75,7 +75,7 @@ class InterfaceFinder:
             search_path.discard()
 
     def _module_spec(self, fullname: str, target: 'ModuleType | None') -> 'ModuleSpec | None':
-        """A regular module or package (the overlay's where there is no other), else a namespace folder."""
+        """A regular module or package (the overlay's if there is no other), else a namespace folder."""
         if os.environ.get(OVERLAY_FIRST) == '1' and (spec := _regular(fullname, [OVERLAY])):
             return spec
         found = self._ask_behind(fullname, target)
@@ -206,7 +206,7 @@ def _overlay_finder() -> 'FileFinder | None':
 def _python_beside(found: 'InterfacePackage', namespace: 'ModuleSpec | None') -> 'ModuleSpec | None':
     """The Python package that lies in a source folder beside the interfaces: my_robot/my_robot/__init__.py.
 
-    Only where Python's own search, or GOALWIRE_INTERFACE_PATH, leads to that folder: what else lies below the
+    Only if Python's own search, or GOALWIRE_INTERFACE_PATH, leads to that folder: what else lies below the
     working directory may be anybody's, and is not run.
     """
     from goalwire.idl.search_path import INTERFACE_PATH
@@ -218,7 +218,7 @@ def _python_beside(found: 'InterfacePackage', namespace: 'ModuleSpec | None') ->
 
 
 def _refuse_unnamed(fullname: str, path: 'Sequence[str]') -> None:
-    """Raise where name.msg is a folder of definitions, not of modules, and package.xml is what is missing."""
+    """Raise if name.msg is a folder of definitions, not of modules, and only package.xml is missing."""
     from goalwire.idl import workspace
 
     package, _, kind = fullname.partition('.')

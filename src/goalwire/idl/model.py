@@ -78,7 +78,7 @@ def integer_range(base: str) -> tuple[int, int]:
 
 @record
 class Field:
-    """A field; `line` counts from 1 in the definition file, 0 where no file says it."""
+    """A field; `line` counts from 1 in the definition file, 0 if no file says it."""
 
     name: str
     type: FieldType
@@ -88,7 +88,7 @@ class Field:
 
     @property
     def unit(self) -> str:
-        """The unit that the comment gives in square brackets, such as rad/s; '' where it gives none."""
+        """The unit that the comment gives in square brackets, such as rad/s; '' if it gives none."""
         found = _UNIT.search(self.comment)
         return found[1] if found else ''
 

@@ -120,7 +120,7 @@ def inner_spec(fullname: str, found: InterfacePackage | None = None) -> ModuleSp
 
 
 def explain_unknown(fullname: str) -> str | None:
-    """Return the text for an import of std_msgs.msg.Strng or std_msgs.srv; None where Python's will do."""
+    """Return the text for an import of std_msgs.msg.Strng or std_msgs.srv; None if Python's will do."""
     from difflib import get_close_matches
 
     package, kind, *rest = fullname.split('.')
@@ -146,7 +146,7 @@ def explain_unknown(fullname: str) -> str | None:
 
 
 def _explain_misplaced(package: str, name: str) -> str | None:
-    """Return the error text for std_msgs.String: where the type is. None where there is no such type."""
+    """Return the error text for std_msgs.String: where the type is. None if there is no such type."""
     from difflib import get_close_matches
 
     kinds = {type_: kind for kind in reversed(workspace.KINDS) for type_ in type_names(package, kind)}

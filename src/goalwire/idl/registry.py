@@ -26,7 +26,7 @@ _texts: dict[str, dict[str, str]] = {}  # package -> 'msg/Name' -> text, from re
 def register_definitions(package: str, definitions: Mapping[str, str]) -> None:
     """Make the types of a package known by their text: {'msg/Foo': 'int32 x', 'srv/Bar': …}.
 
-    Registered text is found before any file. Raises InterfaceError where a type has other text already.
+    Registered text is found before any file. Raises InterfaceError if a type has other text already.
     """
     for name, text in definitions.items():
         kind, _, type_name = name.partition('/')
@@ -135,7 +135,7 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
 
 
 def read_definition(file: str) -> str:
-    """Read a definition file; InterfaceSyntaxError where it is no UTF-8, InterfaceError for the rest."""
+    """Read a definition file; raises InterfaceSyntaxError if it is not UTF-8, or InterfaceError."""
     try:
         data = read_regular(file, LARGEST_DEFINITION)
     except OSError as error:

@@ -76,7 +76,7 @@ def to_ndarray(dtype: str, value: object, field: str = '') -> np.ndarray:
 
 
 def to_array(typecode: str, value: Iterable[float], field: str = '') -> array[float]:
-    """Return a new array.array; one copy of the memory where the value is a buffer of the same items.
+    """Return a new array.array; one copy of the memory if the value is a buffer of the same items.
 
     What array.array raises names the `field`, and the value in it that is wrong.
     """

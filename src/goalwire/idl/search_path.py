@@ -71,7 +71,7 @@ _found: dict[_Key, InterfacePackage | None] = {}
 
 
 def find_package(package: str) -> InterfacePackage | None:
-    """Find a package's definition files; None where there are none.
+    """Find a package's definition files; None if there are none.
 
     Answers are kept until an environment variable, the working directory, the program or sys.path changes,
     or importlib.invalidate_caches() is called. Raises UnknownInterfaceError for a name that no package has.
@@ -94,7 +94,7 @@ def imported_package(package: str, kind: str) -> InterfacePackage | None:
 
     As with Python's own packages, one that is imported stays where it was found.
     """
-    for name in (package, f'{package}.{kind}'):  # the hook serves a Python package's msg alone
+    for name in (package, f'{package}.{kind}'):  # of a Python package the hook serves only msg
         found = getattr(getattr(sys.modules.get(name), '__spec__', None), 'loader_state', None)
         if isinstance(found, InterfacePackage):
             return found

@@ -148,7 +148,7 @@ def _message(message: MessageDefinition, name: str) -> list[str]:
 
 
 def _function(name: str, parameters: list[str], result: str) -> list[str]:
-    """A function without body, on one line where that fits."""
+    """A function without body, on one line if that fits."""
     line = f'def {name}({", ".join(parameters)}) -> {result}: ...'
     if len(line) <= _WIDTH:
         return [line]
@@ -230,7 +230,7 @@ def _indented(lines: Iterable[str]) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Write stubs; 1 where a package is missing or malformed."""
+    """Write stubs. Returns 1 if a package is missing or malformed."""
     parser = argparse.ArgumentParser(
         prog='python -m goalwire.idl.stubs', description='Write type stubs for interface packages.'
     )

@@ -57,7 +57,7 @@ def holds_definitions(folder: str) -> bool:
 
 
 def definition_names(folder: str, kind: str) -> list[str]:
-    """The type names that <folder>/<kind>/ defines, sorted; none where there is no such folder."""
+    """The type names that <folder>/<kind>/ defines, sorted; none if there is no such folder."""
     return sorted(_definitions(folder, kind))
 
 

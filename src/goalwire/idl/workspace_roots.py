@@ -82,7 +82,7 @@ def discard() -> None:
 
 
 def _program_folder() -> str | None:
-    """The folder of the script that Python was started with; None where there is none, or it is installed."""
+    """The folder of the script that Python was started with; None if there is none, or it is installed."""
     for name in ('__mp_main__', '__main__'):  # a process that multiprocessing spawned has the first
         file = getattr(sys.modules.get(name), '__file__', None)
         if isinstance(file, str) and os.path.isabs(file):
