@@ -44,7 +44,7 @@ class LifecycleState(NamedTuple):
 
     @property
     def is_primary(self) -> bool:
-        """True where a node may rest; False while a transition's callback runs."""
+        """True if a node may rest; False while a transition's callback runs."""
         return self.state_id < CONFIGURING.state_id
 
 
@@ -85,7 +85,7 @@ class Transition(NamedTuple):
 
     @property
     def callback(self) -> str | None:
-        """The name of the callback that decides how it goes on; None where the node now rests."""
+        """The name of the callback that decides how it goes on; None if the node now rests."""
         return _CALLBACKS.get(self.goal)
 
 
@@ -159,7 +159,7 @@ class LifecycleMachine:
         return [transition for transition in TRANSITIONS if transition.start == self.state]
 
     def begin(self, wanted: int | str) -> Transition | None:
-        """Start the transition of this id or label; None where there is none from here.
+        """Start the transition of this id or label; None if there is none from here.
 
         During a transition there is none: how that ends is for its callback to say, not for a peer.
         """

@@ -18,7 +18,7 @@ UNSPECIFIED_NS = 0
 INFINITE_NS = 9_223_372_036_854_775_807
 """A duration without end (RMW_DURATION_INFINITE: 9223372036 s, 854775807 ns)."""
 BEST_AVAILABLE_NS = INFINITE_NS - 1
-"""Whatever suits the endpoints on the other side (RMW_DURATION_BEST_AVAILABLE)."""
+"""The duration that suits the endpoints on the other side (RMW_DURATION_BEST_AVAILABLE)."""
 
 
 class QoSPolicyEnum(IntEnum):
@@ -136,12 +136,12 @@ class QoS:
 
     @property
     def keeps_all(self) -> bool:
-        """True where the queue has no bound of its own."""
+        """True if the queue has no bound of its own."""
         return self.history is HistoryPolicy.KEEP_ALL
 
     @property
     def is_transient_local(self) -> bool:
-        """True where late subscribers are served from the publisher's history."""
+        """True if late subscribers are served from the publisher's history."""
         return self.durability is DurabilityPolicy.TRANSIENT_LOCAL
 
     @property
@@ -195,7 +195,7 @@ BEST_AVAILABLE = QoS(
 def suiting(offered: Collection[QoS], depth: int) -> QoS:
     """Return a subscription's QoS that goes together with publishers that offer these.
 
-    As ROS 2's `topic echo` has it: reliable, and with history, where there are any and each offers that.
+    As ROS 2's `topic echo` has it: reliable, and with history, if there are any and each offers that.
     """
     reliable = bool(offered) and all(each.stated().is_reliable for each in offered)
     latched = bool(offered) and all(each.is_transient_local for each in offered)

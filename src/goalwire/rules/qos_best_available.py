@@ -26,7 +26,7 @@ _UNSET = frozenset({UNSPECIFIED_NS, INFINITE_NS, BEST_AVAILABLE_NS})
 
 
 def is_open(qos: QoS) -> bool:
-    """True where a policy is left to the endpoints on the other side."""
+    """True if a policy is left to the endpoints on the other side."""
     return (
         qos.reliability is ReliabilityPolicy.BEST_AVAILABLE
         or qos.durability is DurabilityPolicy.BEST_AVAILABLE

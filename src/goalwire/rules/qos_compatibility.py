@@ -99,7 +99,7 @@ def check_compatible(publisher: QoS, subscription: QoS) -> tuple[QoSCompatibilit
 
 
 def incompatible_policy(publisher: QoS, subscription: QoS) -> PolicyKind | None:
-    """Return the policy for which two endpoints do not go together under DDS, None where they do.
+    """Return the policy for which two endpoints do not go together under DDS, None if they do.
 
     Of several it is the one that DDS numbers highest, as its implementations report it. What nobody asked for
     counts as what it becomes on a wire.

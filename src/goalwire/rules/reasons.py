@@ -1,6 +1,6 @@
 """Why a server leaves a request unanswered: the text that it sends, and the error that the client raises.
 
-The text travels where both ends are goalwire: in an error reply on Zenoh, in a refusal on DDS.
+The text travels if both ends are goalwire: in an error reply on Zenoh, in a refusal on DDS.
 ROS 2's own clients ignore it.
 """
 

@@ -24,9 +24,9 @@ class CallAttempt:
     lasted: float
     """s from then on."""
     error: CallError | None
-    """Why it failed; None where it was answered."""
+    """Why it failed; None if it was answered."""
     retry_in: float | None
-    """s until the request is sent again; None where it is not."""
+    """s until the request is sent again; None if it is not."""
 
 
 @record
@@ -145,9 +145,9 @@ class Attempts:
         self._budget.answered()
 
     def failed(self, error: CallError, now: int, deadline: int | None) -> int | None:
-        """The attempt has failed: return the ns until the next one, or None where the call is to end.
+        """The attempt has failed: return the ns until the next one, or None if the call is to end.
 
-        It ends where the policy, its count, the budget or the call's deadline leave no room for another.
+        It ends if the policy, its count, the budget or the call's deadline leave no room for another.
         """
         self._budget.failed()
         policy = self.policy

@@ -25,7 +25,7 @@ class LatencyHistogram:
 
     @property
     def count(self) -> int:
-        """How many."""
+        """How many durations were counted."""
         return sum(self.counts)
 
     def quantile(self, share: float) -> float:
@@ -57,17 +57,17 @@ class LatencyHistogram:
 
 @record
 class PublisherStatistics:
-    """Of a publisher."""
+    """The counts of one publisher."""
 
     name: str
     published: int
     dropped: int = 0
-    """Of these, how many this end dropped, as far as the wire tells."""
+    """How many of the published messages this end dropped, as far as the wire tells."""
 
 
 @record
 class SubscriptionStatistics:
-    """Of a subscription."""
+    """The counts of one subscription."""
 
     name: str
     taken: int
@@ -80,13 +80,13 @@ class SubscriptionStatistics:
 
     @property
     def received(self) -> int:
-        """All that came."""
+        """All messages or requests that came."""
         return self.taken + self.waiting + self.dropped + self.rejected
 
 
 @record
 class ClientStatistics:
-    """Of a service client."""
+    """The counts of one service client."""
 
     name: str
     sent: int
@@ -106,7 +106,7 @@ class ClientStatistics:
 
 @record
 class ServiceStatistics:
-    """Of a service server."""
+    """The counts of one service server."""
 
     name: str
     answered: int
@@ -124,13 +124,13 @@ class ServiceStatistics:
 
     @property
     def received(self) -> int:
-        """All that came."""
+        """All messages or requests that came."""
         return self.answered + self.failed + self.in_flight + self.waiting + self.refused + self.rejected
 
 
 @record
 class ActionClientStatistics:
-    """Of an action client."""
+    """The counts of one action client."""
 
     name: str
     goals: SentGoals
@@ -147,7 +147,7 @@ class ActionClientStatistics:
 
 @record
 class ActionServerStatistics:
-    """Of an action server."""
+    """The counts of one action server."""
 
     name: str
     goals: ServedGoals
@@ -167,10 +167,10 @@ class ActionServerStatistics:
 
 @record
 class TimerStatistics:
-    """Of a timer."""
+    """The counts of one timer."""
 
     period: float
-    """s."""
+    """In seconds."""
     calls: int
     missed: int
     """Periods that went by without a call, since an earlier one was late."""
@@ -180,7 +180,7 @@ class TimerStatistics:
 
 @record
 class NodeStatistics:
-    """Of all that a node has, its built-in services and /rosout included."""
+    """The counts of everything that a node has, its built-in services and /rosout included."""
 
     name: str
     publishers: tuple[PublisherStatistics, ...]

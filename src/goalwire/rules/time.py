@@ -1,7 +1,7 @@
 """Instants and durations in whole nanoseconds, with the behaviour of rclpy's Time and Duration.
 
 A Time belongs to a kind of clock and is never negative; a Duration is signed. Both fit an int64, the storage
-of rcl, and raise an error where they would not. They cannot be changed, yet are unhashable, as in ROS 2.
+of rcl, and raise an error if they would not. They cannot be changed, yet are unhashable, as in ROS 2.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class ClockType(IntEnum):
 
 
 class DurationType(Protocol):
-    """Whatever tells a span in nanoseconds."""
+    """Any object that tells a span in nanoseconds."""
 
     @property
     def nanoseconds(self) -> int: ...
@@ -54,7 +54,7 @@ class Duration:
     __slots__ = ('__dict__', '__weakref__', '_nanoseconds')  # programs keep things of their own there
 
     def __init__(self, *, seconds: float = 0, nanoseconds: float = 0) -> None:
-        """Add the two parts up. Raises OverflowError past an int64, ValueError for what is no number."""
+        """Add the two parts up. Raises OverflowError past an int64, ValueError for NaN."""
         total = _total(seconds, nanoseconds)
         if not _INT64_MIN <= total <= _INT64_MAX:
             raise OverflowError('Total nanoseconds value is too large to store in C duration.')

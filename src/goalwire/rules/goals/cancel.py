@@ -7,8 +7,8 @@
 | set     | zero  | that goal                                 |
 | set     | set   | that goal, and those accepted at or before the stamp |
 
-Only the third kind can fail. The answer is UNKNOWN_GOAL_ID where there is no such goal, and GOAL_TERMINATED
-where it has ended or is being cancelled already. REJECTED is never sent: when the user's callback refuses,
+Only the third kind can fail. The answer is UNKNOWN_GOAL_ID if there is no such goal, and GOAL_TERMINATED
+if it has ended or is being cancelled already. REJECTED is never sent: when the user's callback refuses,
 rclpy answers NONE with an empty list, and so does this server.
 """
 

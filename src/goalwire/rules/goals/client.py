@@ -130,11 +130,11 @@ class GoalClient(Generic[WaiterT, ResultT]):
         """How many goals have reached each status."""
 
     def find(self, goal_id: GoalId) -> ClientGoal[WaiterT] | None:
-        """Return the record of a goal; None where there is none."""
+        """Return the record of a goal; None if there is none."""
         return self.active.get(goal_id) or self.ended.get(goal_id)
 
     def status(self, goal_id: GoalId) -> GoalStatus:
-        """Return the last that was heard of a goal; UNKNOWN for one of which there is no record."""
+        """Return the last known status of a goal; UNKNOWN for a goal without a record."""
         goal = self.find(goal_id)
         return GoalStatus.UNKNOWN if goal is None else goal.status
 
@@ -201,7 +201,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return [] if goal is None else self._fail_waiters(goal, error)
 
     def on_crowd(self) -> bool:
-        """Put the oldest accepted goal away whose end nobody asks for; False where there is none."""
+        """Put the oldest accepted goal away whose end nobody asks for; False if there is none."""
         for goal in self.active.values():
             if goal.answered and not goal.waiters:
                 self._put_away(goal)
@@ -229,7 +229,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
     # ---- results ----
 
     def on_result_request(self, goal_id: GoalId, waiter: WaiterT) -> list[ClientEffect[WaiterT, ResultT]]:
-        """Somebody wants the result: [RequestResult], or nothing where the request is under way already."""
+        """Somebody wants the result: [RequestResult], or nothing if the request is under way already."""
         goal = self.active.get(goal_id)
         if goal is None:
             goal = self.ended.get(goal_id) or ClientGoal(goal_id)
@@ -261,7 +261,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
     def on_result_failed(self, goal_id: GoalId, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
         """The request for the result has failed: [FailResult…].
 
-        The goal itself may well go on; but where its server was killed, nothing ever tells its end.
+        The goal itself may well go on; but if its server was killed, nothing ever tells its end.
         """
         goal = self.active.get(goal_id)
         if goal is None:

@@ -25,21 +25,21 @@ if TYPE_CHECKING:
 GoalT = TypeVar('GoalT')
 
 OnClientLost: TypeAlias = Literal['keep', 'cancel', 'abort']
-"""What happens to the goals of a client that has gone; ROS 2 keeps them."""
+"""The fate of the goals of a client that has gone; ROS 2 keeps them."""
 
 ON_CLIENT_LOST: tuple[str, ...] = get_args(OnClientLost)
 
 
 @record
 class GoalPolicy:
-    """Made by the functions below. Raises TypeError for no number, ValueError for one that makes no sense."""
+    """Made by the functions below. Raises TypeError for non-numbers, ValueError for impossible ones."""
 
     at_once: int | None = None
     """How many goals run; None: any number."""
     waiting: int = 0
     """How many more are accepted, and wait."""
     preempts: bool = False
-    """True where a new goal cancels those before it instead of waiting behind them."""
+    """True if a new goal cancels those before it instead of waiting behind them."""
 
     def __post_init__(self) -> None:
         for number in (self.at_once, self.waiting):
@@ -88,7 +88,7 @@ class Places(Generic[GoalT]):
 
     @property
     def are_taken(self) -> bool:
-        """True where one more goal is refused."""
+        """True if one more goal is refused."""
         policy = self.policy
         if policy.at_once is None or policy.preempts:
             return False
@@ -96,11 +96,11 @@ class Places(Generic[GoalT]):
 
     @property
     def has_room(self) -> bool:
-        """True where one more goal may run."""
+        """True if one more goal may run."""
         return self.policy.at_once is None or self.running < self.policy.at_once
 
     def next(self) -> GoalT | None:
-        """Take the goal whose turn it is; None where none waits, or there is no room."""
+        """Take the goal whose turn it is; None if no goal waits, or too many run."""
         if not self.waiting or not self.has_room:
             return None
         return self.waiting.pop(next(iter(self.waiting)))

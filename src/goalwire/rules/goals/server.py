@@ -133,7 +133,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         policy: GoalPolicy = UNLIMITED,
         on_client_lost: OnClientLost = 'keep',
     ) -> None:
-        """Raises ValueError for an `on_client_lost` that is none, TypeError for what is no policy."""
+        """Raises ValueError for an unknown `on_client_lost`, TypeError for anything but a policy."""
         if not isinstance(policy, GoalPolicy):
             raise TypeError(f'policy is what goalwire.single(), preempt(), … return, not {policy!r}')
         if on_client_lost not in ON_CLIENT_LOST:
@@ -155,7 +155,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         """A heap: simulated time may go back, so the oldest result need not be the first to go."""
         self._statuses = StatusArray()
         self.take_status = self._statuses.take
-        """Return the serialised status array to publish; None where nothing has changed since the last."""
+        """Return the serialised status array to publish; None if nothing has changed since the last."""
         self._closed = False
 
     # ---- what is known ----
@@ -167,11 +167,11 @@ class GoalServer(Generic[RequestT, ResultT]):
 
     @property
     def watches_clients(self) -> bool:
-        """True where on_client_lost makes a difference."""
+        """True if on_client_lost makes a difference."""
         return self._lost != 'keep'
 
     def status(self, goal_id: GoalId) -> GoalStatus:
-        """Return where a goal stands; UNKNOWN where it is not retained."""
+        """Return where a goal stands; UNKNOWN if it is not retained."""
         goal = self.goals.get(goal_id)
         return GoalStatus.UNKNOWN if goal is None else goal.status
 
@@ -199,7 +199,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_goal_request(
         self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
     ) -> list[ServerEffect[RequestT, ResultT]]:
-        """A client sends a goal: [AskGoal], or [ReplyGoal] where its id, or every place, is taken.
+        """A client sends a goal: [AskGoal], or [ReplyGoal] if its id, or every place, is taken.
 
         `client` is what on_client_lost will know it by.
         """
@@ -216,7 +216,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     ) -> list[ServerEffect[RequestT, ResultT]]:
         """The user has decided (a failed callback has refused): [ReplyGoal, Accepted], or [ReplyGoal].
 
-        The goal is refused as well where others have taken the last place meanwhile. `handle` goes into its
+        The goal is refused as well if others have taken the last place meanwhile. `handle` goes into its
         record.
         """
         goal = self.deciding.pop(goal_id, None)
@@ -240,11 +240,11 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_execute(
         self, goal_id: GoalId, now: int, execution: object = None
     ) -> list[ServerEffect[RequestT, ResultT]]:
-        """The user wants the goal executed: [PublishStatus, Execute]; [PublishStatus] where it has to wait.
+        """The user wants the goal executed: [PublishStatus, Execute]; [PublishStatus] if it has to wait.
 
         `execution` comes back with Execute. Under preempt() the goals before it are cancelled:
         [PublishStatus, StoppedByServer]. A goal whose cancellation was accepted before stays CANCELING:
-        [Execute]; where it had to wait it ends. One that waits already goes on waiting: []. Raises
+        [Execute]; if it had to wait it ends. One that waits already goes on waiting: []. Raises
         InvalidTransition for one that was executed before or has ended.
         """
         goal = self.goals.get(goal_id)
@@ -331,8 +331,8 @@ class GoalServer(Generic[RequestT, ResultT]):
     ) -> list[ServerEffect[RequestT, ResultT]]:
         """The user has decided about one goal (a callback that failed has refused).
 
-        The goal is CANCELING at once, or CANCELED where it waits for its turn: [PublishStatus, ReplyResult…,
-        WakeAt]. With the last decision: [PublishStatus, ReplyCancel], or [ReplyCancel] where no goal is
+        The goal is CANCELING at once, or CANCELED if it waits for its turn: [PublishStatus, ReplyResult…,
+        WakeAt]. With the last decision: [PublishStatus, ReplyCancel], or [ReplyCancel] if no goal is
         cancelled.
         """
         open_one = self._cancellations.get(cancellation)
@@ -357,7 +357,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return [*published, ReplyCancel(done.request, done.code, goals)]
 
     def _cancel(self, goal: ServerGoal[RequestT, ResultT], now: int) -> list[ServerEffect[RequestT, ResultT]]:
-        """Cancel a goal though no client has asked for that; nothing where it is being cancelled."""
+        """Cancel a goal though no client has asked for that; nothing if it is being cancelled."""
         if not goal.status.is_cancelable:
             return []
         self._move(goal, GoalEvent.CANCEL_GOAL)
@@ -378,7 +378,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         """A client has gone: its goals are kept, cancelled or aborted.
 
         Those that are still being decided are refused: [ReplyGoal…]. The others: [PublishStatus,
-        StoppedByServer…], or their end where they do not run.
+        StoppedByServer…], or their end if they do not run.
         """
         effects: list[ServerEffect[RequestT, ResultT]] = []
         if self._lost == 'keep':
@@ -393,7 +393,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return effects
 
     def _abort(self, goal: ServerGoal[RequestT, ResultT], now: int) -> list[ServerEffect[RequestT, ResultT]]:
-        """Abort a goal, whatever it is doing; nothing where it has ended."""
+        """Abort a goal, whatever it is doing; nothing if it has ended."""
         if goal.status.is_terminal:
             return []
         self._move_to_abortion(goal)
@@ -418,7 +418,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return []
 
     def on_time(self, now: int) -> list[ServerEffect[RequestT, ResultT]]:
-        """The time of a WakeAt has come: discard what has expired; [WakeAt] where more is to come."""
+        """The time of a WakeAt has come: discard what has expired; [WakeAt] if more is to come."""
         self._expire(now)
         return [WakeAt(self._expiring[0][0])] if self._expiring else []
 

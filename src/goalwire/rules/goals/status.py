@@ -84,7 +84,7 @@ class StatusArray:
             self._delete(goal_id)
 
     def take(self) -> bytes | None:
-        """Return the payload to publish; None where nothing has changed since the last one."""
+        """Return the payload to publish; None if nothing has changed since the last one."""
         if not self._untaken:
             return None
         payload = self.encode()

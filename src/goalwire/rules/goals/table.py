@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class GoalStatus(IntEnum):
-    """Where a goal stands; UNKNOWN where nobody can tell."""
+    """Where a goal stands; UNKNOWN if nobody can tell."""
 
     UNKNOWN = 0
     ACCEPTED = 1
@@ -40,7 +40,7 @@ class GoalStatus(IntEnum):
     is_terminal: bool
     """True once the goal has ended."""
     is_cancelable: bool
-    """True where the table allows CANCEL_GOAL: the user may still be asked to cancel the goal."""
+    """True if the table allows CANCEL_GOAL: the user may still be asked to cancel the goal."""
 
     def __init__(self, _number: int) -> None:
         self.is_active = 1 <= self <= 3

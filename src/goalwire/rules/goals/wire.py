@@ -73,7 +73,7 @@ def is_acceptance(payload: Payload) -> bool:
 
 
 def status_of(payload: Payload) -> GoalStatus:
-    """Read the status that a get_result reply begins with; UNKNOWN where ROS 2 has no such number."""
+    """Read the status that a get_result reply begins with; UNKNOWN if ROS 2 has no such number."""
     try:
         return _STATUSES[payload[_START]]
     except IndexError:
@@ -97,7 +97,7 @@ def with_reason(payload: bytes, reason: str) -> bytes:
 
 
 def split_reason(payload: Payload) -> tuple[Payload, str]:
-    """Return a get_result reply as ROS 2 has it, and why the goal was aborted where the server says so."""
+    """Return a get_result reply as ROS 2 has it, and why the goal was aborted if the server says so."""
     if payload[-len(_REASON_MARK) :] != _REASON_MARK:
         return payload, ''
     end = len(payload) - _REASON_TAIL

@@ -112,7 +112,7 @@ class Lexer:
 
 
 def node_prefix(lexer: Lexer) -> str | None:
-    """Read the `node:` that narrows a rule to one node; None where there is none."""
+    """Read the `node:` that narrows a rule to one node; None if there is none."""
     if lexer.peek_two() != (Lexeme.TOKEN, Lexeme.COLON):
         return None
     name = lexer.expect(Lexeme.TOKEN)

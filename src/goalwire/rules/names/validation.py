@@ -82,7 +82,7 @@ def validate_enclave(enclave: str) -> None:
 
 
 def is_hidden_name(name: str) -> bool:
-    """True where tools leave the name out unless asked: a token starts with `_`."""
+    """True if tools leave the name out unless asked: a token starts with `_`."""
     return any(token.startswith('_') for token in name.split('/'))
 
 
@@ -159,7 +159,7 @@ def _topic_faults(name: str) -> Iterator[Fault]:
 
 
 def _piece_faults(piece: re.Match[str]) -> Iterator[Fault]:
-    """Judge one `{substitution}`, or one character that is no letter, digit, `_` or `/`."""
+    """Judge one `{substitution}`, or one character other than letters, digits, `_` and `/`."""
     start, text = piece.start(), piece[0]
     if text[0] == '{':
         yield from _substitution_faults(piece)

@@ -49,7 +49,7 @@ class Descriptor(NamedTuple):
     integer_range: tuple[Range[int], ...] = ()
 
     def judge(self, parameter: Parameter, *, declared: bool = False) -> Outcome:
-        """Say whether the parameter may have this value; `declared` where it had one before.
+        """Say whether the parameter may have this value; `declared` says that it had one before.
 
         Whether it is read-only is not asked here.
         """

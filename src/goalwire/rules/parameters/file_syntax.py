@@ -66,7 +66,7 @@ def _absolute(name: str) -> str:
 
 
 def _parts_match(pattern: list[str], name: list[str]) -> bool:
-    """Match part by part. What the last `**` stands for grows where the rest does not fit: earlier ones never
+    """Match part by part. What the last `**` stands for grows if the rest does not fit: earlier ones never
     need to, so that time is bounded by the product of the lengths."""
     at = in_name = 0
     last, taken = -1, 0

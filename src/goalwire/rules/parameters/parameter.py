@@ -33,7 +33,7 @@ class Type(Enum):
 
     @classmethod
     def from_parameter_value(cls, value: object) -> Type:
-        """Return the type that a Python value has; raises TypeError where it has none."""
+        """Return the type that a Python value has; raises TypeError if it has none."""
         if value is None:
             return cls.NOT_SET
         for kind, scalar, _ in SCALARS:
@@ -47,7 +47,7 @@ class Type(Enum):
         raise TypeError(f"The given value is not one of the allowed types '{value}'.")
 
     def check(self, value: object) -> bool:
-        """True where `value` may be a parameter of this type."""
+        """True if `value` may be a parameter of this type."""
         if isinstance(value, (list, tuple, array)) and not value:
             return self in _SEQUENCES.values()
         try:
@@ -68,12 +68,12 @@ _SEQUENCES: dict[type, Type] = {bytes: Type.BYTE_ARRAY} | {kind: several for kin
 
 
 def is_kind(value: object, kind: type) -> bool:
-    """True where `value` is of a type; a bool is no int here."""
+    """True if `value` is of a type; a bool does not count as an int."""
     return isinstance(value, kind) and not (kind is int and isinstance(value, bool))
 
 
 def _fits(value: object) -> bool:
-    """True where the wire can carry the value: numbers are int64, byte arrays hold single bytes."""
+    """True if the wire can carry the value: numbers are int64, byte arrays hold single bytes."""
     if isinstance(value, (list, tuple, array)):
         return all(_fits(element) for element in value)
     if isinstance(value, bytes):
@@ -116,7 +116,7 @@ class Parameter:
     Type = Type
 
     def __init__(self, name: str, type_: _Type | None = None, value: ParameterValue = None) -> None:
-        """Take the type from the value where none is given; raises TypeError, ValueError for a mismatch."""
+        """Take the type from the value if none is given; raises TypeError, ValueError for a mismatch."""
         if type_ is None:
             type_ = Type.from_parameter_value(value)
         if not isinstance(type_, Type):
@@ -133,22 +133,22 @@ class Parameter:
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """The parameter's name."""
         return self._name
 
     @property
     def type_(self) -> _Type:
-        """Its type."""
+        """The type of the parameter's value."""
         return self._type
 
     @property
     def value(self) -> ParameterValue:
-        """Its value, None where it has none."""
+        """The parameter's value; None if it has none."""
         return self._value
 
     @classmethod
     def from_parameter_msg(cls, param_msg: ParameterMessage) -> Parameter:
-        """Make one of an rcl_interfaces/msg/Parameter; raises ValueError for a type that there is not."""
+        """Make one of an rcl_interfaces/msg/Parameter; raises ValueError for an unknown type."""
         value = param_msg.value
         try:
             type_ = Type(value.type)

@@ -106,7 +106,7 @@ def _is_namespace(branch: object) -> bool:
 
 
 def _names_of(node: str, branches: dict[str, object], *, use_wildcard: bool) -> list[str]:
-    """Return the names in a file that mean a node; raises FileShapeError where none does."""
+    """Return the names in a file that mean a node; raises FileShapeError if none does."""
     absolute = node if node.startswith('/') else f'/{node}'
     patterns = [name for name in branches if use_wildcard and '*' in name and name != '/**']
     names = [name for name in patterns if matches(name, absolute)]

@@ -62,7 +62,7 @@ class ParameterTable(Mapping[str, Parameter]):
         return self._descriptors.get(name)
 
     def is_uninitialized(self, parameter: Parameter) -> bool:
-        """True where a declared parameter has a fixed type and no value yet."""
+        """True if a declared parameter has a fixed type and no value yet."""
         if parameter.type_ is not Type.NOT_SET:
             return False
         descriptor = self._descriptors.get(parameter.name)

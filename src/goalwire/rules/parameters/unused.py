@@ -41,7 +41,7 @@ class OverrideUse:
             self._declared.setdefault(full_name, set()).add(parameter)
 
     def complaints(self) -> list[str]:
-        """Return a sentence for each override that nothing used; none where there never was a node."""
+        """Return a sentence for each override that nothing used; none if there never was a node."""
         if not self._declared:
             return []
         found: dict[str, None] = {}

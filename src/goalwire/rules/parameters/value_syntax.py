@@ -68,7 +68,7 @@ def plain_scalar(text: str) -> Scalar:
 
 
 def _integer(text: str) -> int | None:
-    """Read as C's strtoll with base 0; None where it would not end or not fit."""
+    """Read as C's strtoll with base 0; None if it would not end or not fit."""
     if not (found := _INTEGER.fullmatch(text)):
         return None
     sign, hexadecimal, octal, decimal = found.groups()
@@ -88,7 +88,7 @@ def _bounded_decimal(digits: str) -> int:
 
 
 def _float(text: str) -> float | str:
-    """Read as C's strtod; the text where it is no number, or one that does not fit a double."""
+    """Read as C's strtod; the text itself if it is not a number, or too large for a double."""
     if _NAMED.fullmatch(text):
         return float(text.replace('.', ''))
     try:
