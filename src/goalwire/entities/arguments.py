@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def process_arguments(args: Sequence[str]) -> Arguments:
-    """Read a program's arguments; raises RCLError, UnknownROSArgsError, TypeError for what are no strings."""
+    """Read a program's arguments; raises RCLError, UnknownROSArgsError, TypeError for non-strings."""
     if not _are_strings(args):
         raise TypeError(f'args must be a sequence of strings, as sys.argv is; got {args!r}')
     try:
@@ -38,7 +38,7 @@ def node_arguments(cli_args: Sequence[str] | None) -> Arguments:
 
 
 def override_use(arguments: Arguments) -> OverrideUse | None:
-    """Return what watches whether the arguments' parameters are used; None where there are none."""
+    """Return what watches whether the arguments' parameters are used; None if there are none."""
     if not arguments.parameters:
         return None
     from goalwire.rules.parameters.unused import OverrideUse

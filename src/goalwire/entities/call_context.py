@@ -65,7 +65,7 @@ class CallContext:
         """How often the request went out."""
         self.begun = self.context.shutdown_signal.clock.now()
         self.deadline: int | None = None
-        """On the context's steady clock, in ns; None where there is none."""
+        """On the context's steady clock, in ns; None if there is none."""
         if timeout is not None and timeout != inf:
             try:
                 self.deadline = self.begun + max(timeout_ns(timeout), 0)
@@ -124,13 +124,13 @@ class CallContext:
         return error
 
     def hint(self) -> str:
-        """Return a hint about similar names or types in the graph; '' where there are none."""
+        """Return a hint about similar names or types in the graph; '' if there are none."""
         from goalwire.graph.near_misses import near_misses
 
         return near_misses(self.context.graph, self.name, is_action=self.kind == 'action')
 
     def check_alive(self) -> None:
-        """Raise ShutDownError where the context has ended."""
+        """Raise ShutDownError if the context has ended."""
         if not self.context.ok():
             raise ShutDownError(self.title)
 

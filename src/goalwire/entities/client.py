@@ -65,7 +65,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
     def call_async(self, request: Any) -> Future[Any]:
         """Send a request and return the future of its response.
 
-        Raises TypeError for another type, EncodeError where a field cannot go on the wire, InvalidHandle
+        Raises TypeError for another type, EncodeError if a field cannot go on the wire, InvalidHandle
         once destroyed, TooManyCallsError. As in ROS 2 the future stays pending if nobody answers, and after
         the context's end, which is logged once: destructors say goodbye in this way. With a `default_timeout`
         it ends with an error, and after the context's end ShutDownError is raised.
@@ -128,7 +128,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
 
         Raises DeadlineError or NoServerError, both TimeoutErrors, after `timeout_sec`, as newer rclpy does.
         Works inside callbacks: the thread that brings the reply wakes this one. Raises as call_async does,
-        and at once where the server's callback would need the very thread or group that waits here. Without
+        and at once if the server's callback would need the very thread or group that waits here. Without
         `timeout_sec` the `default_timeout` counts, if there is one, and a call that ends badly raises. So
         does one that waits when the context ends: ShutDownError.
         """
@@ -228,16 +228,16 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
 
 
 class AwaitedCalls:
-    """The calls of one client that coroutines wait for, under any asyncio loop; for its thread alone."""
+    """The calls of one client that coroutines wait for, under any asyncio loop. Only its thread uses this."""
 
     def __init__(self, client: ClientCore) -> None:
         self._client = client
         self._waiting: set[PendingCall] = set()
 
     async def call(self, request: Any) -> Any:
-        """Send a request and wait for its response, for ever where nobody answers.
+        """Send a request and wait for its response, for ever if nobody answers.
 
-        Raises CancelledError where `cancel` is called meanwhile, DestroyedError for a destroyed client,
+        Raises CancelledError if `cancel` is called meanwhile, DestroyedError for a destroyed client,
         ShutDownError at shutdown; TypeError and EncodeError for what is no such request.
         """
         from asyncio import CancelledError  # slow to import
@@ -265,7 +265,7 @@ class AwaitedCalls:
             del future  # its exception's traceback holds this frame
 
     async def until_served(self) -> None:
-        """Wait until there is a server. Raises InvalidHandle where the client is destroyed, ShutDownError."""
+        """Wait until there is a server. Raises InvalidHandle if the client is destroyed, ShutDownError."""
         client = self._client
         if not await graph_shows(client.node.context, client.server_is_there):
             raise ShutDownError(f"no server of '{client.full_name}' came")

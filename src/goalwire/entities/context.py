@@ -51,7 +51,7 @@ class Context:
         self._callbacks: list[Callable[[], ShutdownCallback | None]] = []
         self._shut_down = False
         self.override_use: OverrideUse | None = None
-        """Which of the arguments' parameters the nodes declare; None where the arguments have none."""
+        """Which of the arguments' parameters the nodes declare; None if the arguments have none."""
         self._logs = False
         self.deadlock_detector = DeadlockDetector()
         """The request servers of this context's nodes: blocking calls ask whether one of them must answer."""
@@ -73,9 +73,9 @@ class Context:
         initialize_logging: bool = True,
         domain_id: int | None = None,
     ) -> None:
-        """Read the arguments (`sys.argv` where None) and the environment.
+        """Read the arguments (`sys.argv` if they are None) and the environment.
 
-        Raises RuntimeError where called twice or with a negative domain, RCLError for bad arguments.
+        Raises RuntimeError if called twice or with a negative domain, RCLError for bad arguments.
         """
         with self._lock:
             if self._domain_id is not None:
@@ -129,7 +129,7 @@ class Context:
     def shutdown(self) -> None:
         """End: wake every waiter, run the shutdown callbacks, close the session.
 
-        Raises RuntimeError before init(), RCLError where a signal or an earlier call ended it already.
+        Raises RuntimeError before init(), RCLError if a signal or an earlier call ended it already.
         """
         if self._domain_id is None:
             raise RuntimeError('Context must be initialized before it can be shutdown')
@@ -139,7 +139,7 @@ class Context:
             raise RCLError('failed to shutdown: rcl_shutdown already called on the given context')
 
     def try_shutdown(self) -> None:
-        """End where that has not happened yet; otherwise do nothing."""
+        """End if that has not happened yet; otherwise do nothing."""
         if self._domain_id is not None:
             self._end()
 
@@ -199,7 +199,7 @@ class Context:
             logging.release()
 
     def on_shutdown(self, callback: ShutdownCallback) -> None:
-        """Call `callback` at the end (at once where it has come). Methods are held weakly, as in rclpy."""
+        """Call `callback` at the end (at once if it has come). Methods are held weakly, as in rclpy."""
         if not callable(callback):
             raise TypeError(f'callback should be a callable, got {type(callback)}')
         with self._lock:
@@ -318,7 +318,7 @@ def _refuse_log_config_file(arguments: Arguments) -> None:
 
 
 def domain_from_environment() -> int:
-    """Return the domain that ROS_DOMAIN_ID names, 0 where it is not set; raises RCLError."""
+    """Return the domain that ROS_DOMAIN_ID names, 0 if it is not set; raises RCLError."""
     try:
         return domain.domain_from_environment()
     except ValueError as error:
@@ -326,7 +326,7 @@ def domain_from_environment() -> int:
 
 
 def call_timeout_from_environment() -> float | None:
-    """Return the s that GOALWIRE_CALL_TIMEOUT gives to calls, None where it is not set; raises RCLError."""
+    """Return the s that GOALWIRE_CALL_TIMEOUT gives to calls, None if it is not set; raises RCLError."""
     text = os.environ.get('GOALWIRE_CALL_TIMEOUT', '').strip()
     if not text:
         return None

@@ -44,7 +44,7 @@ class Answering(Coroutine[Any, Any, None]):
         return self._step(self._callback.throw, *error)
 
     def close(self) -> None:
-        """End it where it is."""
+        """End the coroutine at its present await."""
         try:
             self._callback.close()
         finally:
@@ -105,7 +105,7 @@ class Enclosing(Coroutine[Any, Any, None]):
             raise
 
     def close(self) -> None:
-        """End it where it is."""
+        """End the coroutine at its present await."""
         try:
             self._outer.close()
         finally:

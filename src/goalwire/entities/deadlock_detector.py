@@ -35,7 +35,7 @@ class DeadlockDetector:
                 self.event_queues.pop(name, None)
 
     def check(self, graph: Graph, name: str) -> None:
-        """Raise WouldDeadlockError where all servers of `name` wait for the calling thread."""
+        """Raise WouldDeadlockError if all servers of `name` wait for the calling thread."""
         with self._lock:
             event_queues = list(self.event_queues.get(name, ()))
         if not event_queues or graph.count(EndpointKind.SERVICE, name) > len(event_queues):

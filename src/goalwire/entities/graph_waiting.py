@@ -48,7 +48,7 @@ def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec:
 def tell_near_misses(node: NodeCore, kind: str, name: str, told: str) -> str:
     """Warn of what in the graph is near to a service or action that was waited for in vain.
 
-    Returns that; where it was `told` before, or nothing is near, nothing is said.
+    Returns that; if it was `told` before, or nothing is near, nothing is said.
     """
     if not node.context.ok():
         return told
@@ -63,7 +63,7 @@ def tell_near_misses(node: NodeCore, kind: str, name: str, told: str) -> str:
 async def graph_shows(context: Context, predicate: Callable[[], bool], deadline: int | None = None) -> bool:
     """Wait, in a coroutine under any asyncio loop, until `predicate()` holds (True).
 
-    False where the context ends, or its steady clock shows `deadline`.
+    False if the context ends, or its steady clock shows `deadline`.
     """
     from goalwire.execution.asyncio.waiting import AsyncWaiter
 

@@ -107,7 +107,7 @@ def resolved_action(name: str, node: NodeName, remaps: RemapRules) -> ResolvedAc
 
 
 def check_is_name(name: object, complaint_of_none: str | None = None) -> None:
-    """Raise TypeError for what is no string; for None RCLError, where ROS 2's C library complains of it."""
+    """Raise TypeError for anything but a string. For None raise RCLError, as ROS 2's C library does."""
     if name is None and complaint_of_none:
         raise RCLError(complaint_of_none)
     if not isinstance(name, str):

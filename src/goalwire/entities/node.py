@@ -61,7 +61,7 @@ class NodeCore:
         self.make_service: MakeService[Any]
         """How its API makes the services that every node has, as services of its kind. The API sets it."""
         self.call_timeout: float | None = None
-        """s that calls of this node may take where their client gives them none; None: the context's."""
+        """s that calls of this node may take if their client gives them none; None: the context's."""
         self._port: NodePort | None = context.session.node(self.name)
         self._owned: dict[int, Owned] = {}
 
@@ -123,7 +123,7 @@ class NodeCore:
 
     @property
     def override_use(self) -> OverrideUse | None:
-        """Gets the names of declared parameters; None where the process's arguments override none."""
+        """Gets the names of declared parameters; None if the process's arguments override none."""
         takes_them = self._arguments[1] is self.context.arguments
         return self.context.override_use if takes_them else None
 

@@ -13,7 +13,7 @@ Several threads may end a call: the one that brings the reply, the one on which 
 can come, the deadline's, the caller's, the one that ends the context. The first to take `end_lock` ends it
 and completes the future.
 
-What an action adds is in goalwire.entities.actions.requests. A subclass whose reply is more than a value
+Actions add to this in goalwire.entities.actions.requests. A subclass whose reply is more than a value
 overrides `on_reply` (`take_reply` says whether it is the first reply), `on_end`, `fail` and `discard`, which
 begin with `end()`. One that goes on listening for a while overrides `discard_request`. A subclass with
 `waits = False` is sent without waiting for a server.
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import ClientPort, Endpoint, Sample
 
 PENDING_LIMIT = 10_000
-"""Calls of one client that may wait for their answers. ROS 2 has no limit, and its clients leak where nobody
+"""Calls of one client that may wait for their answers. ROS 2 has no limit, and its clients leak if nobody
 answers."""
 
 MARGIN_S = 1.0
@@ -56,14 +56,14 @@ NO_REASON = 'there is none, or it went away'
 
 
 def unanswered(what: str, reason: str) -> CallError:
-    """Return what a server's silence means: it went away or, where it said so, gave the request up."""
+    """Return what a server's silence means: it went away or, if it said so, gave the request up."""
     return reasons.meaning(reason)(f'no server answered the {what} ({reason or NO_REASON})')
 
 
 def end_with(future: Future[Any], error: Exception) -> None:
     """Complete a request's future with `error`.
 
-    Nobody is reminded of one that was not looked at, where the program itself has closed what it waited for.
+    Nobody is reminded of one that was not looked at, if the program itself has closed what it waited for.
     """
     future.set_exception(error)
     if isinstance(error, ClosedError):
@@ -89,7 +89,7 @@ class PendingCall(Future[Any]):
     sent_ns: int
     """When, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
     call_context: CallContext | None = None
-    """Its deadline and what its errors tell; None: it stays pending where nobody answers."""
+    """Its deadline and what its errors tell; None: it stays pending if nobody answers."""
     waits = True
     """Whether a call with a context waits for a server. Else it is sent at once."""
     was_sent = False
@@ -97,7 +97,7 @@ class PendingCall(Future[Any]):
     encoded = b''
     """The request of a call with a context, which is sent later or again."""
     introspected: IntrospectedCall | None = None
-    """Where the steps of this call are told; None where nobody wants to know."""
+    """Where the steps of this call are told; None if nobody wants to know."""
     _alarm: TimerEntry | None = None
     _attempts: CallAttempts | None = None
 
@@ -141,7 +141,7 @@ class PendingCall(Future[Any]):
             raise
 
     def resume(self) -> None:
-        """Go on, where it is not over yet, and let the future tell what goes wrong."""
+        """Go on if the call is not over, and give the future the error if that fails."""
         context = self.call_context
         if context is None or self.end_lock.locked():
             return

@@ -57,7 +57,7 @@ class PublisherCore(Generic[MsgT]):
     def publish(self, msg: MsgT | bytes) -> None:
         """Send a message, or one that is serialized already.
 
-        Raises TypeError for another type, EncodeError where a field cannot go on the wire, InvalidHandle
+        Raises TypeError for another type, EncodeError if a field cannot go on the wire, InvalidHandle
         once destroyed, ShutDownError after the context's end.
         """
         try:

@@ -99,7 +99,7 @@ class EndpointEvents:
     ) -> EventReader:
         """Have `callback` called with each change of an event, by the node's executor.
 
-        Raises UnsupportedEventTypeError where this wire cannot tell, TypeError for an event of the other kind
+        Raises UnsupportedEventTypeError if this wire cannot tell, TypeError for an event of the other kind
         of endpoint, InvalidHandle once the endpoint is destroyed.
         """
         if self._closed:
@@ -252,7 +252,7 @@ class EventReader(CallbackSource):
 
     @property
     def events(self) -> int:
-        """1 where there is something to take, else 0; see waitable.Waited."""
+        """1 if there is something to take, else 0; see waitable.Waited."""
         return int(not self.closed and self._source.status(self.event) is not self._seen)
 
     def notify(self) -> None:
@@ -264,9 +264,9 @@ class EventReader(CallbackSource):
             wake()
 
     def take(self) -> EventStatus | None:
-        """Return the record with the changes since it was last taken; None where there are none."""
+        """Return the record with the changes since it was last taken; None if there are none."""
         source = self._source
-        with source.lock:  # another thread may run this, too, where the callback group lets it
+        with source.lock:  # another thread may run this, too, if the callback group lets it
             earlier, status = self._seen, source.status(self.event)
             if self.closed or status is earlier:
                 return None
@@ -295,7 +295,7 @@ class TopicEndpoint(Protocol):
 
 
 def default_callback(endpoint: TopicEndpoint, event: EventType, topic: str) -> Callable[[Any], object] | None:
-    """Return what warns of an event, with the topic's name as it was given; None where nobody is warned."""
+    """Return what warns of an event, with the topic's name as it was given; None if nobody is warned."""
     warn = _WARNINGS.get(event)
     return None if warn is None else partial(warn, endpoint, event, topic)
 

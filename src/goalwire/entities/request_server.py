@@ -96,7 +96,7 @@ class RequestServer:
             raise
 
     def take(self) -> tuple[Any, Request] | None:
-        """Take the oldest request that waits, decoded, past the executor; None where there is none."""
+        """Take the oldest request that waits, decoded, past the executor; None if there is none."""
         while (request := self.event_queue.take()) is not None:
             try:
                 return (self._decode or self._support.decode_request)(request.sample.payload), request

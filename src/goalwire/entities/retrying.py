@@ -30,7 +30,7 @@ class Retries:
     """The retries of one client: the policy, the budget and the hook that all its calls share."""
 
     def __init__(self, policy: Retry, node: NodeCore) -> None:
-        """Raises TypeError for what is no policy."""
+        """Raises TypeError for anything but a policy."""
         from goalwire.rules.retries import Retry, RetryBudget
 
         if not isinstance(policy, Retry):
@@ -135,7 +135,7 @@ class CallAttempts:
         return was_out
 
     def failed(self, error: CallError, *, is_last: bool = False) -> int | None:
-        """Return the ns until the next attempt; None where there is none, as where the call's time is up."""
+        """Return the ns until the next attempt; None if there is none, because the call's time is up, say."""
         now = self._context.now()
         delay = self._counted.failed(error, now, now if is_last else self._context.deadline)
         self._tell(error, now, delay)

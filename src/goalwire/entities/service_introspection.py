@@ -122,7 +122,7 @@ class ServiceIntrospection:
             self._complain(error)
 
     def decode(self, sample: Sample) -> object:
-        """Return the response in a sample; None where contents are not published, or cannot be decoded."""
+        """Return the response in a sample; None if contents are not published, or cannot be decoded."""
         try:
             return self._support.decode_response(sample.payload) if self._contents else None
         except GoalwireError:

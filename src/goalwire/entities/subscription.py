@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 MsgT = TypeVar('MsgT')
 
 _DEFAULT_DEPTH = 42
-"""The depth that rmw_zenoh uses where 0 is given."""
+"""The depth that rmw_zenoh uses if 0 is given."""
 
 
 class PublisherGid(TypedDict):
@@ -120,7 +120,7 @@ class SubscriptionCore(Generic[MsgT]):
         return self._callback(message)
 
     def take(self) -> tuple[Any, MessageInfo] | None:
-        """Take the oldest message that waits, past the callback; None where there is none.
+        """Take the oldest message that waits, past the callback; None if there is none.
 
         Raises InvalidHandle once destroyed.
         """
@@ -133,7 +133,7 @@ class SubscriptionCore(Generic[MsgT]):
         return None
 
     def read(self, sample: Sample) -> tuple[Any, MessageInfo] | None:
-        """Return the message of a sample; None where it cannot be decoded, which is counted and logged."""
+        """Return the message of a sample; None if it cannot be decoded, which is counted and logged."""
         try:
             message = self._decode(sample.payload)
         except RemoteError as error:

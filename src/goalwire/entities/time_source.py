@@ -76,7 +76,7 @@ class TimeSourceCore:
                 self.ros_time_is_active = parameter.value
 
     def catch_up(self) -> bool:
-        """Called by a thread before it sleeps until a time: True where it has set the clocks itself."""
+        """Called by a thread before it sleeps until a time: True if it has set the clocks itself."""
         return self.subscription is not None and self.subscription.catch_up()
 
     def wake_sleepers(self) -> None:

@@ -34,7 +34,7 @@ class TypeDescriptions:
         self._node = node
 
     def wanted(self) -> bool:
-        """Declare the node's parameter where it is not declared yet, and return what it says."""
+        """Declare the node's parameter unless it is declared already, and return its value."""
         if not self._node.has_parameter(START_PARAMETER):
             descriptor = Descriptor(
                 START_PARAMETER,
@@ -53,7 +53,7 @@ class TypeDescriptions:
 
     @classmethod
     def start(cls, node: NodeParameters) -> Any:
-        """Make the service of a node and return it; None where its parameter says no."""
+        """Make the service of a node and return it; None if its parameter says no."""
         descriptions = cls(node)
         return descriptions.offer() if descriptions.wanted() else None
 

@@ -137,7 +137,7 @@ class ActionSupport:
 
 
 def _what_to_give(given: object) -> str:
-    """Say what to write instead of something that is no class of an interface."""
+    """Say what to write instead of an object that is not an interface's class."""
     if isinstance(given, ModuleType):
         package, _, rest = given.__name__.partition('.')
         names = [name for name in dir(given) if name[0].isupper() and not name.startswith('Metaclass_')]
@@ -157,7 +157,7 @@ def _refuse_instance(given: object) -> None:
 
 
 def check_for_type_support(msg_or_srv_type: type) -> None:
-    """Raise AttributeError for what is no message, service or action class.
+    """Raise AttributeError for anything but a message, service or action class.
 
     NoTypeSupportImportedException for a class that looks like one and has no type support. The classes of
     an installed ROS 2 need none of theirs here.

@@ -87,7 +87,7 @@ class ActionClientCore(TimedCalls):
         self.blocking: dict[Future[Any], None] = {}
         """The futures for which threads wait in a blocking call."""
         self._lock = Lock()
-        """Of the rules."""
+        """Guards `goals`: the rules take no lock themselves."""
         self._group = group
         self.logger: RcutilsLogger = get_logger(node.logger_name).get_child('action_client')
         self._told = ''
@@ -117,7 +117,7 @@ class ActionClientCore(TimedCalls):
         node.own(self)
 
     def _open(self, undo: ExitStack, support: ActionSupport, qos: ActionQoS) -> None:
-        """Declare everything; where one declaration fails, `undo` takes those before it back."""
+        """Declare everything. If one declaration fails, `undo` takes back those before it."""
         names = self._names
         self.goal_requests = ActionRequests(self, 'goal', names.send_goal, support.send_goal, qos.goal)
         undo.callback(self.goal_requests.close)
@@ -164,7 +164,7 @@ class ActionClientCore(TimedCalls):
                     self._fail_result(future, error)
 
     def goal(self, goal_id: GoalId) -> ClientGoal[ResultFuture]:
-        """Return the record of a goal; a new one, of an UNKNOWN goal, where there is none."""
+        """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
         return self.goals.find(goal_id) or ClientGoal(goal_id)
 
     # -- sending -------------------------------------------------------------------------------------------
@@ -175,7 +175,7 @@ class ActionClientCore(TimedCalls):
         """Send a goal; the future gives its ClientGoalHandle, accepted or not.
 
         Raises TypeError for another type than the action's Goal,
-        EncodeError where a field cannot go on the wire, GoalIdTaken for an id that is under way,
+        EncodeError if a field cannot go on the wire, GoalIdTaken for an id that is under way,
         TooManyCallsError, InvalidHandle once destroyed.
         """
         goal_id = new_goal_id() if goal_uuid is None else goal_id_bytes(goal_uuid)
@@ -191,7 +191,7 @@ class ActionClientCore(TimedCalls):
     ) -> Future[ClientGoalHandle[Any, Any, Any]]:
         """Send a goal; feedback goes to the queue, as it comes from the wire. Raises as `send` does.
 
-        With a context, or a `default_timeout`, the future ends with a typed error where nobody answers, and a
+        With a context, or a `default_timeout`, the future ends with a typed error if nobody answers, and a
         goal that is accepted too late is cancelled.
         """
         if not isinstance(goal, self.goal_type):
@@ -215,7 +215,7 @@ class ActionClientCore(TimedCalls):
         return call
 
     def _make_room(self) -> None:
-        """Put a goal away if need be. Raises TooManyCallsError where too many requests or goals wait."""
+        """Put a goal away if need be. Raises TooManyCallsError if too many requests or goals wait."""
         requests = self.goal_requests
         if len(requests.pending) >= PENDING_LIMIT or len(requests.timed) >= PENDING_LIMIT:
             raise TooManyCallsError(
@@ -294,7 +294,7 @@ class ActionClientCore(TimedCalls):
         self.dispatch(self.goals.on_send_failed, goal.goal_id, unanswered('goal', reason))
 
     def cancel_sending(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
-        """Wait no longer for a server to accept a goal; where one does so yet, the goal is cancelled."""
+        """Wait no longer for a server to accept a goal. If one still does so, the goal is cancelled."""
         if isinstance(sending, GoalCall):
             sending.cancel_goal()
 
@@ -349,7 +349,7 @@ class ActionClientCore(TimedCalls):
         if self.destroyed:
             raise InvalidHandle
         if call_context is None and self.default_timeout is not None:
-            # A goal may run for ever: where calls have a time, its result has none, but typed errors.
+            # A goal may run for ever: if calls have a time, its result has none, but typed errors.
             call_context = CallContext(self.node.context, 'action', self.full_name, inf)
             call_context.see_servers(self.goal_service)
         goal = self.goals.find(goal_id)
@@ -468,8 +468,8 @@ class ActionClientCore(TimedCalls):
     def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
         """Ask the server, block until the answer is there and return it; needs no executor.
 
-        Raises WouldDeadlockError, with nothing asked, where the answer needs the thread that would wait;
-        ShutDownError and InvalidHandle where the context ends, or this is destroyed, before it is there.
+        Raises WouldDeadlockError, with nothing asked, if the answer needs the thread that would wait;
+        ShutDownError and InvalidHandle if the context ends, or this is destroyed, before it is there.
         """
         self.node.context.deadlock_detector.check(self.node.graph, self.goal_service)
         future = ask()

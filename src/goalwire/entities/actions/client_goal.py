@@ -39,7 +39,7 @@ class GoalSending(Protocol):
     node: NodeCore
 
     def goal(self, goal_id: GoalId) -> ClientGoal[Any]:
-        """Return the record of a goal; a new one, of an UNKNOWN goal, where there is none."""
+        """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
 
     def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
         """Ask the server, block until the answer is there and return it."""
@@ -81,18 +81,18 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def goal_id(self) -> UUID:
-        """Its id."""
+        """The goal's id."""
         return uuid_message(self._goal.goal_id)
 
     @property
     def stamp(self) -> Time:
-        """When the server accepted it; zero where it did not."""
+        """When the server accepted it; zero if it did not."""
         stamp: Time = self._goal_response.stamp
         return stamp
 
     @property
     def accepted(self) -> bool:
-        """True where the server accepted it."""
+        """True if the server accepted it."""
         return bool(self._goal_response.accepted)
 
     @property
@@ -102,7 +102,7 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def reason(self) -> str:
-        """Why it was aborted, where its server runs on goalwire; known with the result, else ''."""
+        """Why it was aborted, if its server runs on goalwire; known with the result, else ''."""
         return self._goal.reason
 
     def cancel_goal(self) -> CancelGoal.Response | None:
@@ -178,7 +178,7 @@ class GoalFeedback(EventQueue['Sample | None']):
 
     Feedback, acceptance and result travel on different ways. What comes before the acceptance waits for
     `open`. `end` lets the result wait until the callbacks have run for all that came before it, but never
-    where they could not run while somebody waits for that result: see `hurry`.
+    if they could not run while somebody waits for that result: see `hurry`.
     """
 
     __slots__ = ('_ends', '_is_ending', '_is_opening', '_owner', '_running', 'hurried')
@@ -195,7 +195,7 @@ class GoalFeedback(EventQueue['Sample | None']):
         self._owner = owner
         self._is_opening = self._is_ending = False
         self._running: list[None] = []
-        """One for each callback under way, where they may run beside each other."""
+        """One for each callback under way, since callbacks may run beside each other."""
         self._ends: list[Callable[[], object]] = []
         self.hurried = False
 
@@ -216,7 +216,7 @@ class GoalFeedback(EventQueue['Sample | None']):
             self._go_on()
 
     def end(self, then: Callable[[], object]) -> None:
-        """Take no more, and call `then` after the callbacks for all that waits; now, where nothing does."""
+        """Take no more, and call `then` after the callbacks for all that waits; now, if nothing does."""
         self.closed = True
         self._ends.append(then)
         if self.hurried or not (self._posted or self._events or self._running):
@@ -234,9 +234,9 @@ class GoalFeedback(EventQueue['Sample | None']):
         self._tell_end()
 
     def hurry_if_stuck(self, *, blocks: bool) -> None:
-        """Hurry where the calling callback or thread, which is about to wait for the result, must.
+        """Hurry if the calling callback or thread, which is about to wait for the result, must.
 
-        So it is where nobody spins, where the callback holds our group, and where it `blocks` our thread.
+        This is so if nobody spins, if the callback holds our group, or if it `blocks` our thread.
         """
         queue = self.work_queue.queue
         if (

@@ -98,7 +98,7 @@ class ActionRequests(RequestClient):
         self._reported: set[str] = set()
 
     def reaches_server(self) -> bool:
-        """True where the wire has a server for this service."""
+        """True if the wire has a server for this service."""
         return self._port is not None and self._port.reaches_server()
 
     def server_is_there(self) -> bool:

@@ -93,7 +93,7 @@ class ActionServerCore:
         """How many goals' execution raised."""
         self._feedback = 0
         self.durations = Latencies()
-        """Of execute callbacks."""
+        """How long execute callbacks took."""
         self.steady_clock = node.context.shutdown_signal.clock
         self._lost_clients: LostClients | None = None
         self._open(qos or ActionQoS(), group)
@@ -259,13 +259,13 @@ class ActionServerCore:
     # -- what goal handles ask for -------------------------------------------------------------------------
 
     def goal(self, goal_id: GoalId) -> ServerGoal[Any, Any]:
-        """Return the record of a goal; a new one, of an UNKNOWN goal, where there is none."""
+        """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
         return self.reactor.goals.get(goal_id) or ServerGoal(goal_id)
 
     def start_execution(
         self, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any] | None
     ) -> None:
-        """Have a goal executed, in its turn; raises RCLError where its state does not allow that.
+        """Have a goal executed, in its turn; raises RCLError if its state does not allow that.
 
         Without a callback of the goal's or the server's, the program executes it itself.
         """
@@ -301,7 +301,7 @@ class ActionServerCore:
             raise ShutDownError(f"cannot publish feedback of the action '{self.name}'") from None
 
     def end(self, handle: ServerGoalHandle, event: GoalEvent) -> None:
-        """End a goal; raises RCLError where its state does not allow that."""
+        """End a goal; raises RCLError if its state does not allow that."""
         try:
             self.dispatch(self.reactor.on_event, handle.goal_id_bytes, event, self.now())
         except InvalidTransition as error:
@@ -331,7 +331,7 @@ class ActionServerCore:
         return Failure(result, described(error))
 
     def _encode_result(self, result: object, told: str) -> bytes | None:
-        """Serialize a result; None, which stands for the default one, where it cannot be sent: it is logged.
+        """Serialize a result; None, which stands for the default one, if it cannot be sent: it is logged.
 
         Its status is only known when it is sent: see wire.with_status.
         """

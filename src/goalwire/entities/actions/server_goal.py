@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 
 class GoalResponse(Enum):
-    """What a goal callback returns."""
+    """The answer of a goal callback."""
 
     REJECT = 1
     ACCEPT = 2
 
 
 class CancelResponse(Enum):
-    """What a cancel callback returns."""
+    """The answer of a cancel callback."""
 
     REJECT = 1
     ACCEPT = 2
@@ -83,7 +83,7 @@ class GoalServing(Protocol):
     durations: Latencies
 
     def goal(self, goal_id: GoalId) -> ServerGoal[Any, Any]:
-        """Return the record of a goal; a new one, of an UNKNOWN goal, where there is none."""
+        """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
 
     def start_execution(
         self, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any] | None
@@ -137,7 +137,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def goal_id(self) -> UUID:
-        """Its id."""
+        """The goal's id."""
         if self._uuid is None:
             self._uuid = uuid_message(self.goal_id_bytes)
         return self._uuid
@@ -179,7 +179,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._server.publish_feedback(self, feedback)
 
     def succeed(self, response: ResultT | None = None) -> None:
-        """End it SUCCEEDED; raises RCLError where its state does not allow that.
+        """End it SUCCEEDED; raises RCLError if its state does not allow that.
 
         `response` is its result. Without one the result is that of the execute callback.
         """

@@ -49,7 +49,7 @@ class ResultResponse(Protocol[ResultT_co]):
 
     @property
     def result(self) -> ResultT_co:
-        """The result; one of default values where the server sent none."""
+        """The result; one of default values if the server sent none."""
 
 
 class FeedbackMessage(Protocol[FeedbackT_co]):

@@ -40,7 +40,7 @@ class ManagedEntity:
         return _SUCCESS
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturnType:  # noqa: ARG002
-        """Recover from the error of another callback: SUCCESS where the node is as good as new."""
+        """Recover from the error of another callback: SUCCESS if the node is as good as new."""
         return _SUCCESS
 
 
@@ -110,7 +110,7 @@ def call_each(
 
 
 def checked(outcome: object, callback: str) -> TransitionCallbackReturnType:
-    """Return what a transition callback returned; raises TypeError where that is no answer."""
+    """Return what a transition callback returned; raises TypeError for anything but an answer."""
     if isinstance(outcome, TransitionCallbackReturnType):
         return outcome
     if isinstance(outcome, CoroutineType):

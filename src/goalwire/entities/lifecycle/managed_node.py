@@ -56,7 +56,7 @@ class LifecycleCore:
     def trigger(self, wanted: int | str) -> TransitionCallbackReturnType:
         """Make the transition of this id or label, and return what its callback said.
 
-        Raises RCLError where there is none from the present state.
+        Raises RCLError if there is none from the present state.
         """
         return self.perform(self.begin(wanted))
 
@@ -68,7 +68,7 @@ class LifecycleCore:
         return self.trigger(SHUTDOWN)
 
     def begin(self, wanted: int | str) -> Transition:
-        """Start a transition that the caller then performs; raises RCLError where there is none from here."""
+        """Start a transition that the caller then performs; raises RCLError if there is none from here."""
         with self._lock:
             state, possible = self.machine.state, self.machine.possible
             transition = self.machine.begin(wanted)
@@ -114,7 +114,7 @@ class LifecycleCore:
             self._events.publish(self.machine.end(TransitionCallbackReturnType.ERROR))
 
     def add(self, entity: ManagedEntity) -> None:
-        """Add an entity that follows the transitions; raises TypeError for what is no managed entity."""
+        """Add an entity that follows the transitions; raises TypeError for anything but a managed entity."""
         if not isinstance(entity, ManagedEntity):
             raise TypeError('Expected a rclpy.lifecycle.ManagedEntity instance.')
         if not self.manages(entity):
@@ -125,7 +125,7 @@ class LifecycleCore:
         return any(known is entity for known in self.entities)
 
     def remove(self, entity: ManagedEntity) -> None:
-        """Forget an entity; harmless where it was not added."""
+        """Forget an entity; nothing happens if it was not added."""
         self.entities[:] = [known for known in self.entities if known is not entity]
 
     def call_entities(self, callback: str, state: LifecycleState) -> TransitionCallbackReturnType:

@@ -90,7 +90,7 @@ class ParameterWatch:
                 for handle in tuple(handles):
                     handle.callback(parameter)
         for watcher in tuple(self.event_callbacks):
-            watcher.callback(event)  # type: ignore[arg-type]  # serialized where that was asked for
+            watcher.callback(event)  # type: ignore[arg-type]  # serialized if the caller asked for that
 
     def add_parameter(self, name: str, node_name: str, callback: OnParameter) -> ParameterCallbackHandle:
         """Call `callback(parameter)` with each new value; a node's name may be relative, '' is the own."""
@@ -136,7 +136,7 @@ def parameters_from_event(event: ParameterEvent) -> Iterator[ParameterMessage]:
 
 
 def parameter_from_event(event: ParameterEvent, name: str, node_name: str) -> ParameterMessage | None:
-    """Return the new value of a parameter of a node, None where the event does not concern it."""
+    """Return the new value of a parameter of a node, None if the event does not concern it."""
     if event.node != node_name:
         return None
     return next((found for found in parameters_from_event(event) if found.name == name), None)

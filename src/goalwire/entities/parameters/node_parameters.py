@@ -124,7 +124,7 @@ class NodeParameters:
         self._parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
-        """True where the parameter is declared."""
+        """True if the parameter is declared."""
         return name in self._parameters
 
     # -- reading -------------------------------------------------------------------------------------------
@@ -144,7 +144,7 @@ class NodeParameters:
         return [self.get_parameter(name) for name in names]
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
-        """Return a parameter, or the alternative where it is not there or has no value."""
+        """Return a parameter, or the alternative if it is missing or has no value."""
         found = self._parameters.get(name)
         if found is None or found.type_ is Type.NOT_SET:
             return alternative_value or Parameter(name)
@@ -247,7 +247,7 @@ class NodeParameters:
         descriptor: Described,
         alternative_value: ParameterValueMessage | None = None,
     ) -> ParameterValueMessage:
-        """Give a parameter another descriptor, and the alternative value where its own does not suit it.
+        """Give a parameter another descriptor, and the alternative value if its own does not suit it.
 
         Returns its value. Neither callbacks nor /parameter_events learn of it. Raises
         ParameterNotDeclaredException, ParameterImmutableException, ParameterUninitializedException,
@@ -276,15 +276,15 @@ class NodeParameters:
         _add(callback, self._ros_set_callbacks.after)
 
     def remove_pre_set_parameters_callback(self, callback: Before) -> None:
-        """Forget a callback; raises ValueError where it was not added."""
+        """Forget a callback; raises ValueError if it was not added."""
         self._ros_set_callbacks.before.remove(callback)
 
     def remove_on_set_parameters_callback(self, callback: On) -> None:
-        """Forget a callback; raises ValueError where it was not added."""
+        """Forget a callback; raises ValueError if it was not added."""
         self._ros_set_callbacks.on.remove(callback)
 
     def remove_post_set_parameters_callback(self, callback: After) -> None:
-        """Forget a callback; raises ValueError where it was not added."""
+        """Forget a callback; raises ValueError if it was not added."""
         self._ros_set_callbacks.after.remove(callback)
 
     # rclpy's names for the lists, which programs and tests read
