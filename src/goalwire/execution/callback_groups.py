@@ -103,7 +103,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
 
 
 def checked_group(group: object) -> CallbackGroup:
-    """Return `group`; raises AttributeError, as rclpy does, where it is none."""
+    """Return `group`; raises AttributeError, as rclpy does, for anything but a callback group."""
     if not isinstance(group, CallbackGroup):
         raise AttributeError(  # noqa: TRY004 - as rclpy
             f"'{type(group).__name__}' object has no attribute 'add_entity': callback_group takes a "

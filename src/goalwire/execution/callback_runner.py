@@ -85,7 +85,7 @@ class CallbackRunner:
             self._ready.poll_waitables()
 
     def _perform(self, source: CallbackSource) -> bool:
-        """Run one callback of `source`; False where its group is busy or its node has left.
+        """Run one callback of `source`; False if its group is busy or its node has left.
 
         hot path: what it holds stays noted until the next callback, mostly one of the same group: to set and
         reset it each time takes 2 us after a sleep. Who calls this puts back what was there before.
@@ -131,7 +131,7 @@ class CallbackRunner:
     def _may_begin(self, source: CallbackSource, group: CallbackGroup) -> bool:
         """Ask a group whose rule a program has written, and keep the work that it refuses.
 
-        Who asks again notes that first, then looks at what is kept; here it is the other way round.
+        `_end` changes `_asking` and then looks at what is kept; here it is the other way round.
         """
         asking = self._asking
         if group.begin(source):

@@ -21,7 +21,7 @@ _VARIADIC = 0x04
 
 
 def check_callback(callback: object, arguments: tuple[str, ...], what: str) -> None:
-    """Raise TypeError, as a call would, where `callback` cannot be called with so many arguments.
+    """Raise TypeError, as a call would, if `callback` cannot be called with so many arguments.
 
     `what` says whose callback it is; `arguments` what it gets.
     """
@@ -31,7 +31,7 @@ def check_callback(callback: object, arguments: tuple[str, ...], what: str) -> N
 
 
 def advise_callback(callback: object, arguments: tuple[str, ...], what: str, logger: RcutilsLogger) -> None:
-    """Log a warning where `callback` cannot be called with so many arguments. The call will raise TypeError.
+    """Log a warning if `callback` cannot be called with so many arguments. The call will raise TypeError.
 
     `what` says whose callback it is; `arguments` what it gets.
     """
@@ -41,7 +41,7 @@ def advise_callback(callback: object, arguments: tuple[str, ...], what: str, log
 
 
 def _problem(callback: object, arguments: tuple[str, ...], what: str) -> str | None:
-    """Say why `callback` cannot be called with so many arguments; None where it can."""
+    """Say why `callback` cannot be called with so many arguments; None if it can."""
     if not callable(callback):
         return f'{what} must be a function: {what_was_given(callback)}'
     if accepts(callback, len(arguments)):
@@ -95,7 +95,7 @@ def signature_of(callback: Callable[..., object]) -> Signature:
 
 
 def _plain_arguments(callback: object) -> range | None:
-    """Return how many positional arguments a function or method takes; None where only inspect can tell."""
+    """Return how many positional arguments a function or method takes; None if only inspect can tell."""
     function, bound = function_of(callback)
     if function is None or function.__dict__:  # a decorator may have left a signature
         return None

@@ -44,7 +44,7 @@ class JumpThreshold:
     def __init__(
         self, *, min_forward: Duration | None, min_backward: Duration | None, on_clock_change: bool = True
     ) -> None:
-        """Raises ValueError for a threshold of the wrong sign, and where all three are off."""
+        """Raises ValueError for a threshold of the wrong sign, and if all three are off."""
         if min_forward is not None and min_forward.nanoseconds <= 0:
             raise ValueError('min_forward must be a positive non-zero duration')
         if min_backward is not None and min_backward.nanoseconds >= 0:
@@ -97,7 +97,7 @@ class JumpHandle:
         pre_callback: Callable[[], object] | None,
         post_callback: Callable[[TimeJump], object] | None,
     ) -> None:
-        """Raises ValueError where no callback is given, or one is not callable."""
+        """Raises ValueError if no callback is given, or one is not callable."""
         if pre_callback is None and post_callback is None:
             raise ValueError('One of pre_callback or post_callback must be callable')
         if pre_callback is not None and not callable(pre_callback):
@@ -129,7 +129,7 @@ class JumpListener(Protocol):
     """A timer or an entry: it is told of every change of its clock's time, on the thread that makes it."""
 
     def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:
-        """The time has changed; where its source was switched, `remaining_ns` is from before."""
+        """The time has changed; if its source was switched, `remaining_ns` is from before."""
 
     def remaining_ns(self) -> int | None:
         """The time until the next call, in ns."""
@@ -141,7 +141,7 @@ class Clock:
     def __new__(  # noqa: PYI034
         cls, *, clock_type: ClockType = ClockType.SYSTEM_TIME, source: SteadyClock = STEADY  # noqa: ARG004
     ) -> Clock:  # fmt: skip
-        """Raises TypeError for what is no ClockType."""
+        """Raises TypeError for anything but a ClockType."""
         if not isinstance(clock_type, ClockType):
             raise TypeError('Clock type must be a ClockType enum')
         return super().__new__(ROSClock if clock_type is ClockType.ROS_TIME or cls is ROSClock else cls)
@@ -198,7 +198,7 @@ class Clock:
     ) -> JumpHandle:
         """Call `pre_callback()` before and `post_callback(jump)` after each jump that meets `threshold`.
 
-        Only ROS time jumps. Raises ValueError where no callback is given, or one is not callable.
+        Only ROS time jumps. Raises ValueError if no callback is given, or one is not callable.
         """
         return JumpHandle(
             clock=self, threshold=threshold, pre_callback=pre_callback, post_callback=post_callback
@@ -207,7 +207,7 @@ class Clock:
     def sleep_until(self, until: Time, context: ContextLike | None = None) -> bool:
         """Block until this clock shows `until` (True), the context ends or ROS time is switched (False).
 
-        Raises NotInitializedException where the context is not up, ValueError for another clock's time.
+        Raises NotInitializedException if the context is not up, ValueError for another clock's time.
         """
         return self._sleep(until, context, bool)
 
@@ -227,7 +227,7 @@ class Clock:
         return self._sleep(self.now() + rel_time, context, self.has_passed(rel_time.nanoseconds))
 
     def has_passed(self, duration_ns: int) -> Callable[[], bool]:
-        """Make what tells whether so much of the machine's time has passed, where nobody sets this clock."""
+        """Make what tells whether so much of the machine's time has passed, if nobody sets this clock."""
         if self.overridden:
             return bool
         source = self.source
@@ -266,7 +266,7 @@ class ROSClock(Clock):
         self._switches = 0
         self._sleepers: list[Waiter] = []
         self.before_sleep: list[Callable[[], bool]] = []
-        """Called by a thread before it sleeps until a time is set; True where that has set the time."""
+        """Called by a thread before it sleeps until a time is set; True if that has set the time."""
         self._listeners: WeakListeners[JumpListener] = WeakListeners()
 
     @property
@@ -280,7 +280,7 @@ class ROSClock(Clock):
     def set_ros_time_override(self, time: Time) -> None:
         """Set the time that this clock shows while ROS time is active; post the timers that are due by then.
 
-        Jump callbacks are called in here. Raises TypeError for what is no Time.
+        Jump callbacks are called in here. Raises TypeError for anything but a Time.
         """
         if not isinstance(time, Time):
             raise TypeError(f'Time must be specified as rclpy.time.Time. Received type: {type(time)}')
@@ -387,7 +387,7 @@ class ROSClock(Clock):
 class ClockTimerEntry(TimerEntry):
     """Is called once, when `clock` shows the due time: by an executor's thread, or one that sets the time.
 
-    `call` must be short and call no user code. `due` is None while it is off; it is in ns of the clock where
+    `call` must be short and call no user code. `due` is None while it is off; it is in ns of the clock if
     somebody sets that, and then in no timer heap.
     """
 
@@ -405,12 +405,12 @@ class ClockTimerEntry(TimerEntry):
         return None if self.due is None else self._time
 
     def follow(self) -> None:
-        """Watch the clock's jumps itself, where nobody else passes them on."""
+        """Watch the clock's jumps itself, if nobody else passes them on."""
         if isinstance(self._clock, ROSClock):
             self._clock.watch_jumps(self)
 
     def set(self, time_ns: int) -> None:
-        """Call it at `time_ns`, instead of any time set before; at once where a clock is set past it."""
+        """Call it at `time_ns`, instead of any time set before; at once if a clock is set past it."""
         self._time = time_ns
         clock = self._clock
         if not clock.overridden:

@@ -63,7 +63,7 @@ def current_groups() -> tuple[CallbackGroup, ...]:
 
 
 def why_it_cannot_answer(work_queue: NodeWorkQueue, group: CallbackGroup | None) -> str | None:
-    """Why a callback of `work_queue` in `group` cannot run while this thread blocks; None where it can.
+    """Why a callback of `work_queue` in `group` cannot run while this thread blocks; None if it can.
 
     To be asked before blocking on something that an entity of this very process has to do.
     """

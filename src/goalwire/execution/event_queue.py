@@ -24,7 +24,7 @@ TICKS_LIMIT = 1000
 class EventQueue(CallbackSource, Generic[E]):
     """Events that wait for their callback, `depth` of them at most (None: without limit).
 
-    When it is full, the oldest event is dropped; where there is a `refuse`, that gets the new one instead.
+    When it is full, the oldest event is dropped; if there is a `refuse`, that gets the new one instead.
     `dropped` counts both. However many events wait, the event queue is in the executor's queue once.
     """
 
@@ -124,7 +124,7 @@ class EventQueue(CallbackSource, Generic[E]):
         return self._handle(event)
 
     def take(self) -> E | None:
-        """Take the oldest event out, past the callback; None where there is none."""
+        """Take the oldest event out, past the callback; None if there is none."""
         try:
             return self._events.popleft()
         except IndexError:

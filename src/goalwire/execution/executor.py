@@ -56,7 +56,7 @@ class HandleLike(Protocol):
 
 
 class NodeLike(Protocol):
-    """What an executor needs of a node. `executor` is set by `add_node` and holds no strong reference.
+    """A node as an executor sees it. `executor` is set by `add_node` and holds no strong reference.
 
     It takes no name of a node that is not rclpy's: programs derive from Node and have their own.
     """
@@ -209,7 +209,7 @@ class Executor(CallbackRunner):
     def spin(self) -> None:
         """Run callbacks until `shutdown` or the context's end.
 
-        Raises ExternalShutdownException where the context ends while this waits, and what callbacks raise.
+        Raises ExternalShutdownException if the context ends while this waits, and what callbacks raise.
         """
         while self._shutdown_signal.alive and not self._is_shutdown:
             self.spin_once()

@@ -72,11 +72,11 @@ class FdSelector:
             self.watched -= 1
 
     def poll(self) -> None:
-        """Report what is ready now; nothing where another thread is at it."""
+        """Report what is ready now; nothing if another thread is at it."""
         self.wait(0, bool)
 
     def wait(self, timeout: float | None, woken: Callable[[], bool]) -> bool:
-        """Report what is ready, after waiting up to `timeout` s; False where another thread is at it.
+        """Report what is ready, after waiting up to `timeout` s; False if another thread is at it.
 
         `woken` is asked once this thread has its turn: from then on no other thread's look can take up an
         `interrupt` that is meant for this one.

@@ -245,7 +245,7 @@ class Future(Generic[T]):
     def set_raw(self, raw: object) -> bool:
         """Complete it with something that `decode` makes the result of, when somebody asks for that.
 
-        False where nobody was told: no thread or coroutine waits for it, and it has no done callback.
+        False if nobody was told: no thread or coroutine waits for it, and it has no done callback.
         """
         self._raw = raw
         self.completion_state = FINISHED
@@ -313,7 +313,7 @@ class Future(Generic[T]):
         self._tell()
 
     def _tell(self) -> bool:
-        """Call the wakers that are left, then the done callbacks; False where another thread did.
+        """Call the wakers that are left, then the done callbacks; False if another thread did.
 
         hot path: one function, between the arrival of a reply and the thread that waits: 0.6 us less a call.
         """
@@ -363,6 +363,6 @@ def block_on(future: Future[Any], deadline: int | None, shutdown_signal: Shutdow
 
 
 def cancel_quietly(future: Future[Any]) -> None:
-    """Cancel it where blocking on it was interrupted: nobody will ask how it ended, or ends."""
+    """Cancel it if blocking on it was interrupted: nobody will ask how it ended, or ends."""
     future.cancel()
     future.exception()

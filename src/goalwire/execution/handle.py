@@ -37,7 +37,7 @@ class Handle:
         return object.__hash__(self.ros_entity)
 
     def __enter__(self) -> Self:
-        """Raises InvalidHandle where the entity is destroyed."""
+        """Raises InvalidHandle if the entity is destroyed."""
         if getattr(self.ros_entity, 'destroyed', False):
             raise InvalidHandle
         return self

@@ -1,4 +1,4 @@
-"""MultiThreadedExecutor: callbacks run on its own threads, in parallel where their groups allow it."""
+"""MultiThreadedExecutor: callbacks run on its own threads, in parallel if their groups allow it."""
 
 from __future__ import annotations
 
@@ -278,7 +278,7 @@ class MultiThreadedExecutor(Executor):
         """End every spin and remove the nodes.
 
         With `wait_for_threads` wait until the callbacks that run have ended, and with them all threads but
-        the calling one: False where `timeout_sec` is over before that; None and negative wait without limit.
+        the calling one: False if `timeout_sec` is over before that; None and negative wait without limit.
         """
         super().shutdown(timeout_sec)
         if not wait_for_threads:

@@ -87,7 +87,7 @@ class CallbackGroup:
     def __init_subclass__(cls) -> None:
         if 'begin' not in vars(cls) and _RULE & vars(cls).keys():
             cls.foreign = True
-            cls.begin = CallbackGroup.begin  # type: ignore[method-assign]  # where a quicker one was inherited
+            cls.begin = CallbackGroup.begin  # type: ignore[method-assign]  # if a quicker one was inherited
             cls.ended = CallbackGroup.ended  # type: ignore[method-assign]
 
     def add_entity(self, entity: object) -> None:
@@ -103,7 +103,7 @@ class CallbackGroup:
         raise NotImplementedError
 
     def beginning_execution(self, entity: object) -> bool:
-        """Note that a callback of `entity` starts; False where it may not."""
+        """Note that a callback of `entity` starts; False if it may not."""
         raise NotImplementedError
 
     def ending_execution(self, entity: object) -> None:
@@ -146,7 +146,7 @@ class Poller(Protocol):
         """The waitable that it asks."""
 
     def look(self) -> None:
-        """Ask, and post work where there is some."""
+        """Ask the poller, and post the work that it has."""
 
     def close(self) -> None:
         """Ask no more."""
@@ -188,7 +188,7 @@ class ReadyQueue:
             return None
 
     def take(self, source: CallbackSource) -> bool:
-        """Take `source` out of turn; False where it is not here."""
+        """Take `source` out of turn; False if it is not here."""
         try:
             self.items.remove(source)
         except ValueError:
@@ -206,7 +206,7 @@ class ReadyQueue:
         self.recheck()
 
     def remove_poller(self, poller: Poller) -> None:
-        """Ask `poller` no more; nothing where it is not asked."""
+        """Ask `poller` no more; nothing if it is not asked."""
         self.pollers.discard(poller)
 
     def poll_waitables(self) -> None:
@@ -236,7 +236,7 @@ class ReadyQueue:
             self.wake_one()
 
     def listen(self, waker: Callable[[], None]) -> None:
-        """Call `waker` once when there may be work, at once where there is: how a loop sleeps here."""
+        """Call `waker` once when there may be work, at once if there is: how a loop sleeps here."""
         self.wakers.append(waker)
         if self.has_work:
             self.wake_one()
@@ -415,7 +415,7 @@ class NodeWorkQueue:
             queue.remove_poller(poller)  # the node has moved in between
 
     def remove_poller(self, waitable: object) -> None:
-        """Ask `waitable` no more; nothing where it is not asked."""
+        """Ask `waitable` no more; nothing if it is not asked."""
         for poller in tuple(self._pollers):
             if poller.waitable is waitable:
                 del self._pollers[poller]

@@ -77,7 +77,7 @@ class SingleThreadedExecutor(Executor):
                     self._call_successor()
 
     def _await_turn(self, stop: StopCondition, deadline: int | None) -> bool:
-        """Wait for the turn of the thread that drives this; False where another one has it too long."""
+        """Wait for the turn of the thread that drives this; False if another one has it too long."""
         waiter = Waiter()
         with StopConditionScope(self._shutdown_signal, waiter, stop):
             while not self._wait_for_turn(waiter, deadline):

@@ -45,7 +45,7 @@ class Task(Future[T]):
         return self._executing
 
     def cancel(self) -> None:
-        """Cancel it. What an executor runs as a coroutine is cancelled where it awaits."""
+        """Cancel it. A coroutine that an executor runs is cancelled at its present await."""
         super().cancel()
         if self._cancel_run is not None:
             self._cancel_run()
@@ -88,7 +88,7 @@ class Task(Future[T]):
         return None if self._coroutine is None else self._run_coroutine(self._coroutine, fail)
 
     def cancel_unfinished(self) -> None:
-        """Cancel it where it has not run to its end."""
+        """Cancel it unless it has run to its end."""
         handler = self._handler[0]
         for coroutine in (self._coroutine, handler):
             if isinstance(coroutine, Coroutine):

@@ -36,7 +36,7 @@ class TimerInfo:
         actual_call_time: int = 0,
         clock_type: ClockType = ClockType.SYSTEM_TIME,
     ) -> None:
-        """Both times in ns. Raises TypeError for what is no ClockType, ValueError for a negative time."""
+        """Both times in ns. Raises TypeError for anything but a ClockType, ValueError for a negative time."""
         if not isinstance(clock_type, ClockType):
             raise TypeError('Clock type must be a ClockType enum')
         if expected_call_time < 0 or actual_call_time < 0:
@@ -56,7 +56,7 @@ class TimerInfo:
 
 
 def taking_info(callback: object) -> Callable[[TimerInfo], object] | None:
-    """Return how to call `callback` with a TimerInfo; None where it asks for none.
+    """Return how to call `callback` with a TimerInfo; None if it asks for none.
 
     It asks with a parameter that is annotated as TimerInfo, as in rclpy, or with one that has no default.
     """
@@ -115,7 +115,7 @@ class Rate:
         wake_all(self._sleepers)
 
     def sleep(self) -> None:
-        """Block until the next tick; not at all where one has passed since the last sleep.
+        """Block until the next tick; return at once if one has passed since the last sleep.
 
         Raises RuntimeError when destroyed, ROSInterruptException when the context has ended.
         """
@@ -196,7 +196,7 @@ class Timer(CallbackSource):
     ) -> None:
         """Raises TypeError for a period beyond an int64. Without `work_queue` no executor ever calls it.
 
-        `callback()` is called, or `callback(info)` where it asks for a TimerInfo.
+        `callback()` is called, or `callback(info)` if it asks for a TimerInfo.
         """
         super().__init__(NodeWorkQueue() if work_queue is None else work_queue, callback_group)
         if int(timer_period_ns) not in _INT64:
@@ -204,7 +204,7 @@ class Timer(CallbackSource):
                 f'a timer period of {timer_period_ns} ns does not fit into 64 bits: make it shorter'
             )
         self.callback = callback
-        self._clock: Clock = entity_of(clock.handle)  # what is no clock is refused here, with rclpy's words
+        self._clock: Clock = entity_of(clock.handle)  # all but clocks are refused here, with rclpy's words
         self._period = int(timer_period_ns)
         self._lock = Lock()
         self._missed = 0
@@ -291,7 +291,7 @@ class Timer(CallbackSource):
         return self._now() - self._last_call
 
     def time_until_next_call(self) -> int | None:
-        """Ns until the next call, negative where it is late; None while canceled."""
+        """Return the ns until the next call, negative if it is late; None while canceled."""
         self._check()
         if self._canceled:
             return None
@@ -343,7 +343,7 @@ class Timer(CallbackSource):
         self._schedule()
 
     def advance(self) -> tuple[int, int] | None:
-        """Note a call and find the next due time, in phase and in the future; None where none is due yet.
+        """Note a call and find the next due time, in phase and in the future; None if none is due yet.
 
         Returns when the call was due and when it came.
         """
@@ -364,7 +364,7 @@ class Timer(CallbackSource):
         return due, now
 
     def _now(self) -> int:
-        """The time of the clock, to which the next call is fitted where it was set back."""
+        """Return the clock's time. If the clock was set back, the next call is fitted to it."""
         now = self._clock.now_ns()
         if now < self._last_call:
             with self._lock:

@@ -44,7 +44,7 @@ class TimerHeap:
         self.heap: list[tuple[int, int, TimerEntry]] = []
         self.earliest: int | None = None
         """The earliest due time, perhaps of an entry that was discarded. Never later than the heap's first;
-        too early where a signal's handler has raised in here, until then."""
+        too early if a signal's handler has raised in here, until then."""
         self._lock = Lock()
         self._serial = 0
         self._stale = 0

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def install_excepthooks() -> None:
-    """Take over from Python's own hooks, where they are still Python's own: see the module."""
+    """Take over from Python's own hooks, unless a program has replaced them: see the module."""
     if sys.excepthook is sys.__excepthook__:
         sys.excepthook = _excepthook
     if threading.excepthook is threading.__excepthook__:
@@ -30,7 +30,7 @@ def install_excepthooks() -> None:
 
 
 def _excepthook(kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
-    """Print what was not caught; nothing where Ctrl-C or SIGTERM ended a wait of ours."""
+    """Print what was not caught; nothing if Ctrl-C or SIGTERM ended a wait of ours."""
     if not _ended_a_wait(error.with_traceback(traceback)):
         _print(kind, error)
     if isinstance(error, KeyboardInterrupt):

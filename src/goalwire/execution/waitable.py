@@ -52,7 +52,7 @@ def watch(entity: Waited, wake: Callable[[], None]) -> None:
 
 
 def unwatch(entity: Waited, wake: Callable[[], None]) -> None:
-    """Take `wake` back; nothing where it is not there."""
+    """Take `wake` back; nothing if it is not there."""
     with _watching:
         entity.watchers = tuple(other for other in entity.watchers if other != wake)
 
@@ -208,7 +208,7 @@ class Waitable(Generic[T]):
     """Waits for several entities at once and runs one callback for all of them.
 
     To be derived from, and added with `Node.add_waitable`. Each time an executor looks for work it asks
-    `add_to_wait_set`, then `is_ready`; where that is true it calls `take_data` and awaits `execute`, both
+    `add_to_wait_set`, then `is_ready`; if that is true it calls `take_data` and awaits `execute`, both
     under the rule of the callback group. Used as a context while it is asked: what raises InvalidHandle on
     entering is not ready.
     """
@@ -232,7 +232,7 @@ class Waitable(Generic[T]):
         self._futures.append(future)
 
     def remove_future(self, future: Future[Any]) -> None:
-        """Take `future` out; raises ValueError where it was not added."""
+        """Take `future` out; raises ValueError if it was not added."""
         self._futures.remove(future)
 
     def run_futures_in(self, work_queue: NodeWorkQueue) -> None:
@@ -270,7 +270,7 @@ class SelfDriven(Waitable[T]):
 
 
 class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
-    """Something with several event queues. Its methods do by hand, one by one, what executors do alone.
+    """Something with several event queues. Its methods do by hand what executors do by themselves.
 
     Used as a context it is destroyed at the block's end.
     """
@@ -292,7 +292,7 @@ class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
         return any(event_queue.events for event_queue in self.event_queues())
 
     def take_data(self) -> tuple[EventQueue[Any], Any] | None:
-        """Take one event, so that no executor will; None where there is none."""
+        """Take one event, so that no executor will; None if there is none."""
         for event_queue in self.event_queues():
             event = event_queue.take()
             if event is not None:
@@ -312,7 +312,7 @@ class WaitablePoller(CallbackSource):
     """Asks one waitable whether it is ready, each time before the executor takes work or goes to sleep.
 
     One thread at a time asks; a thread that finds another one at it leaves a note, so that it asks again.
-    What the waitable raises while it is asked comes out of spin, like what it raises while it runs.
+    An exception of the waitable comes out of spin, whether it is asked or runs.
     """
 
     __slots__ = (
@@ -347,7 +347,7 @@ class WaitablePoller(CallbackSource):
             queue.recheck()
 
     def look(self) -> None:
-        """Ask, and post this where the answer is yes; nothing while it is posted or its group is busy."""
+        """Ask, and post this if the answer is yes; nothing while it is posted or its group is busy."""
         self._missed = True
         while self._missed:
             if not self._asking.acquire(blocking=False):

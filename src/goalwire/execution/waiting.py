@@ -107,7 +107,7 @@ class StopCondition(Protocol):
         """
 
     def add_waker(self, waker: Callable[[], None]) -> None:
-        """Call `waker` when it comes, or has come. Does nothing where others wake the sleeper."""
+        """Call `waker` when it comes, or has come. Does nothing if others wake the sleeper."""
 
     def remove_waker(self, waker: Callable[[], None]) -> None:
         """Take a waker back."""
@@ -117,7 +117,7 @@ class SignalReceiver(Protocol):
     """Receives the process's signals, whatever the main thread is doing."""
 
     main_thread: int
-    """Its ident."""
+    """The main thread's ident."""
 
     wire_poller: WirePoller | None
     """The wait on the wire in which the main thread is, if it is: a signal ends that wait."""
@@ -135,7 +135,7 @@ long they may wait. The look costs 5 us (two system calls), so it is for long sl
 
 
 class WireWaiter(Waiter):
-    """A waiter whose thread waits on the wire itself, where the context's session has a place for it.
+    """A waiter whose thread waits on the wire itself, if the context's session has a place for it.
 
     Where `fd_selector` watches file descriptors and nobody else waits in it, this waits there. The shutdown
     wakes it, too.
@@ -184,7 +184,7 @@ class WireWaiter(Waiter):
         return self._wait_on_lock_beside_wire(left)
 
     def _wait_on_lock_beside_wire(self, timeout_ns: int | None) -> bool:
-        """Sleep in the main thread where no signal would bring it out of the wire's library.
+        """Sleep in the main thread, where no signal could interrupt a wait inside the wire's library.
 
         Python runs signal handlers in the main thread, and not while that is in there.
         """
@@ -273,7 +273,7 @@ class ShutdownSignal:
     def take_session(self, session: Session) -> None:
         """Let threads under this wait on a session's wire, as far as it has a place for that.
 
-        When this ends, nothing more is sent by that session. Warns where Python runs without a GIL.
+        When this ends, nothing more is sent by that session. Warns if Python runs without a GIL.
         """
         _warn_without_gil()
         wire_poller = session.wire_poller
@@ -291,7 +291,7 @@ class ShutdownSignal:
             self.wire_poller.ensure_polled()
 
     def remove_external_sleeper(self, who: object) -> None:
-        """Undo `add_external_sleeper`; nothing where it was not called."""
+        """Undo `add_external_sleeper`; nothing if it was not called."""
         self.external_sleepers.discard(who)
 
     def new_waiter(self) -> Waiter:
@@ -309,7 +309,7 @@ class ShutdownSignal:
             return WireWaiter(self)
 
     def wake_at_end(self, waiter: WireWaiter) -> None:
-        """Wake `waiter`, held weakly, when this ends: for all its life, where a watch is for one sleep."""
+        """Wake `waiter`, held weakly, when this ends: for all its life, while a watch is for one sleep."""
         self._waiters.add(waiter)
 
     def end(self, reason: str) -> bool:
@@ -373,7 +373,7 @@ class ContextLike(Protocol):
 
     @property
     def shutdown_signal(self) -> ShutdownSignal:
-        """Its life."""
+        """Whether the context is up, and who is woken when that ends."""
 
     def ok(self) -> bool:
         """Whether it is initialised and not shut down."""

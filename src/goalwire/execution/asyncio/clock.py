@@ -26,7 +26,7 @@ class AsyncClock(ROSClock):
         source: SteadyClock = STEADY,  # noqa: ARG004
         shutdown_signal: ShutdownSignal | None = None,  # noqa: ARG004
     ) -> Self:
-        """Raises TypeError for what is no ClockType."""
+        """Raises TypeError for anything but a ClockType."""
         if not isinstance(clock_type, ClockType):
             raise TypeError('Clock type must be a ClockType enum')
         return object.__new__(cls)
@@ -55,7 +55,7 @@ class AsyncClock(ROSClock):
     async def sleep(self, duration_sec: float) -> None:
         """Sleep for a time of this clock. With 0 or less only the loop's other tasks have their turn.
 
-        Raises CancelledError where the node is destroyed meanwhile and DestroyedError where it was before,
+        Raises CancelledError if the node is destroyed meanwhile and DestroyedError if it was before,
         TimeSourceChangedError when simulated time is switched on or off, ROSInterruptException at shutdown.
         """
         if self._closed:

@@ -98,7 +98,7 @@ class CoroutineRunner(CallbackSource):
                 raise
 
     def run(self) -> None:
-        """Do one step, and ask for the next one where there is more to do."""
+        """Do one step, and ask for the next one if there is more to do."""
         self._posted = False
         if not self._turn.acquire(blocking=False):
             self._missed = True

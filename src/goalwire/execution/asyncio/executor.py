@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class CallbackTasks:
-    """Which tasks run the callbacks of which work. For the loop's thread alone."""
+    """Which tasks run the callbacks of which work. Only the loop's thread uses it."""
 
     def __init__(self) -> None:
         self._tasks: dict[asyncio.Task[Any], CallbackSource] = {}
@@ -59,7 +59,7 @@ class CallbackTasks:
 class AsyncExecutor(CallbackRunner):
     """Runs what `work_queue` is posted, on the loop's thread: plain callbacks in line, coroutines as tasks.
 
-    Whoever posts while nothing is under way asks the loop for a turn, with one wake-up for a whole burst; the
+    Posting while nothing is under way asks the loop for a turn, with one wake-up for a whole burst; the
     turn runs what is there by then, and the loop's other callbacks have theirs in between. A callback that
     raises ends this: the error is raised by `tasks`, which cancels what runs in them.
     """
@@ -86,7 +86,7 @@ class AsyncExecutor(CallbackRunner):
         self._timer: asyncio.TimerHandle | None = None
         self._timer_due: int | None = None  # None: there is no timer
         self._stop_reading: Callable[[], None] | None = None
-        """What ends this loop's reading of the wire, where it does."""
+        """Ends this loop's reading of the wire; None if it does not read it."""
         self._on_this_thread = active_executors.executors
         self._watch = shutdown_signal.watch(self._on_shutdown)
 
@@ -101,7 +101,7 @@ class AsyncExecutor(CallbackRunner):
         self._listen()
 
     def close(self) -> None:
-        """Run no more callbacks; what waits goes back to the node. Idempotent; the loop's thread alone."""
+        """Run no more callbacks; what waits goes back to the node. Idempotent; only for the loop's thread."""
         if self._is_shutdown:
             return
         self._is_shutdown = True

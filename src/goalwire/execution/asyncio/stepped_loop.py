@@ -37,7 +37,7 @@ _leave_task: Any = getattr(asyncio, '_leave_task', None)
 NESTS = (
     bool(_set_running_loop and _enter_task and _leave_task) and os.environ.get('GOALWIRE_STOCK_LOOP') != '1'
 )
-"""Whether a step may be made where another asyncio loop runs on the thread."""
+"""Whether a step may be made if another asyncio loop runs on the thread."""
 
 
 class SteppedSelector(selectors.BaseSelector):
@@ -107,7 +107,7 @@ class SteppedSelector(selectors.BaseSelector):
             fd = self.reported.pop()
             key = self._keys.get(fd)
             if key is not None:
-                self._fd_selector.disarm(fd)  # where it was registered anew in the step
+                self._fd_selector.disarm(fd)  # if it was registered anew in the step
                 self._fd_selector.arm(fd, key.events, self._report)
 
     def get_map(self) -> Mapping[Any, selectors.SelectorKey]:
@@ -192,7 +192,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
     def step(self, begin: Callable[[], None] | None = None) -> None:
         """Run what is ready now, once, and what `begin` makes ready before that.
 
-        What a task raises as KeyboardInterrupt or SystemExit comes out.
+        A KeyboardInterrupt or SystemExit that a task raises comes out.
         """
         outer = _leave_outer() if _get_running_loop() is not None else None
         self._stepping = get_ident()

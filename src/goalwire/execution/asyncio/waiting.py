@@ -50,7 +50,7 @@ def waker_of(loop: asyncio.AbstractEventLoop) -> LoopWaker:
 
 
 def shared_waker(loop: asyncio.AbstractEventLoop) -> AsyncioLoopWaker:
-    """The waker of a loop that is none of ours."""
+    """The waker of a loop that goalwire did not make."""
     waker = _wakers.get(loop)
     if waker is None:
         waker = _wakers[loop] = AsyncioLoopWaker(loop)
@@ -90,7 +90,7 @@ class DirectFuture(asyncio.Future[None]):
         self._context = copy_context() if context is None else context
 
     def resume(self) -> None:
-        """Let the task go on, if it still sleeps here. On the loop's thread alone, outside of tasks."""
+        """Let the task go on, if it still sleeps here. Only on the loop's thread, outside of tasks."""
         if self.done():
             return
         self.set_result(None)
@@ -111,15 +111,15 @@ class DirectFuture(asyncio.Future[None]):
 class LoopWaker:
     """Calls functions from any thread on the thread of one asyncio loop, many with one wake-up.
 
-    Who calls appends, then looks whether the loop sleeps, and wakes it where it does. The loop says that it
+    Who calls appends, then looks whether the loop sleeps, and wakes it if it does. The loop says that it
     sleeps, then looks for calls: one of them sees the other. `pop` gives the item of `asleep` to one thread:
-    that one wakes the loop, which runs what is pending, even where it has found the call before.
+    that one wakes the loop, which runs what is pending, even if it has found the call before.
     """
 
     __slots__ = ('__weakref__', '_next_wake', '_wake', 'asleep', 'calls')
 
     direct = DirectFuture
-    """Here, since to import it where somebody waits takes longer than to make one."""
+    """Here, since to import it if somebody waits takes longer than to make one."""
 
     def __init__(self, wake: Callable[[], object]) -> None:
         """`wake` gets `run_pending` called soon on the loop's thread; it may be called on any thread."""
@@ -132,7 +132,7 @@ class LoopWaker:
     def call(self, function: Callable[[], object]) -> None:
         """Call `function()` soon, on the loop's thread and outside of its tasks. Any thread.
 
-        Nothing where the loop is closed.
+        Nothing if the loop is closed.
         """
         self.calls.append(function)
         if self.asleep:
@@ -190,7 +190,7 @@ class AsyncioLoopWaker(LoopWaker):
         self._wake_fd = -1
 
     def open(self) -> None:
-        """Listen to an eventfd until as many `close`, where there is such a thing. The loop's thread."""
+        """Listen to an eventfd, if the system has them, until as many `close`. For the loop's thread."""
         self._users += 1
         loop = self._loop()
         if self._wake_fd >= 0 or loop is None or not hasattr(os, 'eventfd'):
@@ -226,7 +226,7 @@ class AsyncioLoopWaker(LoopWaker):
         loop.call_soon(self.run_pending)
 
     def _change_wake(self, wake: Callable[[], object]) -> bool:
-        """Wake the loop that way from now on (True) or, where somebody may be at it, from its next turn."""
+        """Wake the loop that way from now on (True) or, if somebody may be at it, from its next turn."""
         self._next_wake = wake
         try:
             self.asleep.pop()
@@ -377,7 +377,7 @@ class AsyncQueue(Generic[T]):
         self._wake()
 
     def discard(self) -> None:
-        """End, and give out nothing more, not even what waits. The loop's thread alone."""
+        """End, and give out nothing more, not even what waits. Only for the loop's thread."""
         self.close()
         self._items.clear()
 

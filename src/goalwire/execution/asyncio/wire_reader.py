@@ -1,4 +1,4 @@
-"""An asyncio loop reads the wire itself, where the session has a descriptor: no thread in between.
+"""An asyncio loop reads the wire itself, if the session has a descriptor: no thread in between.
 
 A thread that reads for the loop costs two wake-ups, its own and the loop's. Where the loop's thread is busy
 for long, the session's own thread reads (`concurrency/leader_followers.py`).
@@ -24,7 +24,7 @@ _readers: WeakKeyDictionary[AbstractEventLoop, dict[int, WireReader]] = WeakKeyD
 
 
 def read_wire(loop: AbstractEventLoop, wire_poller: WirePoller | None) -> Callable[[], None] | None:
-    """Have the running loop read a wire; return what ends that. None where it cannot.
+    """Have the running loop read a wire; return what ends that. None if it cannot.
 
     Several may ask for the same; the last to end it does.
     """
@@ -42,7 +42,7 @@ def read_wire(loop: AbstractEventLoop, wire_poller: WirePoller | None) -> Callab
 
 
 class WireReader:
-    """One wire on one loop. For the loop's thread alone."""
+    """One wire on one loop. Only the loop's thread uses it."""
 
     def __init__(self, loop: AbstractEventLoop, wire_poller: WirePoller) -> None:
         self.users = 0
@@ -54,7 +54,7 @@ class WireReader:
         self._timer: TimerHandle | None = None
 
     def open(self) -> bool:
-        """Begin, where wire and loop can."""
+        """Begin, if the wire and the loop are able to."""
         fd = self._wire_poller.attach_loop()
         if fd is None:
             return False
