@@ -21,7 +21,7 @@ MessageT = TypeVar('MessageT')
 
 
 def encode(message: object) -> bytes:
-    """Return a message as CDR, header included; raises EncodeError where a value does not fit its field."""
+    """Return a message as CDR, header included; raises EncodeError if a value does not fit its field."""
     cls: type = type(message)
     return encoder(cls)(message)
 

@@ -78,7 +78,7 @@ class _Module:
 
 
 class _Body:
-    """The statements that add one message; `at` is the offset of the next byte, or None where it varies."""
+    """The statements that add one message; `at` is the offset of the next byte, or None if it varies."""
 
     def __init__(self, module: _Module, at: int | None, *, single: bool) -> None:
         self.lines: list[str] = []
@@ -184,7 +184,7 @@ class _Body:
         elif base == 'bool':
             expression = self._variable(expression)
             self.lines.append(f'if {expression} is not True and {expression} is not False: refuse()')
-        self.items.append(Item.of(base))  # struct itself refuses all that is no integer or out of range
+        self.items.append(Item.of(base))  # struct itself refuses everything but integers in range
         self._arguments.append(expression)
 
     def _text(self, leaf: Leaf, expression: str) -> None:
@@ -224,7 +224,7 @@ class _Body:
                 self.lines.append(f'at = {put}({value}, add, at, {leaf.type.string_capacity})')
 
     def _length(self, leaf: Leaf, value: str) -> str:
-        """Check the number of values, and add it to the run where the wire has it."""
+        """Check the number of values, and add it to the run if the wire has it."""
         size = self._variable(f'len({value})')
         capacity = leaf.type.capacity
         if leaf.type.shape is Shape.ARRAY:

@@ -64,7 +64,7 @@ def _values(cls: type, message: object, prefix: str) -> Iterator[tuple[str, Leaf
 
 
 def _judge(root: str, path: str, leaf: Leaf, value: object) -> None:
-    """Raise where a value does not fit its field."""
+    """Raise if a value does not fit its field."""
     if leaf.type.shape is Shape.SINGLE:
         _judge_single(root, path, leaf, value)
         return

@@ -28,7 +28,7 @@ SIZES = {base: struct.calcsize(f'<{code}') for base, code in CODES.items()}
 
 @record
 class Leaf:
-    """A field of a message class; `cls` is the class of its value or values where these are messages.
+    """A field of a message class; `cls` is the class of its value or values if these are messages.
 
     `is_packed` tells that a fixed primitive array may be bytes in its slot, as in goalwire's own classes: see
     idl/runtime.py.
@@ -101,7 +101,7 @@ def _leaf_minimum(leaf: Leaf) -> int:
 
 @cache
 def texts_inside(cls: type) -> int | None:
-    """Return how many strings a message holds; None where anything else in it varies in size."""
+    """Return how many strings a message holds; None if anything else in it varies in size."""
     total = 0
     for leaf in leaves(cls):
         single = leaf.type.shape is Shape.SINGLE

@@ -41,7 +41,7 @@ class Graph(GraphListener):
     def __init__(
         self, session: str | None = None, *, compares_definitions: bool = True, enforces_qos: bool = False
     ) -> None:
-        """Mismatches are looked for where an endpoint of `session` is concerned; None: among all.
+        """Mismatches are looked for if an endpoint of `session` is concerned; None: among all.
 
         The others are the session's: `compares_definitions` decides what a mismatch of definitions means,
         `enforces_qos` whether QoS that do not go together keep endpoints apart.
@@ -108,7 +108,7 @@ class Graph(GraphListener):
         return self._change_watchers.add(callback)
 
     def on_mismatch(self, callback: Callable[[Mismatch], object]) -> Watch[[Mismatch]]:
-        """Call `callback` with each mismatch found from now on: each once, also where a side comes again."""
+        """Call `callback` with each mismatch found from now on: each once, also if a side comes again."""
         return self._mismatch_watchers.add(callback)
 
     def watch_counterparts(
@@ -173,7 +173,7 @@ class Graph(GraphListener):
         return False
 
     def matched(self, endpoint: Endpoint | GraphEntity) -> list[GraphEntity]:
-        """Return an endpoint's counterparts: same name and type, and a QoS that agrees where that counts."""
+        """Return an endpoint's counterparts: same name and type, and a QoS that agrees if that counts."""
         others = self.entities(opposite(endpoint.kind), endpoint.name)
         return [
             other
@@ -200,7 +200,7 @@ class Graph(GraphListener):
         return actions_among(self.topic_names_and_types())
 
     def names_and_types_by_node(self, kind: EndpointKind, name: str, namespace: str = '/') -> NamesAndTypes:
-        """Return what the first node of that name has of one kind; empty where there is no such node."""
+        """Return the endpoints of one kind of the first node of that name; empty without such a node."""
         with self._lock:
             nodes = self._nodes_by_name.get((namespace, name), {})
             first = next(iter(nodes.values()), None)
@@ -239,7 +239,7 @@ class Graph(GraphListener):
     # -- the tables; the lock is held ------------------------------------------------------------------------
 
     def _node_of(self, entity: GraphEntity) -> _Node:
-        """Return the node an entity belongs to, made known where it was not."""
+        """Return the node that an entity belongs to; one that is not known yet is added."""
         key = entity.session, entity.node_id
         node = self._nodes.get(key)
         if node is None:

@@ -11,7 +11,7 @@ from goalwire.transport.contract import EndpointKind, GraphEntity
 
 
 class Reason(Enum):
-    """What is wrong between two endpoints."""
+    """The ways in which two endpoints do not go together."""
 
     DEFINITION = 'definition'
     """Same name, same type, another hash."""
@@ -25,7 +25,7 @@ class Reason(Enum):
 
 @record
 class Mismatch:
-    """Two endpoints that do not go together. `name` is the action's where they serve one, or the nodes'."""
+    """Two endpoints that do not go together. `name` is the action's if they belong to one, or the nodes'."""
 
     reason: Reason
     name: str

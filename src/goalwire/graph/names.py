@@ -36,5 +36,5 @@ def is_part_of_action(name: str) -> bool:
 
 
 def shown(type_name: str) -> str:
-    """Return a type as users know it: an action's, where it is that of its first service."""
+    """Return a type as users know it: an action's, if it is that of its first service."""
     return type_name.removesuffix(_SEND_GOAL_TYPE) if '/action/' in type_name else type_name

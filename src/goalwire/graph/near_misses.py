@@ -18,7 +18,7 @@ _LIKENESS = 0.75
 
 
 def near_misses(graph: Graph, name: str, *, is_action: bool) -> str:
-    """Return what to look at, in one sentence; '' where nothing in the graph is near.
+    """Return what to look at, in one sentence; '' if nothing in the graph is near.
 
     The type that is asked for is that of this session's clients of the name.
     """

@@ -44,7 +44,7 @@ class Console:
         flush: bool = True,
         colours: bool | None = None,
     ) -> None:
-        """`colours` None means: where the stream is a terminal."""
+        """`colours` None means: if the stream is a terminal."""
         self.format = formatter
         self._to_stdout = to_stdout
         self._flush = flush
@@ -95,7 +95,7 @@ def _write(stream: TextIO, text: str) -> None:
 
 
 def _switch(environment: Mapping[str, str], name: str) -> bool | None:
-    """Return what a variable says: '1' and '0', or None where it is unset or empty."""
+    """Return what a variable says: '1' and '0', or None if it is unset or empty."""
     value = environment.get(name, '')
     if value in ('0', '1'):
         return value == '1'

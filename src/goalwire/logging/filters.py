@@ -22,7 +22,7 @@ class _Instant(Protocol):
 
 @runtime_checkable
 class LogClock(Protocol):
-    """Whatever tells the time as rclpy.clock.Clock does."""
+    """An object that tells the time as rclpy.clock.Clock does."""
 
     def now(self) -> _Instant:
         """Return the present instant."""
@@ -135,7 +135,7 @@ _ALL_PARAMS = [param for kind in supported_filters.values() for param in kind.pa
 def get_filters_from_kwargs(**kwargs: object) -> list[str]:
     """Return the names of the filters that a call's options ask for.
 
-    Raises LoggingOptionError (a TypeError) for an unknown option, and where a filter lacks one that it needs.
+    Raises LoggingOptionError (a TypeError) for an unknown option, and if a filter lacks one that it needs.
     """
     asked = []
     for name, kind in supported_filters.items():

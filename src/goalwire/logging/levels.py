@@ -31,7 +31,7 @@ def set_logger_level(name: str, level: int, detailed_error: bool = False) -> Non
 
 
 def get_logger_level(name: str) -> LoggingSeverity:
-    """Return the level set for exactly this logger, UNSET where there is none; the root always has one."""
+    """Return the level set for exactly this logger, UNSET if there is none; the root always has one."""
     return _levels.get(name, LoggingSeverity.UNSET if name else _DEFAULT)
 
 

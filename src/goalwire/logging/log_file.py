@@ -101,7 +101,7 @@ def _open_new(path: str, flags: int) -> int:
 
 
 def _program() -> str:
-    """Return the name of the script or module, which ROS 2 calls the executable; '' where there is none."""
+    """Return the name of the script or module, which ROS 2 calls the executable; '' if there is none."""
     folder, name = os.path.split(sys.argv[0] if sys.argv else '')
     if name == '__main__.py':  # python -m package
         name = os.path.basename(folder)  # noqa: PTH119

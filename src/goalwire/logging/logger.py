@@ -49,7 +49,7 @@ class RcutilsLogger:
         return child
 
     def set_level(self, level: int) -> None:
-        """Set the level of this logger and of its children; raises ValueError for what is no severity."""
+        """Set the level of this logger and of its children; raises ValueError for an unknown severity."""
         set_logger_level(self.name, level)
 
     def get_effective_level(self) -> LoggingSeverity:
@@ -57,7 +57,7 @@ class RcutilsLogger:
         return get_logger_effective_level(self.name)
 
     def is_enabled_for(self, severity: int) -> bool:
-        """Whether a message of this severity would pass; raises ValueError for what is no severity."""
+        """Whether a message of this severity would pass; raises ValueError for an unknown severity."""
         return LoggingSeverity(severity) >= get_logger_effective_level(self.name)
 
     def log(self, message: str, severity: int, **kwargs: Unpack[LogOptions]) -> bool:
@@ -131,7 +131,7 @@ class RcutilsLogger:
 
 
 def get_logger(name: str) -> RcutilsLogger:
-    """Return a logger of that name; raises ValueError for an empty one, TypeError for what is no string."""
+    """Return a logger of that name; raises ValueError for an empty one, TypeError for all but strings."""
     if not name:
         raise LoggerNameError('Logger name must not be empty.')
     if not isinstance(name, str):
@@ -153,7 +153,7 @@ def _refuse_change(
 
 
 def _text(message: object) -> str:
-    """Return what ROS 2 prints for a message that is no plain string; raises TypeError for most."""
+    """Return the text that ROS 2 prints for a message of another type; raises TypeError for most."""
     if message is None:
         return '(null)'
     if isinstance(message, bytes):

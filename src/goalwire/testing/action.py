@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Conduct(Generic[GoalT, ResultT, FeedbackT]):
-    """What happens to goals. It may be changed at any time, for the goals that come after that."""
+    """How goals are treated. It may be changed at any time, for the goals that come after that."""
 
     feedback: Iterable[FeedbackT] = ()
     """Published one after the other."""
@@ -55,7 +55,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
         action: Any = support.cls
         self._result_type: type[ResultT] = action.Result
         self.conduct = conduct
-        """What happens to goals; change its attributes at any time."""
+        """How goals are treated; its attributes may be changed at any time."""
         self.name = node.resolve_action(name).name
         self.goals: Log[GoalT] = Log(f"goals for '{self.name}'")
         """Those that were accepted, in order."""

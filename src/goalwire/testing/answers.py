@@ -37,7 +37,7 @@ Answers: TypeAlias = 'Answer[ResponseT] | Sequence[Answer[ResponseT]]'
 
 
 class Script(Generic[ResponseT]):
-    """One answer for every call, or one for each. Raises TypeError for what is no answer."""
+    """One answer for every call, or one for each. Raises TypeError for anything but an answer."""
 
     def __init__(self, answers: Answers[ResponseT], response: type[ResponseT]) -> None:
         self._answers = list(answers) if isinstance(answers, Sequence) else None
@@ -47,7 +47,7 @@ class Script(Generic[ResponseT]):
             _check(answer, response)
 
     def next(self) -> Answer[ResponseT]:
-        """Return the next answer. Raises AssertionError where the script is at its end."""
+        """Return the next answer. Raises AssertionError if the script is at its end."""
         self._given += 1
         if self._answers is None:
             return self._same

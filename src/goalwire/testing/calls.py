@@ -1,4 +1,4 @@
-"""Calls a service or an action from a test that is no coroutine."""
+"""Calls a service or an action from a test that is a plain function."""
 
 from __future__ import annotations
 

@@ -156,7 +156,7 @@ class Graph:
     def faults(self) -> Faults:
         """The faults of this graph's wire, none at first: `graph.faults.partition('talker', 'listener')`.
 
-        Raises LocalError where a node is there already when they are asked for the first time.
+        Raises LocalError if a node is there already when they are asked for the first time.
         """
         if self._faults is None:
             if open_contexts() - self._before:

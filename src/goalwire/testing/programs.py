@@ -51,7 +51,7 @@ class Program:
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended."""
+        """Whether the program still runs."""
         return self._thread.is_alive()
 
     def wait(self, *, timeout: float = PATIENCE) -> object:
@@ -73,13 +73,13 @@ class Program:
         return None if self._looked_at else self._error
 
     def close(self) -> bool:
-        """Wait for its end, now that its context has ended; False where that does not come."""
+        """Wait for its end, now that its context has ended; False if that does not come."""
         self._thread.join(PATIENCE)
         sys.argv = self._argv
         return not self._thread.is_alive()
 
     def stop(self) -> None:
-        """Cancel it, if it is a coroutine. From now on the end of its context is no error."""
+        """Cancel it, if it is a coroutine. From now on the end of its context does not count as an error."""
         self._stopped = True
         if self._loop is not None and self._task is not None and not self._loop.is_closed():
             try:

@@ -91,7 +91,7 @@ class FakeService(Generic[RequestT, ResponseT]):
         return self.requests.wait_for(count, timeout=timeout)
 
     def assert_called(self, count: int | None = None) -> None:
-        """Raise AssertionError unless it was called, exactly `count` times where that is given."""
+        """Raise AssertionError unless it was called, exactly `count` times if that is given."""
         if count is None and not self.requests:
             raise AssertionError(f"service '{self.name}' was not called")
         if count is not None and len(self.requests) != count:

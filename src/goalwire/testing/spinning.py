@@ -47,7 +47,7 @@ class Spinning:
                 self.raised.append(error)
 
     def close(self) -> bool:
-        """End the spin and wait for it; False where a callback does not end."""
+        """End the spin and wait for it; False if a callback does not end."""
         self._closing = True
         self._executor.shutdown()
         if self._thread is not threading.current_thread():

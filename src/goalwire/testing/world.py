@@ -37,7 +37,7 @@ class World:
     """The variables of one graph, set in this process until `close`."""
 
     def __init__(self, transport: str) -> None:
-        """Raises LocalError for a transport that is none, or where the machine has no domain left."""
+        """Raises LocalError for an unknown transport, or if the machine has no domain left."""
         if transport not in TRANSPORTS:
             raise LocalError(f"no transport is called '{transport}'; choose {', '.join(TRANSPORTS)}")
         self.transport = transport

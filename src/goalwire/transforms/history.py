@@ -48,7 +48,7 @@ class History:
         self._links: list[Link] = []
 
     def insert(self, stamp: int, link: Link) -> bool:
-        """Store a link; False where it is older than all that is kept. The same once more changes nothing."""
+        """Store a link; False if it is older than all that is kept. The same once more changes nothing."""
         if self.stamps and stamp < self.stamps[-1] - self._span:
             return False
         first, place = bisect_left(self.stamps, stamp), bisect_right(self.stamps, stamp)
@@ -60,7 +60,7 @@ class History:
         return True
 
     def at(self, time: int) -> Link | None:
-        """Return the link at a time; None where there are none at all. Raises ExtrapolationException.
+        """Return the link at a time; None if there are none at all. Raises ExtrapolationException.
 
         Between links to two parents the older one holds.
         """

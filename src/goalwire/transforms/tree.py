@@ -134,7 +134,7 @@ class TransformTree:
         return Found(Rigid(motion.translation, canonical(motion.rotation)), second.time)
 
     def latest_common_time(self, target: str, source: str, caller: str) -> int:
-        """Return the newest time that all moving links between two frames know; LATEST where none moves."""
+        """Return the newest time that all moving links between two frames know; LATEST if none moves."""
         with self._lock:
             self._check_known(target, caller)
             self._check_known(source, caller)

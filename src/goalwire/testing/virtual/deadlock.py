@@ -44,7 +44,7 @@ def describe_stall(running: Iterable[Thread], seconds: float) -> str:
 
 
 def _shown(places: StackSummary) -> str:
-    """The innermost places, which are the last, outside the library and Python's own where there are any."""
+    """The innermost places, which are the last, outside the library and Python's own if there are any."""
     own = [state for state in places if not _is_machinery(state.filename)] or places
     return ''.join(f'\n    {state.filename}:{state.lineno} in {state.name}' for state in own[-_SHOWN:][::-1])
 

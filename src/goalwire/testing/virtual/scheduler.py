@@ -103,8 +103,8 @@ class Scheduler:
     ) -> bool | None:
         """Let others run until `ready()` (True) or `deadline` (False).
 
-        None where this time has ended, or where only the real world can end the wait: wait there, then.
-        Raises DeadlockError, on the owner's thread, where nothing could ever end the waits of all.
+        None if this time has ended, or if only the real world can end the wait: wait there, then.
+        Raises DeadlockError, on the owner's thread, if nothing could ever end the waits of all.
         """
         child.busy = True
         try:

@@ -103,7 +103,7 @@ def sleep(seconds: float | SupportsIndex, /) -> None:
     found = _here()
     wanted = seconds if isinstance(seconds, float) else _whole(seconds)
     if found is None or wanted < 0:
-        _real_sleep(seconds)  # which refuses what is no time
+        _real_sleep(seconds)  # which refuses anything but a time
         return
     scheduler, child = found
     deadline = _deadline(scheduler, wanted)
@@ -201,7 +201,7 @@ def _enrol(thread: threading.Thread, scheduler: Scheduler) -> None:
 
 
 def join(thread: threading.Thread, timeout: float | None = None) -> None:
-    """Wait for a thread's end, which one that is no member comes to in real time."""
+    """Wait for a thread's end. A thread that is not a member comes to it in real time."""
     found, child = _here(), _children.get(thread)
     if found is not None and child is not None and thread is not threading.current_thread():
         scheduler, joiner = found
