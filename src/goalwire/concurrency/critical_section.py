@@ -52,10 +52,11 @@ class CriticalSection:
         self.is_busy = False
         """Whether the thread that has the lock is in the midst of something. Only that thread may ask."""
         self.late: deque[Callable[[], object]] = deque()
-        """What was wanted meanwhile, on the same thread."""
+        """The calls that the same thread has asked for meanwhile."""
 
     def run(self, do: Callable[[], object]) -> bool:
-        """Do something, alone; False: it interrupts the thread's own work in here, and is done after that.
+        """Do something while no other thread is in here. False: it interrupts this thread's own work in here,
+        and is done after that.
 
         What `do` raises is raised here in the first case only.
         """

@@ -1,4 +1,4 @@
-"""What a forked child does with what it has inherited: it knows of it, resets it, or leaks it.
+"""Forked children: they know what they have inherited, reset it, or leak it.
 
 A fork copies a process's memory and descriptors, but not its threads. So in the child a lock may be held for
 ever, by a thread that is not there, and whoever waits for one of the parent's threads waits for ever. Sockets

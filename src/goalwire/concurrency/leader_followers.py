@@ -24,7 +24,7 @@ from goalwire.concurrency.wire_poller import Sleeper, WirePoller
 from goalwire.errors import TransportError
 
 AWAY_S = 0.05
-"""How long there is no leader, once to twice, before the session's own thread leads. Each look costs it some
+"""How long nobody leads before the session's own thread does; it may be twice that. Each look costs it some
 15 us, so this costs 20 looks a second while leaders come and go. Who waits for something is not delayed by
 it: an idle thread takes the lead itself, and for dependants the own thread leads at once."""
 LOOPS_IDLE_S = 1.0
@@ -39,7 +39,8 @@ DEFAULT_LOOK_US = 200
 """Longer than another process needs to wake up and answer: so one side that looks finds its answer."""
 LONGEST_LOOK_US = 1000
 TRIED, KEPT, RAREST = 8, 64, 1024
-"""Waits in which the other way is tried; that looks have which pay; after which they are tried at last."""
+"""How many waits try the other way; for how many looks are kept once they pay; and how many go by at most
+before looks are tried again. That number doubles each time that looks do not pay."""
 WORTH = 7 / 8
 """Looks pay where what comes is there in less than this part of the time that it takes without."""
 _LEAD = 'lead'
@@ -49,7 +50,7 @@ let_others_run: Callable[[], object] = getattr(os, 'sched_yield', partial(sleep,
 
 
 def look_ns(env: Mapping[str, str] = os.environ) -> int:
-    """Return for how long to look before a sleep; raises TransportError for what is no such time."""
+    """Return how long to look before a sleep; raises TransportError for a text that is not such a time."""
     text = env.get(LOOK_VARIABLE) or str(DEFAULT_LOOK_US)
     if not (text.isascii() and text.isdigit() and int(text) <= LONGEST_LOOK_US):
         raise TransportError(
@@ -118,13 +119,13 @@ class WireSet(Protocol):
 
     @property
     def awaited(self) -> Sized:
-        """The requests that wait for an answer: not empty where one is likely to come soon."""
+        """The requests that wait for an answer: not empty if one is likely to come soon."""
 
     def wait(self, timeout_ns: int, /) -> int:
         """Return how much is ready within `timeout_ns`, or earlier 0; negative once the wire is no more."""
 
     def descriptor(self) -> int | None:
-        """Return a descriptor that is readable when `wait` would find something; None where there is none."""
+        """Return a descriptor that is readable when `wait` would find something; None without one."""
 
     def next_due(self) -> float:
         """Return when `wait` would find something at the latest, on the monotonic clock."""

@@ -29,7 +29,7 @@ IS_PORTABLE = not (hasattr(select, 'epoll') and hasattr(os, 'eventfd'))
 """Whether this system lacks what only Linux has."""
 
 Handler: TypeAlias = Callable[[int], None]
-"""Gets what a descriptor is ready for; bits of IN and OUT, or others where it has ended."""
+"""Gets the events that a descriptor is ready for: bits of IN and OUT, or others if it has ended."""
 
 _SOME = 64
 """Cancelled timers that are kept until they are due."""
@@ -55,7 +55,7 @@ class Timer:
 
 
 class _Portable:
-    """What epoll does, by `selectors`: for other systems, and for tests of that on this one."""
+    """The work of epoll done by `selectors`: for other systems, and for tests of that on this one."""
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
@@ -114,7 +114,7 @@ class _EventFd:
 
 
 class _SocketPair:
-    """The same everywhere."""
+    """A bell for systems without eventfd: one byte in a pair of sockets."""
 
     def __init__(self) -> None:
         self._inner, self._outer = socket.socketpair()
@@ -183,13 +183,13 @@ class Poller:
         self._look_again()
 
     def modify(self, fd: int, events: int) -> None:
-        """Wait for other events of a descriptor; one that is not registered any more is no error."""
+        """Wait for other events of a descriptor. One that is not registered any more changes nothing."""
         with suppress(OSError, KeyError, ValueError):
             self._poller.modify(fd, events)
             self._look_again()
 
     def unregister(self, fd: int) -> None:
-        """Wait for it no more; one that is not registered is no error."""
+        """Wait for a descriptor no more. One that is not registered changes nothing."""
         if self._handlers.pop(fd, None) is not None:
             with suppress(OSError, KeyError, ValueError):
                 self._poller.unregister(fd)

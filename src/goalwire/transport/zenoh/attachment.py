@@ -58,7 +58,7 @@ def decode(data: bytes) -> Attachment:
 
 
 def sample_of(carrier: Message | Query) -> Sample:
-    """Return what came; raises RemoteError where it breaks the rules.
+    """Return the sample that came; raises RemoteError if it breaks the rules.
 
     Everything that comes passes here, on a thread that has just been woken: so the ordinary attachment is
     read in place, which saves three calls.

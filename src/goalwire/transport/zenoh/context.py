@@ -1,4 +1,4 @@
-"""What the endpoints of one session share: its wire, its counters, and the order of publications on a key.
+"""The things that all endpoints of a session share: wire, counters, the order of publications on a key.
 
 Zenoh drops a message that has found no room for 50 ms, and tells nobody (1.10.2). The time does not depend on
 the size, so a message of 100 MB never gets through. So large ones of reliable publishers are sent with
@@ -57,11 +57,11 @@ class Turn:
         self._sending: Waiting | None = None
 
     def post(self, message: Waiting, depth: int) -> Waiting | None:
-        """Send a message after those that wait; return the owner's oldest where it has `depth` of these."""
+        """Send a message after those that wait; return the owner's oldest if it has `depth` of these."""
         with self.section.lock:
             fellows = [each for each in self._waiting if each.owner is message.owner]
             dropped = fellows[0] if len(fellows) >= depth else None
-            if not self.is_busy:  # the thread waits for the lock; where it cannot start, nothing has changed
+            if not self.is_busy:  # the thread waits for the lock; if it cannot start, nothing has changed
                 Thread(target=self._send_all, name='zenoh large messages', daemon=True).start()
             self.is_busy = True
             if dropped is not None:

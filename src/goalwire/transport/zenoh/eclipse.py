@@ -30,7 +30,7 @@ from goalwire.transport.zenoh import library, wire
 from goalwire.transport.zenoh.settings.environment import advise_unreached
 from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.transport.zenoh.threads import keep_thread_state
-from goalwire.transport.zenoh.wire import Declared, taken_back, undeclare
+from goalwire.transport.zenoh.wire import Declared, refuse_use, undeclare
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Payload, ReplyError
 from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
@@ -74,7 +74,7 @@ class Queriers:
 
     def undeclare(self) -> None:
         """Take them off the wire; sending after that raises RuntimeError."""
-        self.get = self._declare = taken_back
+        self.get = self._declare = refuse_use
         while self._declared:
             undeclare(self._declared.popitem()[1])
 

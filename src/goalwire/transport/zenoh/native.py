@@ -26,7 +26,7 @@ from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.transport import Role
 
 UNNUMBERED = 'uhlc'
-"""Stands for a publisher's number where it does not number its messages."""
+"""Stands for the number of a publisher that does not number its messages."""
 
 
 class _Declared:
@@ -172,7 +172,7 @@ class NativeWire(wire.Wire):
         return str(error)
 
     def declare_publisher(self, key: str, *, reliable: bool, waits: bool) -> wire.Publisher:
-        # What is called best effort goes in the reliable channel too, as rmw_zenoh has it: TCP loses nothing.
+        # Best-effort messages go in the reliable channel too, as rmw_zenoh has it: TCP loses nothing.
         return _Publisher(Publication(self._protocol, key, droppable=not (reliable and waits)))
 
     def declare_history_publisher(

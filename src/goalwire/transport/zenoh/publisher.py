@@ -18,7 +18,7 @@ from goalwire.transport.endpoint import EndpointState, OpenPort
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.context import LARGE, Turn, Waiting, ZenohContext
 from goalwire.transport.zenoh.tokens import actual_depth
-from goalwire.transport.zenoh.wire import Publisher, Wire, taken_back
+from goalwire.transport.zenoh.wire import Publisher, Wire, refuse_use
 
 LARGEST = 1 << 30
 """Bytes of a message that a Zenoh session receives, by default and in rmw_zenoh's settings."""
@@ -193,7 +193,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
     def leave(self) -> None:
         """Publish nothing more; if another thread is just publishing, it is undeclared when that ends."""
         cancelled = self._turn.finish(self, LEAVING_S)
-        self._put = taken_back
+        self._put = refuse_use
         if cancelled:
             self._note_drop(
                 cancelled, f'{SLOWER}; it had not gone {LEAVING_S} s after the publisher was closed'

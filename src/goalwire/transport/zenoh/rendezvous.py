@@ -130,7 +130,7 @@ _TCP = Pattern(r'(?:tcp|tls|ws)/(?:\[([^]"]+)\]|(localhost|[\d.]+)):(\d+)')
 
 def is_taken(endpoints: str) -> bool:
     """Return whether somebody listens where these endpoints (a list, as text) would, as far as TCP tells."""
-    # What `socket` is made of. To import that one while Ctrl-C ends the program, on this thread, makes Python
+    # The C part of `socket`. To import that one while Ctrl-C ends the program, on this thread, makes Python
     # forget that it was Ctrl-C (its namedtuples call `eval`): the program would exit with 1.
     import _socket
 
@@ -289,9 +289,9 @@ class Rendezvous:
         self._routers.close_all()
 
     def leave_to_other(self, port: int) -> None:
-        """A router holds the port that is no goalwire process's: from now on this process never takes it.
+        """Never take the port from now on: a router that is not of a goalwire process holds it.
 
-        Else that router could not come back once it has ended, and ours listens to this machine alone. Called
+        Else that router could not come back once it has ended, and ours listens only to this machine. Called
         by zenoh's threads, so it takes no lock: one that opens a router holds it, and waits for them.
         """
         self._left.add(port)

@@ -142,7 +142,7 @@ class ZenohRequest(Request):
             service.context.rejects.add('reply', service.context.wire.explain(error), service.state)
 
     def cancel(self, reason: str = '') -> None:
-        """Give the request up, with an error report where there is a reason; harmless after an answer."""
+        """Give the request up, with an error report if there is a reason; nothing after an answer."""
         if not self._service.discard(self):
             return
         context = self._service.context

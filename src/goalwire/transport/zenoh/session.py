@@ -197,17 +197,17 @@ class ZenohNode(OpenNode):
 
 
 NO_ROUTER = (Holder.MUTE, Holder.STRANGER)
-"""The holders of a port that are no router."""
+"""The holders of a port that cannot be a router."""
 
 GREETING_MS = 1000
-"""How long a session waits for an answer of what held the port and was no router when it opened."""
+"""How long a session waits for an answer on the port, if it was not held by a router when it opened."""
 
 TAKE_OVER_S = 1.0
 """How long the rendezvous may be without a holder: its port is bound, and found, again within this."""
 
 
 def open_session(options: SessionOptions) -> Session:
-    """Offer the rendezvous, where it is wanted, and connect. Raises TransportError or ForkedError."""
+    """Offer the rendezvous, if it is wanted, and connect. Raises TransportError or ForkedError."""
     require_free('a Zenoh session')
     plan = make_plan()
     if plan.rendezvous is not None:
@@ -227,7 +227,7 @@ def open_session(options: SessionOptions) -> Session:
 
 
 def _greet_holder(plan: Plan) -> Holder:
-    """Return what answers on the port where routers are met; what is none, but holds it, is logged.
+    """Return what answers on the port where routers are met; a holder that is not a router is logged.
 
     A session that meets such goes on trying, but never waits long for one answer, so that it can be closed at
     any time.
@@ -265,7 +265,7 @@ def _stop_offering(plan: Plan) -> None:
 
 
 def _look_for_router(wire: Wire, plan: Plan, found: Holder) -> None:
-    """Warn where no router is met within ZENOH_ROUTER_CHECK_ATTEMPTS; sessions meet each other there.
+    """Warn if no router is met within ZENOH_ROUTER_CHECK_ATTEMPTS; sessions meet each other there.
 
     One that has answered, or that this process is about to offer, has a moment more to greet the session.
     """

@@ -33,7 +33,7 @@ class StreamState(Generic[T]):
     """The publishers of one address: one that numbers its messages, or all of a session that do not.
 
     `emit` gets each message that is due. Where `recovers`, what is missing is asked for again.
-    Every publisher is known by its gid; `number` is the wire's where it numbers, else the sender's own.
+    Every publisher is known by its gid; `number` is the wire's if it numbers, else the sender's own.
     """
 
     __slots__ = (
@@ -67,7 +67,7 @@ class StreamState(Generic[T]):
         """First and last numbers of what came behind a gap that no answer has filled."""
 
     def ask(self) -> str | None:
-        """Return the question for the history, or None where one is out already; `end` must follow."""
+        """Return the question for the history, or None if one is out already; `end` must follow."""
         return self._question(self._history)
 
     def live(self, gid: bytes, number: int, item: T, *, is_first: bool) -> str | None:

@@ -37,7 +37,7 @@ Read = Callable[[Message], Sample | None]
 
 
 class _Came(NamedTuple):
-    """Where a message came from: the publisher's address, None where it has none, and its number."""
+    """The origin of a message: the publisher's address, or None, and the message's number."""
 
     address: str | None
     number: int
@@ -73,7 +73,7 @@ class HistorySubscriber:
         self._is_open = True
 
     def declare(self, *, recovers: bool, takes_own: bool) -> None:
-        """Follow the publishers; where it `recovers`, what is missing is asked for again.
+        """Follow the publishers; if it `recovers`, missing messages are asked for again.
 
         `takes_own` for those of this session too.
         """
@@ -105,7 +105,7 @@ class HistorySubscriber:
             self._deliver(sample)
 
     def _stream(self, address: str) -> StreamState[Sample]:
-        """Return the stream of an address, a new one where it was not known; under the lock."""
+        """Return the stream of an address, a new one if it was unknown. The lock is held."""
         stream = self._streams.get(address)
         if stream is None:
             if len(self._streams) >= KEPT_STREAMS:

@@ -65,7 +65,7 @@ _has_threads = False
 
 
 def open_session(config: zenoh.Config) -> zenoh.Session:
-    """Open a session in the right process, on the threads of `RUNTIME` where nobody wants others.
+    """Open a session in the right process, on the threads of `RUNTIME` unless somebody wants others.
 
     Raises ZError, and ForkedError in a child whose parent has opened one.
     """
@@ -109,7 +109,7 @@ def _has_callers() -> bool:
 
 
 def _nothing() -> None:
-    """Stand in for pinning where it is off."""
+    """Stand in for pinning if it is off."""
 
 
 def _make_pin() -> Callable[[], object]:

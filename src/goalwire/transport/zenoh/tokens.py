@@ -93,7 +93,7 @@ def actual_depth(qos: QoS) -> int:
     return qos.depth or DEFAULT_DEPTH
 
 
-@lru_cache(maxsize=256)  # a node's standing services alone ask for the same seven times
+@lru_cache(maxsize=256)  # a node's standing services ask for the same seven times
 def encode_qos(qos: QoS) -> str:
     """Return a token's QoS chunk; raises LocalError for a policy that is UNKNOWN."""
     for name in ('reliability', 'durability', 'history', 'liveliness'):
@@ -113,7 +113,7 @@ def encode_qos(qos: QoS) -> str:
 
 
 def decimal(text: str) -> int:
-    """Read a number of a token; raises ValueError where it is none, or longer than any that rmw writes."""
+    """Read a number of a token; raises ValueError for anything else, and for more digits than rmw writes."""
     if not (text.isascii() and text.isdigit() and len(text) <= _DIGITS):
         raise ValueError(f"'{text}' is not a decimal number of at most {_DIGITS} digits")
     return int(text)
@@ -125,14 +125,14 @@ def _policy(value: IntEnum, default: IntEnum) -> str:
 
 
 def _duration(nanoseconds: int) -> str:
-    """Seconds and nanoseconds, each empty where it equals its half of infinity; 0 means infinity."""
+    """Seconds and nanoseconds, each empty if it equals its half of infinity; 0 means infinity."""
     halves = divmod(nanoseconds or INFINITE_NS, _SECOND)
     return ','.join('' if half == whole else str(half) for half, whole in zip(halves, _INFINITE, strict=True))
 
 
 @lru_cache(maxsize=256)
 def decode_qos(text: str) -> QoS:
-    """Read a token's QoS chunk; raises RemoteError where it does not follow the grammar."""
+    """Read a token's QoS chunk; raises RemoteError if it does not follow the grammar."""
     try:
         reliability, durability, history, deadline, lifespan, liveliness = text.split(':')
         history_kind, depth = history.split(',')

@@ -67,7 +67,7 @@ def undeclare(declared: Declared) -> None:
         declared.undeclare()
 
 
-def taken_back(*_: object, **__: object) -> Never:
+def refuse_use(*_: object, **__: object) -> Never:
     """Stand in for a method of something undeclared; its owner turns this into ClosedError."""
     raise RuntimeError('undeclared')
 
@@ -110,7 +110,7 @@ class Querier(ABC):
 
     @abstractmethod
     def cancel(self, asked: object) -> None:
-        """Hold nothing for a query any more. One that has ended is no error."""
+        """Hold nothing for a query any more. One that has ended changes nothing."""
 
     @abstractmethod
     def undeclare(self) -> object:
@@ -123,7 +123,7 @@ class Wire(ABC):
     id: str
     """The session's id, as keys and users show it."""
     wire_poller: WirePoller | None
-    """Where idle threads may wait on the wire; None where it has threads of its own that must."""
+    """The place where idle threads wait on the wire; None for a wire that has threads of its own for that."""
     errors: tuple[type[Exception], ...]
     """The exceptions that any of these methods raises when it fails or is closed."""
     discovers_at_once = False

@@ -32,7 +32,7 @@ class Backpressure:
         return not (self._wire_poller.leads() or self._section.is_entered())
 
     def wait_for_room(self, socket_link: SocketLink, is_answer: bool) -> None:
-        """Wait until a link has room; whoever reads does not wait, for reading is what makes room.
+        """Wait until a link has room. The thread that reads does not wait, as only reading makes room.
 
         A message may wait for ROOM_S. An answer waits only as long as whoever asked for it goes on reading.
         """

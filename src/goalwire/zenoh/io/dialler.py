@@ -283,7 +283,7 @@ class Dial:
             self._timer = self._poller.call_later(self._pause, self.start)
 
     def refused(self) -> None:
-        """What answered did not take us: that was one round in vain."""
+        """Count a round in vain: the other side has answered and ended the handshake."""
         self.is_connected = False
         if not self.is_over:
             self._pause_after_round()
@@ -296,7 +296,7 @@ class Dial:
         self._pause = self._retry.first_s
 
     def close_socket(self) -> None:
-        """Close the socket alone; the connection is another process's."""
+        """Close the socket only, in a forked child: the connection is the parent's."""
         if self._socket is not None:
             self._socket.close()
 

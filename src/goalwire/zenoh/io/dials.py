@@ -148,6 +148,6 @@ class Dials:
             dial.close()
 
     def close_sockets(self) -> None:
-        """Close the sockets alone, in a forked child: all else is the parent's."""
+        """Close only the sockets, in a forked child: the connections are the parent's."""
         for dial in list(self._dials.values()):
             dial.close_socket()

@@ -13,7 +13,7 @@ LOOPBACK = '127.0.0.1'
 """localhost, whatever this machine knows of names."""
 
 PROTOCOLS = ('tcp', 'tls')
-"""What is spoken here."""
+"""The protocols of links that sessions of goalwire's own speak."""
 
 
 class Endpoint(NamedTuple):
@@ -29,7 +29,7 @@ class TlsFiles:
     """Paths of PEM files, and what is checked: `transport/link/tls` of a Zenoh configuration."""
 
     root_ca_certificate: str = ''
-    """Who signs the certificates of the others; empty: who this system trusts."""
+    """The authorities that sign the certificates of others; empty: those that this system trusts."""
     listen_certificate: str = ''
     listen_private_key: str = ''
     connect_certificate: str = ''
@@ -79,7 +79,7 @@ def _look_up(host: str, port: int, flags: int) -> list[tuple[socket.AddressFamil
     try:
         found = socket.getaddrinfo(_plain(host), port, type=socket.SOCK_STREAM, flags=flags)
     except ValueError:  # a NUL in it, or a part of more than 63 signs
-        raise OSError(f'{reprlib.repr(host)} is no name of a host') from None
+        raise OSError(f'{reprlib.repr(host)} cannot be the name of a host') from None
     return [(family, address) for family, _, _, _, address in found]
 
 
@@ -106,7 +106,7 @@ def resolve(endpoint: Endpoint, *, passive: bool = False) -> list[tuple[socket.A
 
 
 def locators_of(listener: socket.socket, protocol: str = 'tcp') -> list[str]:
-    """Return where others reach a listening socket; all of the machine's addresses where it takes any."""
+    """Return the addresses at which others reach a listening socket: all of this machine if it takes any."""
     host, port = listener.getsockname()[:2]
     hosts = _own_addresses(listener.family) if host in {'0.0.0.0', '::'} else [host]  # noqa: S104
     return [f'{protocol}/{f"[{each}]" if ":" in each else each}:{port}' for each in hosts]

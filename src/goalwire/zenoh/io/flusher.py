@@ -1,4 +1,4 @@
-"""What links hold back in a flood goes out within milliseconds, whatever its publisher does next.
+"""Sends what links hold back in a flood within milliseconds, whatever their publishers do next.
 
 Mostly it goes out before: with the messages that follow, or when the publishing thread goes to sleep in an
 executor. A thread of the session's sees to the rest, as Zenoh's own does; it is started with the first flood.

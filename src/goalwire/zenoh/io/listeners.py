@@ -70,6 +70,6 @@ class Listeners:
             listener.close()
 
     def close_sockets(self) -> None:
-        """Close the sockets alone, in a forked child: all else is the parent's."""
+        """Close only the sockets, in a forked child: the parent goes on listening."""
         for listener in self._sockets:
             listener.close()

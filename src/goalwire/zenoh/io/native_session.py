@@ -215,6 +215,7 @@ class NativeSession:
         link = socket_link.link
         self._links.pop(link, None)
         self._greetings.pop(link, None)
+        # Before queries end below: whoever asks again at once then waits for this link to come back.
         self._relinking.note_lost(link.zid)
         if is_fault and not self._is_closing:
             self._faults.tell(link, why)
@@ -224,6 +225,7 @@ class NativeSession:
         dial = self._dials.forget(link)
         if self._is_closing:
             return
+        # The session at the other end may be linked all the same, by a link that has replaced this one.
         is_linked = bool(link.zid) and self.protocol.is_linked(link.zid)
         if dial is not None:
             self._dials.dial_again(dial, link, why, is_linked=is_linked)

@@ -1,4 +1,4 @@
-"""What a session does after its process was stopped: the others have closed their links meanwhile.
+"""Makes a session whole again after its process was stopped: others have closed their links meanwhile.
 
 A process that is stopped (SIGSTOP, a debugger, a laptop that sleeps) says nothing, so the others give its
 links up after its lease. When it goes on, its own links look alive until their ends are read, and what is
@@ -44,7 +44,7 @@ class Relinking:
         """Runs from the end of a stop until the links that are left are believed again."""
 
     def note_running(self, now: float) -> None:
-        """Take note that this process runs. If it has not for its lease, the others have closed their links.
+        """Take note that this process runs. If it slept for its lease, the others have closed their links.
 
         Then queries wait until these links are there again (`wait`), for RELINK_S from now at most.
         """

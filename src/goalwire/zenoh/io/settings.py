@@ -1,4 +1,4 @@
-"""What a session is opened with."""
+"""The settings with which a session is opened."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from goalwire.zenoh.protocol.transport import Role
 
 @record
 class Settings:
-    """What a session is opened with."""
+    """The settings with which a session is opened."""
 
     role: Role = Role.PEER
     connect: tuple[str, ...] = ()
@@ -33,7 +33,7 @@ class Settings:
     portable: bool = IS_PORTABLE
     """Whether to do without what only Linux has."""
     advice: str = 'check that these addresses can be reached'
-    """What the error says to do if `connect` must be reached and is not."""
+    """The advice of the error that is raised if `connect` must be reached and is not."""
 
     @property
     def fails_unconnected(self) -> bool:

@@ -159,7 +159,7 @@ class SocketLink:
             return sum(map(len, buffers))
 
     def _fail(self, error: OSError) -> None:
-        """The connection is broken: end it on the thread that waits, which holds no lock of the writer's."""
+        """End a broken connection, on the thread that reads, which holds none of the writer's locks."""
         reason = error.strerror or str(error)
         self._poller.call(lambda: self.end(f'the connection broke: {reason}'))
 
@@ -242,7 +242,7 @@ class SocketLink:
             self.end('the handshake took too long', is_fault=True)
 
     def came_up(self) -> None:
-        """The handshake is done: from now on leases count."""
+        """Watch the leases from now on: the handshake is done."""
         self._timer.cancel()
         terms = self.link.terms
         assert terms is not None
@@ -267,7 +267,7 @@ class SocketLink:
     # ---- ending
 
     def end(self, why: str, reason: int | None = None, *, is_fault: bool = False) -> None:
-        """Close the connection, with a word to the other side where there is a reason. Idempotent."""
+        """Close the connection, and tell the other side the `reason` if there is one. Idempotent."""
         with self.outgoing.lock:
             if self._has_ended:
                 return
@@ -285,8 +285,8 @@ class SocketLink:
             return_freed_memory()
 
     def close_socket(self) -> None:
-        """Close the socket alone; the link is another process's."""
+        """Close only the socket, in a forked child: the link is the parent's."""
         self._socket.close()
 
     def _say_goodbye(self) -> None:
-        """What the connection says last, below what the link says."""
+        """Say goodbye below the link, which has said its own: a plain socket has nothing to say."""

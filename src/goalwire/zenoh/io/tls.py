@@ -92,7 +92,7 @@ _ADVICE = {
     'wrong version number': 'the other side speaks no TLS: both addresses must begin with tls/',
     'http request': 'the other side speaks no TLS: this port is for Zenoh',
 }
-"""What to do about what OpenSSL says, by a part of that."""
+"""What to do about an error, by a part of the text that OpenSSL gives it."""
 
 
 def explain(error: OSError) -> str:
@@ -133,7 +133,7 @@ class TlsStream:
         return len(self._unsent) > 0 or self._outgoing.pending > 0
 
     def shake_hands(self) -> bool:
-        """Go on with the handshake; True once it is done. Raises OSError (ssl.SSLError) where it fails."""
+        """Go on with the handshake; True once it is done. Raises OSError (ssl.SSLError) if it fails."""
         with self._lock:
             self._fill()
             try:
@@ -155,7 +155,7 @@ class TlsStream:
                 self._is_over = True
 
     def recv(self, size: int) -> bytes:
-        """Return all that has come, empty at its end. Raises BlockingIOError where there is nothing."""
+        """Return all that has come, empty at its end. Raises BlockingIOError if nothing has."""
         with self._lock:
             self._fill()
             parts: list[bytes] = []

@@ -49,5 +49,5 @@ holds both took the session's first. Neither is held while a user's function run
 A few tables are read without the lock by what runs for each message. Those are dicts and tuples that are
 replaced or changed in one step.
 
-What breaks the protocol raises ZenohProtocolError out of `Link.receive`, and ends that link alone.
+Bytes that break the protocol raise ZenohProtocolError out of `FrameReader.receive`, and end that link only.
 """

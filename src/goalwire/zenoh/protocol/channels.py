@@ -101,7 +101,7 @@ class ReceivedNumbers:
         self._half = (mask + 1) // 2
 
     def advance(self, channel: int, number: int) -> int:
-        """Return how far `number` is ahead, and go on from it; 0 where it is not. Raises where it is none."""
+        """Return how far `number` is ahead, and go on from it; 0 if it is not. Raises for too many bits."""
         if number > self._mask:
             raise ZenohProtocolError(f'sequence number {number} has more than {self._mask.bit_length()} bits')
         gap = (number - self.last[channel]) & self._mask
@@ -141,7 +141,7 @@ class Reassembly:
         """How many pieces there were when `is_stale` was asked, and since when there have been as many."""
 
     def add(self, piece: Buffer, *, gap: int, first: bool, more: bool, given_up: bool) -> bytes | None:
-        """Take a piece; return the message with its last one. Raises where it grows beyond the limit."""
+        """Take a piece; return the message with its last one. Raises if the message is beyond the limit."""
         self.is_refused = False
         if first or (self._pieces is None and not self._has_marks):
             self.clear()
@@ -212,7 +212,7 @@ class Frame:
 
 
 class SendQueue:
-    """What waits for a socket, in the order of its priorities, first in first out within each.
+    """Batches that wait for a socket: the more urgent first, and first in first out within a priority.
 
     Small messages of one channel share a frame, as far as they fit: that is one number, one piece of memory
     and one turn of whoever writes for 100 of them and more. A batch that the socket has begun to take is
@@ -237,7 +237,7 @@ class SendQueue:
         self._moved: tuple[deque[Sequence[Buffer] | Frame], int, int] | None = None
         """Whence a batch is being taken, how many were there, and how many buffers had begun."""
         self._written: tuple[list[Buffer], int] | None = None
-        """What is being written, and how many buffers have begun beyond that."""
+        """The buffers that are being written, and how many behind them have begun."""
 
     def __bool__(self) -> bool:
         return self.size > 0

@@ -60,7 +60,7 @@ class Declaration:
 
     kind: Kind
     number: int = 0
-    taken_back: bool = False
+    undeclares: bool = False
     scope: int = 0
     suffix: str = ''
     is_senders: bool = False
@@ -119,7 +119,7 @@ def read_declaration(reader: Reader) -> Declaration:
     if code & 1:
         if body & MORE:
             reader.extensions({_TAKEN_BACK})
-        return Declaration(kind, number, taken_back=True, interest=interest)
+        return Declaration(kind, number, undeclares=True, interest=interest)
     scope, suffix = _read_key(reader, body)
     found = reader.extensions({_INFO}) if body & MORE else {}
     info = found.get(_INFO, 0)
@@ -164,7 +164,7 @@ class When(IntFlag):
 
 @record
 class Interest:
-    """One INTEREST; about everything of its kinds where it `has_key` not."""
+    """One INTEREST; unless it `has_key`, it is about everything of its kinds."""
 
     number: int
     when: When

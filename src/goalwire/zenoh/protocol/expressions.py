@@ -24,7 +24,7 @@ class Expressions:
         self._last = 0
 
     def use(self, key: str) -> None:
-        """Keep a number for a key until as many `release`."""
+        """Keep a number for a key until as many `discard`."""
         self._uses[key] = self._uses.get(key, 0) + 1
         if key not in self._numbers and len(self.keys) < MOST:
             number = self._last
@@ -58,7 +58,7 @@ class Expressions:
         return self.name_own(link, key, out)
 
     def name_own(self, link: Link, key: str, out: list[bytes]) -> WireKey:
-        """Name a key by its own number, where it has one."""
+        """Name a key by its own number, if it has one, else in full."""
         number = self._numbers.get(key)
         if number is None:
             return wire_key(key)

@@ -7,7 +7,7 @@ what comes twice is passed over. Who takes the network messages, and the handsha
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 
 from goalwire.errors import RemoteError
 from goalwire.zenoh.protocol import bounds
@@ -21,6 +21,7 @@ from goalwire.zenoh.protocol.channels import (
     MORE_PIECES,
     PRIORITIES,
     PRIORITY_EXTENSION,
+    Buffer,
     PieceBudget,
     Reassembly,
     ReceivedNumbers,
@@ -204,47 +205,61 @@ class FrameReader:
         return reader.at
 
     def _take_numbered(self, data: bytes, at: int, end: int) -> int:
-        """Take a frame or a piece; return where it ends."""
+        """Take a frame or a piece; return where it ends.
+
+        Each priority counts its reliable messages, and the others, by themselves: that is a channel. A number
+        that is not ahead of the channel's last one came before, by another way, and is passed over.
+        """
         header = data[at]
         reader = Reader(data, at + 1, end)
         number = reader.z()
-        priority, found = DATA_PRIORITY, {}
+        priority, marks = DATA_PRIORITY, {}
         if header & MORE:
-            found = reader.extensions({_PRIORITY, IS_FIRST, IS_GIVEN_UP})
-            named = found.get(_PRIORITY, DATA_PRIORITY)
+            marks = reader.extensions({_PRIORITY, IS_FIRST, IS_GIVEN_UP})
+            named = marks.get(_PRIORITY, DATA_PRIORITY)
             assert isinstance(named, int)
-            if named >= PRIORITIES or (_PRIORITY in found and not self._has_priorities):
+            if _PRIORITY in marks and not self._has_priorities:
                 raise ZenohProtocolError(f'priority {named} on a link without priorities')
+            if named >= PRIORITIES:
+                raise ZenohProtocolError(f'priority {named}, and {PRIORITIES - 1} is the last')
             priority = named
         channel = 2 * priority + bool(header & IS_RELIABLE)
         gap = self._numbers.advance(channel, number)
         if not gap:
-            return end  # it came before
+            return end
         if channel == DATA_CHANNEL:
+            # By these bytes `receive` knows the next frame; most data so never come here.
             self._expected = b'%%%b' % encode_padded((number + 1) & self._mask)
         if header & MESSAGE_ID == FRAME:
+            # A frame between the pieces of a message says that the others will not come.
             if channel in self._reassembly:
                 self._reassembly[channel].clear()
             return self._take_network(data, reader.at, end)
+        # hot path: most pieces of 1 MB are not copied here, which saves 0.1 ms. A view of `data` keeps all of
+        # it in memory, so a piece stays a view only if it is a good part of that.
+        start = reader.at
+        is_view = (end - start) * MOST_KEPT >= len(data)
+        piece = memoryview(data)[start:end] if is_view else data[start:end]
+        self._take_piece(channel, piece, gap, marks, more=bool(header & MORE_PIECES))
+        return end
+
+    def _take_piece(
+        self, channel: int, piece: Buffer, gap: int, marks: Container[int], *, more: bool
+    ) -> None:
+        """Take a piece of a message, and with the last one the message.
+
+        `gap` is how far its number is ahead of the one before; a piece that was lost ends the message.
+        """
         reassembly = self._reassembly.get(channel)
         if reassembly is None:
             reassembly = Reassembly(has_marks=self._marks_first, budget=self._pieces)
             self._reassembly[channel] = reassembly
-        start = reader.at
-        # hot path: most pieces of 1 MB are not copied here, which saves 0.1 ms. What is shown of `data` keeps
-        # all of it, so only what is a good part of it.
-        is_shown = (end - start) * MOST_KEPT >= len(data)
-        self.in_pieces = bool(header & MORE_PIECES)
+        self.in_pieces = more
         message = reassembly.add(
-            memoryview(data)[start:end] if is_shown else data[start:end],
-            gap=gap,
-            first=IS_FIRST in found,
-            more=self.in_pieces,
-            given_up=IS_GIVEN_UP in found,
+            piece, gap=gap, first=IS_FIRST in marks, more=more, given_up=IS_GIVEN_UP in marks
         )
         if message is not None:
             if message[0] & MESSAGE_ID >= FIRST_NETWORK_ID:
                 self._take_network(message, 0, len(message))
         elif reassembly.is_refused:
             self._refuse('message in pieces', 'unfinished messages take too much memory')
-        return end

@@ -48,7 +48,7 @@ class Query(ABC):
             self._send(new_sample((key, payload, attachment, stamp, source)))
 
     def reply_error(self, payload: bytes) -> None:
-        """Say why there is no answer."""
+        """Say why this query gets no answer."""
         if self._open:
             self._send(ReplyError(payload))
 
@@ -98,7 +98,7 @@ class LocalQuery(Query):
         self._when_finished = when_finished
 
     def _send(self, answer: Answer) -> None:
-        if self._pending.left:  # it has not ended: cancelled, or out of time
+        if self._pending.left:  # the query is neither cancelled nor out of time
             self._pending.reply(answer)
 
     def _finish(self) -> None:
@@ -128,14 +128,14 @@ class RemoteQuery(Query):
         self._others = others
 
     def answer(self, key: str, payload: Payload, attachment: bytes | None = None) -> None:
-        """Answer and end in one frame, where it fits."""
+        """Answer and end in one frame, if the answer fits."""
         if len(self._others) > 1 or not self._closes():
             super().answer(key, payload, attachment)
             return
         message = whole_answer(self._request, key, self._qos, self._replier, payload, attachment)
         if len(message) <= self._outgoing.room:
             self._transmit(message)
-        else:  # pieces are of one message alone
+        else:  # pieces hold one message only
             final = response_final(self._request, self._qos)
             self._transmit(message[: -len(final)])
             self._transmit(final)

@@ -58,7 +58,7 @@ class KeyIndex(Generic[T]):
         return self._below if is_wild(key) else self._plain
 
     def pop(self, number: int) -> tuple[str, T] | None:
-        """Take one out and return its key and itself; None where there is none."""
+        """Take a thing out and return its key and itself; None for an unknown number."""
         found = self._things.pop(number, None)
         if found is not None and self._odd.pop(number, None) is None:
             same = self._same(found[0])

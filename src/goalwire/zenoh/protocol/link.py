@@ -83,7 +83,7 @@ class Receivers(NamedTuple):
 
 
 class Router(Protocol):
-    """Whoever knows who gets what a link sends."""
+    """The part of a session that knows the receivers of each message and query."""
 
     def receivers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Receivers:
         """Return the receivers of a key of this link's; also by `Link.remember_receivers`."""
@@ -203,7 +203,7 @@ class Link:
     # ---- whether the other side lives and reads
 
     def check_lease(self, now: float) -> None:
-        """See whether the other side lives; `now` in s. Raises ZenohProtocolError where its lease is over."""
+        """See whether the other side lives; `now` in s. Raises ZenohProtocolError if its lease is over."""
         if self.frames.has_heard() or self._silent_since is None:
             self._silent_since = now
         elif self.terms is not None and now - self._silent_since >= self.terms.lease_ms / 1000:
@@ -306,6 +306,7 @@ class Link:
         body = at
         sample, at = read_body(data, at, end, receivers.key)
         source = sample.source
+        # Most sources name the other side itself, and are known by their first bytes.
         if source is not None and not source.startswith(self._own_source):
             if self._routes.is_forged(self, source):
                 return at
@@ -313,7 +314,8 @@ class Link:
             form = push_form(data[begin : body + 1], sample, receivers.callbacks)
             if form is not None and self._is_kept(form.head, self.push_forms):
                 self.push_forms[form.head[:KEY_SIZE]] = form
-            if self.push_receivers.get(where) is not receivers:  # forgotten meanwhile, by another thread
+            # Another thread may have had the receivers forgotten meanwhile: then the form is outdated, too.
+            if self.push_receivers.get(where) is not receivers:
                 self.push_forms.clear()
         for callback in receivers.callbacks:
             try:
@@ -324,7 +326,7 @@ class Link:
 
     @staticmethod
     def _is_kept(name: bytes, kept: Sized) -> bool:
-        """Whether what has this name may be remembered."""
+        """Whether there is room to remember something under this name."""
         return len(name) <= bounds.KEPT_KEY and len(kept) < bounds.ROUTES_LIMIT
 
     def remember_receivers(self, scope: int, suffix: bytes, is_senders: int, receivers: Receivers) -> None:
@@ -337,11 +339,15 @@ class Link:
         self.push_receivers[where] = receivers
 
     def forget_receivers(self) -> None:
-        """Who gets what is put has changed, or what a key's number means."""
+        """Look receivers up anew: they have changed, or the meaning of a key's number has."""
         self.push_receivers.clear()
         self.push_forms.clear()
 
     def _take_request(self, data: bytes, at: int, end: int) -> int:
+        """Take a query of the other side; return where it ends.
+
+        The requests of one querier differ in little, so all but the first are read by a form.
+        """
         header = data[at]
         request, start = read_request_id(data, at + 1)
         form = self.request_forms.get(data[start : start + KEY_SIZE])
@@ -364,6 +370,10 @@ class Link:
         return at
 
     def _take_response(self, data: bytes, at: int, end: int) -> int:
+        """Take an answer to a query of this session; return where it ends.
+
+        The replies on one key differ in little, so all but the first are read by a form.
+        """
         header = data[at]
         request, at = read_request_id(data, at + 1)
         scope, suffix, at = read_wire_key(data, at, header)
@@ -391,7 +401,7 @@ class Link:
         return at
 
     def _reply_key(self, request: int, scope: int, suffix: bytes, is_senders: int) -> str | None:
-        """Return the key that a reply is on, mostly that of its query; None where nobody waits for it."""
+        """Return the key that a reply is on, mostly that of its query; None if nobody waits for it."""
         query = self._queries.find(self, request)
         if query is None:
             return None

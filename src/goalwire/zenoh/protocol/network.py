@@ -226,7 +226,7 @@ def del_body(
 
 
 def read_body(data: bytes, at: int, end: int, key: str) -> tuple[Sample, int]:
-    """Return what a PUT or DEL says of `key`, and where it ends."""
+    """Return the sample that a PUT or DEL brings for `key`, and where it ends."""
     header = data[at]
     kind = header & MESSAGE_ID
     at += 1
@@ -310,7 +310,7 @@ class Target:
 
 
 class Consolidation:
-    """What happens to several replies of one key, as QUERY numbers it."""
+    """The ways to treat several replies of one key, by their numbers in a QUERY."""
 
     AUTO = 0
     NONE = 1
@@ -338,7 +338,7 @@ def request_tail(qos: int, target: int, timeout_ms: int) -> bytes:
 
 
 def query_head(consolidation: int, parameters: str, *, has_payload: bool, has_attachment: bool) -> bytes:
-    """Return a QUERY up to its payload's length, or where it has none, up to its attachment."""
+    """Return a QUERY up to its payload's length, or without a payload up to its attachment."""
     header = QUERY | HAS_CONSOLIDATION
     out = encode_z(consolidation)
     if parameters:
@@ -468,7 +468,7 @@ def response_final(request_id: int, qos: int) -> bytes:
 
 
 def read_reply(data: bytes, at: int, end: int, key: str) -> tuple[Sample | ReplyError, int]:
-    """Return what a RESPONSE brings, and where it ends."""
+    """Return the answer that a RESPONSE brings, and where it ends."""
     header = data[at]
     kind = header & MESSAGE_ID
     at += 1

@@ -49,7 +49,7 @@ the first of them waits for 0.1 ms."""
 
 
 def join_small(messages: Sequence[bytes], room: int) -> Iterator[bytes]:
-    """Join messages as far as `room` bytes go; one that is larger comes alone."""
+    """Join messages as far as `room` bytes go; a larger one comes by itself."""
     together: list[bytes] = []
     size = 0
     for message in messages:
@@ -99,7 +99,7 @@ class Outgoing:
         """Messages that found no room."""
         self.queue = SendQueue()
         self.overflowed = False
-        """Whether more waits than is borne."""
+        """Whether more than QUEUE_END waits: the link is to be given up."""
         self._connection = connection
         self._write = connection.write
         self._can_hold = connection.can_hold
@@ -211,7 +211,7 @@ class Outgoing:
             self._connection.request_flush()
 
     def _send_together(self, channel: int, message: bytes, *, may_wait: bool) -> bool:
-        """Have a message wait, in one frame with others; under the lock.
+        """Have a message wait, in one frame with others. The lock is held.
 
         They wait since the socket is full, or because they may (`is_held`): then until HELD_SIZE bytes do, or
         something comes that may not wait, or `Connection.hold` has led to a `release`.
@@ -246,7 +246,7 @@ class Outgoing:
             self._connection.request_flush()
 
     def send_large(self, channel: int, message: Sequence[Buffer], *, droppable: bool) -> bool:
-        """The same for a message in parts, which are not copied, and so must never change."""
+        """Send a message in parts, which are not copied, and so must never change."""
         if self.queue.size > QUEUE_LIMIT and not self._finds_room(droppable):
             return False
         return self._send_pieces(channel, message)
@@ -263,7 +263,7 @@ class Outgoing:
             self._connection.wait_for_room(False)
 
     def _finds_room(self, droppable: bool, is_answer: bool = False) -> bool:
-        """Where too much waits already: wait until it is less, or have the message dropped."""
+        """Wait until less waits, or drop the message. Called if too much waits already; False: dropped."""
         if droppable:
             self.dropped += 1
             return False

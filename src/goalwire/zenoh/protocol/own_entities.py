@@ -1,4 +1,4 @@
-"""What this session has declared itself, and which of its links have been told of it.
+"""The entities that this session has declared, and the links that have been told of them.
 
 Peers and routers are told of everything, at once. A client is told only of what it has asked for.
 """
@@ -98,7 +98,7 @@ class OwnEntities:
         out: list[bytes] = []
         for kind, number, key, complete in self._all(wish.about):
             if link.peer.is_about(wish, key):
-                # A client that asks about the present alone is never told that the entity has gone.
+                # A client that asks only about the present is never told that the entity has gone.
                 told = number if wish.when & When.FUTURE else 0
                 out += self._declaration(link, kind, told, key, complete=complete, interest=wish.number)
         return out

@@ -1,4 +1,4 @@
-"""What the other side of a link has declared, within the bounds of what one link may declare.
+"""The entities that the other side of a link has declared, within the bounds of one link.
 
 The other side gives numbers to its keys and to all that it declares, and takes back by number. Whoever
 changes these tables holds the session's section; a few are read without it by what runs for each message.

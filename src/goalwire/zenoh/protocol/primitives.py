@@ -84,7 +84,7 @@ def encode_text(text: str) -> bytes:
 
 
 def decode_z(data: bytes, at: int) -> tuple[int, int]:
-    """Return the number at `at` and where it ends; raises IndexError where the data end first."""
+    """Return the number at `at` and where it ends; raises IndexError if the data end first."""
     byte = data[at]
     at += 1
     if byte < 0x80:
@@ -100,7 +100,7 @@ def decode_z(data: bytes, at: int) -> tuple[int, int]:
 
 
 class Reader:
-    """Takes one message apart, from `at` up to `end`; raises ZenohProtocolError where it is cut off."""
+    """Takes one message apart, from `at` up to `end`; raises ZenohProtocolError if it is cut off."""
 
     __slots__ = ('at', 'data', 'end')
 
@@ -175,7 +175,7 @@ class Reader:
 
 
 def decode_text(data: bytes) -> str:
-    """Return a text; raises ZenohProtocolError for what is no UTF-8."""
+    """Return a text; raises ZenohProtocolError if it is not UTF-8."""
     try:
         return data.decode()
     except UnicodeDecodeError as error:

@@ -78,7 +78,7 @@ class PendingQuery:
                 self._on_reply(answer)
 
     def end(self) -> None:
-        """All have had their last word, or there is no time left. Called once."""
+        """End the query: all have said their last word, or the time is over. Called once."""
         if self._consolidation == Consolidation.LATEST:
             for answer in self._kept.values():
                 self._on_reply(answer)

@@ -1,4 +1,4 @@
-"""Who gets what comes over a link: the callbacks for each message, the queryables for each query.
+"""The receivers of what comes over a link: callbacks for each message, queryables for each query.
 
 A message goes to the subscribers whose expression intersects its key, and a query to such queryables. That is
 looked up once for each key of a link and remembered, until somebody declares or takes back anything.
@@ -97,7 +97,7 @@ class Routes:
     def is_forged(self, link: Link, source: bytes) -> bool:
         """Whether what came over a peer's link names a publisher of this session's, or one with its own link.
 
-        Such a publisher's messages come over that link alone. Anything else cannot be told from what a peer
+        Such a publisher's messages come over that link only. Anything else cannot be told from what a peer
         passes on for clients that are linked to it, or a router for anybody.
         """
         try:

@@ -316,7 +316,7 @@ class Querier:
             session.report(error)
 
     def _aim(self) -> None:
-        """Find out whom a query is for."""
+        """Look up the links and own queryables that a query is for."""
         if not self._session.section.run(partial(self._find, _name, is_final=True)):
             self._find(_full_name, is_final=False)
 
@@ -359,7 +359,7 @@ class Querier:
         links: list[tuple[Link, list[tuple[str, tuple[bool, int]]]]],
         own: list[tuple[str, Queryable]],
     ) -> object:
-        """Return the link with the nearest complete queryable, `_HERE`, or None where there is none."""
+        """Return the link with the nearest complete queryable, or `_HERE`; None without any."""
         if any(self._is_complete(key, each.complete) for key, each in own):
             return _HERE
         complete = [

@@ -9,8 +9,8 @@ A put goes to the subscribers whose expression intersects its key, and a query t
 that is declared complete counts as complete for a query only if it also includes the query's key. What is put
 or asked here is also delivered here, on the caller's thread.
 
-What changes or copies the tables does so in one critical section: what a signal's handler declares while its
-own thread is just at it is declared right after that.
+All changes and copies of the tables are made in one critical section. If a signal's handler declares
+something while its own thread is in there, that is declared right after the thread has left.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from goalwire.zenoh.protocol.transport import Role
 
 
 class SessionOwner(Protocol):
-    """Whoever has the sockets of a session, as far as the session needs it. Only `relink` may block."""
+    """The owner of a session's sockets, as far as the session needs it. Only `relink` may block."""
 
     def meet(self, node: Node) -> None:
         """Connect to a node that a router told of."""
@@ -90,7 +90,7 @@ class SessionProtocol:
         self.stale_after = float('inf')
         """Until when a link that looks alive is believed; on `clock`.
 
-        Whoever does the input and output moves it on while this process runs.
+        The owner of the sockets moves it on while this process runs.
         """
         self.relink = owner.relink
         self.refuse = owner.refuse
@@ -237,7 +237,7 @@ class SessionProtocol:
             if not peer.knows_all:
                 peer.knows_all = True
                 self.routes.forget()
-        elif declaration.taken_back:
+        elif declaration.undeclares:
             self._remove_declared(link, declaration.kind, declaration.number)
         else:
             key = peer.key_of(declaration.scope, declaration.suffix, declaration.is_senders)
@@ -250,7 +250,7 @@ class SessionProtocol:
             if link.peer.add_expression(number, key):
                 link.forget_receivers()
         elif not number and declaration.interest is not None:
-            return  # the answer to a question about the present alone
+            return  # the answer to a question about the present only
         elif kind is Kind.TOKEN:
             if link.peer.add_token(number, key):
                 self._liveliness.appeared(key)

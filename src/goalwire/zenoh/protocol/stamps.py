@@ -22,7 +22,7 @@ _FIRST_BYTES = 4
 PAUSE_NS = 50_000
 """So long after the last one a message begins a burst of its own. A flood has one each 3-10 µs."""
 LONG_BURST = 256
-"""What is counted of a burst at most."""
+"""How many stamps of a burst are counted at most."""
 
 
 class Stamps:

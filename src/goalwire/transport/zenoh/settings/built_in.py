@@ -101,9 +101,9 @@ def session(port: int) -> Settings:
 
 
 def rendezvous(port: int) -> Settings:
-    """Return the settings of the router that every process offers on `port`, for this machine alone.
+    """Return the settings of the router that every process offers on `port`, only for this machine.
 
-    Whoever comes second keeps trying to bind, so a survivor takes the port over when its holder dies.
+    A second process keeps trying to bind, so a survivor takes the port over when its holder dies.
     """
     settings = _common() | {
         'mode': 'router',

@@ -23,7 +23,7 @@ from goalwire.zenoh.io.endpoints import as_port
 
 DEFAULT_PORT = 7447
 START_ROUTER = 'start one (ros2 router; beside an installed ROS 2 also ros2 run rmw_zenoh_cpp rmw_zenohd)'
-"""What to do where no router answers."""
+"""The advice if no router answers."""
 
 
 def advise_unreached(mode: str) -> str:
@@ -48,7 +48,7 @@ class Override(NamedTuple):
 
 
 def router_port(env: Mapping[str, str] = os.environ) -> int:
-    """Return the rendezvous port; raises TransportError for something that is no port."""
+    """Return the rendezvous port; raises TransportError if it is not a port."""
     text = env.get('GOALWIRE_ROUTER_PORT') or str(DEFAULT_PORT)
     port = as_port(text)
     if not port:
@@ -78,7 +78,7 @@ def _has_rmw_zenoh(prefixes: str) -> bool:
 
 
 def overrides(env: Mapping[str, str] = os.environ) -> tuple[list[Override], list[str]]:
-    """Return the pairs of ZENOH_CONFIG_OVERRIDE, and the parts of it that are no pairs."""
+    """Return the pairs of ZENOH_CONFIG_OVERRIDE, and the parts of it that are not pairs."""
     pairs, broken = [], []
     for part in filter(None, (part.strip() for part in env.get('ZENOH_CONFIG_OVERRIDE', '').split(';'))):
         path, found, value = (text.strip() for text in part.partition('='))

@@ -37,7 +37,7 @@ class Json5Error(Exception):
 
 
 class Document(NamedTuple):
-    """What a text holds."""
+    """The value that a text holds, and the lines of its settings."""
 
     value: Json
     lines: dict[str, int]

@@ -1,7 +1,8 @@
-"""What a configuration of Zenoh's asks for, as settings of a session of our own.
+"""Turns a configuration of Zenoh's into settings of a session of goalwire's own.
 
-What is not set is as Zenoh's own defaults have it. Settings that only tune eclipse-zenoh (its queues, threads
-and buffers) are passed over. What a session of ours would do otherwise than asked is BeyondOursError.
+Settings that are missing are as Zenoh's own defaults have them. Settings that only tune eclipse-zenoh (its
+queues, threads and buffers) are passed over. If a session of ours would do anything otherwise than asked,
+that is a BeyondOursError.
 """
 
 from __future__ import annotations
@@ -101,11 +102,11 @@ _OFF: dict[str, tuple[Json, ...]] = {
     'plugins_loading/enabled': (False, None),
     'transport/link/protocols': (None,),
 }
-"""What must not be asked for, with the values that do not."""
+"""The settings that sessions of ours do not have, with the values that ask for nothing."""
 
 
 def _refuse(at: _At) -> None:
-    """Raise BeyondOursError for what sessions of ours do not do."""
+    """Raise BeyondOursError if sessions of ours would do anything otherwise."""
     for path, wanted in _OFF.items():
         if at(path) not in wanted:
             raise BeyondOursError(_setting(path, at(path)))
@@ -181,5 +182,5 @@ def _number(found: Json, otherwise: float) -> float:
 
 
 def _connecting_s(found: Json) -> float:
-    """Return how long opening goes on trying where it must connect; -1: for ever."""
+    """Return how long opening goes on trying if it must connect; -1: for ever."""
     return float('inf') if found == -1 else _number(found, 0) / 1000

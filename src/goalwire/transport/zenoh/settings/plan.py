@@ -1,4 +1,4 @@
-"""What a process opens: a session and, beside it, a rendezvous; each from built-in settings or a file.
+"""Plans what a process opens: a session and a rendezvous, each from built-in settings or a file.
 
 The overrides come on top of either.
 """
@@ -24,15 +24,16 @@ _LOCAL_HOSTS = ('localhost', '127.0.0.1', '[::1]')
 
 
 class Plan(NamedTuple):
-    """What is to be opened: the session, and the rendezvous beside it (None: none) with its port."""
+    """The session to open, and the rendezvous to offer beside it, with its port."""
 
     session: Configuration
     rendezvous: Configuration | None
+    """None: this process offers none."""
     port: int
     local: int | None
     """The TCP port of this machine that the session connects to; None: it connects elsewhere."""
     gives_way: bool
-    """Whether the rendezvous leaves its port to a router that is no goalwire process's."""
+    """Whether the rendezvous leaves its port to a router that is not of a goalwire process."""
 
 
 def make_plan() -> Plan:

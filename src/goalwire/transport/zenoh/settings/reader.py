@@ -34,7 +34,7 @@ def read_file(variable: str) -> Configuration | None:
 
 
 def read_settings(text: str, *, is_yaml: bool) -> Settings:
-    """Return what a configuration file's text sets. Raises Json5Error, with the line where it is known."""
+    """Return the settings in a configuration file's text. Raises Json5Error, with the line if it is known."""
     document = _from_yaml(text) if is_yaml else json5.read(text)
     values = document.value
     if not isinstance(values, dict):

@@ -1,4 +1,4 @@
-"""What a configuration of Zenoh's may hold: the names there are, and what each takes.
+"""The settings that a configuration of Zenoh's may hold, and the values that each takes.
 
 Names that are not here are left to eclipse-zenoh, which may be newer. Source: eclipse-zenoh 1.10.2's
 DEFAULT_CONFIG.json5; a test compares this table with what the installed one takes.
@@ -16,7 +16,7 @@ MODES = ('router', 'peer', 'client')
 
 
 class Kind(NamedTuple):
-    """What a setting takes."""
+    """The values that a setting takes."""
 
     expected: str
     """In words: 'true or false'."""
@@ -233,7 +233,7 @@ _SCHEMA: Schema = {
 
 
 def find(path: str) -> Schema | Kind | None:
-    """Return what is known of a path; None where no such name is known."""
+    """Return the schema at a path; None if no setting has that name."""
     found: Schema | Kind | None = _SCHEMA
     for name in path.split('/'):
         if found is _ANY:
@@ -243,7 +243,7 @@ def find(path: str) -> Schema | Kind | None:
 
 
 def faults(value: Json, path: str = '', schema: Schema | Kind | None = None) -> Iterator[Fault]:
-    """Yield what does not fit. Names that are not known are no fault."""
+    """Yield the values that do not fit. Unknown names are not a fault."""
     schema = _SCHEMA if schema is None else schema
     if isinstance(schema, Kind):
         if not _fits(value, schema):

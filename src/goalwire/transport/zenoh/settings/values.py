@@ -9,14 +9,14 @@ Settings: TypeAlias = dict[str, Json]
 
 
 class Configuration(NamedTuple):
-    """What one session is opened with."""
+    """The settings with which one session is opened."""
 
     values: Settings
     origin: str = ''
     """The variable and the file that it comes from; empty: the built-in settings."""
 
     def at(self, path: str) -> Json:
-        """Return one value; None where it is not set."""
+        """Return one value; None if it is not set."""
         return value_at(self.values, path)
 
     def set(self, path: str, value: Json) -> None:
@@ -32,7 +32,7 @@ class Configuration(NamedTuple):
 
 
 def value_at(values: Json, path: str) -> Json:
-    """Return the value at a path; None where there is none."""
+    """Return the value at a path; None if there is none."""
     for name in path.split('/'):
         values = values.get(name) if isinstance(values, dict) else None
     return values
