@@ -34,15 +34,15 @@ JAZZY = {
     'bag': {
         'info': '-s --storage -t --topic-name -v --verbose --sort',
         'list': '-v --verbose',
-        'record': '-o --output -s --storage -f --serialization-format -b --max-bag-size -d --max-bag- '
-        'duration --max-cache-size --start-paused --use-sim-time --node-name --custom-data '
-        '--snapshot-mode --topics --services --topic-types -a --all --all-topics --all-services '
-        '-e --regex --exclude-regex --exclude-topic-types --exclude-topics --exclude-services '
-        '--include-unpublished-topics --include-hidden-topics --no-discovery -p --polling- '
-        'interval --ignore-leaf-topics --qos-profile-overrides-path --storage-preset-profile '
-        '--storage-config-file --log-level --compression-queue-size --compression-threads '
-        '--compression-threads-priority --compression-mode --compression-format --disable- '
-        'keyboard-controls',
+        'record': '-o --output -s --storage -f --serialization-format -b --max-bag-size -d '
+        '--max-bag-duration --max-cache-size --start-paused --use-sim-time --node-name '
+        '--custom-data --snapshot-mode --topics --services --topic-types -a --all --all-topics '
+        '--all-services -e --regex --exclude-regex --exclude-topic-types --exclude-topics '
+        '--exclude-services --include-unpublished-topics --include-hidden-topics --no-discovery '
+        '-p --polling-interval --ignore-leaf-topics --qos-profile-overrides-path '
+        '--storage-preset-profile --storage-config-file --log-level --compression-queue-size '
+        '--compression-threads --compression-threads-priority --compression-mode '
+        '--compression-format --disable-keyboard-controls',
     },
     'component': {
         'list': f'{GRAPH} --containers-only',
