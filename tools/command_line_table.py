@@ -32,8 +32,16 @@ JAZZY = {
         'type': GRAPH,
     },
     'bag': {
+        'burst': '-s --storage --read-ahead-queue-size --topics --services --qos-profile-overrides-path '
+        '-m --remap --storage-config-file --start-offset -n --num-messages',
         'info': '-s --storage -t --topic-name -v --verbose --sort',
         'list': '-v --verbose',
+        'play': '-s --storage --read-ahead-queue-size -r --rate --topics --services -e --regex '
+        '-x --exclude-regex --exclude-topics --exclude-services --qos-profile-overrides-path -l --loop '
+        '-m --remap --storage-config-file --clock --clock-topics --clock-topics-all -d --delay '
+        '--playback-duration --playback-until-sec --playback-until-nsec --disable-keyboard-controls '
+        '-p --start-paused --start-offset --wait-for-all-acked --disable-loan-message '
+        '--publish-service-requests --service-requests-source',
         'record': '-o --output -s --storage -f --serialization-format -b --max-bag-size -d '
         '--max-bag-duration --max-cache-size --start-paused --use-sim-time --node-name '
         '--custom-data --snapshot-mode --topics --services --topic-types -a --all --all-topics '
@@ -113,6 +121,8 @@ BEFORE = {'service': '--include-hidden-services', 'topic': '--include-hidden-top
 """What Jazzy takes between a noun and its verb."""
 
 MISSING = {
+    'bag --publish-service-requests': 'not yet: events of services are played as they were recorded',
+    'bag --service-requests-source': 'not yet',
     'bag --storage-config-file': '`--storage-preset-profile` has what there is to choose',
     'bag --log-level': '`--ros-args --log-level` has it, as for every command with a node',
     'pkg create': '`new` makes a package for pip, uv and colcon at once',

@@ -9,6 +9,10 @@ from importlib import import_module
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from goalwire.apps.bag.options import PlayOptions, RecordOptions
+    from goalwire.apps.bag.player import Player
+    from goalwire.apps.bag.recorder import Recorder
+    from goalwire.apps.bag.selection import Names, Selection
     from goalwire.errors import BagError
     from goalwire.rosbag2.model import Message, Schema, Topic
     from goalwire.rosbag2.reader import Reader
@@ -17,12 +21,31 @@ if TYPE_CHECKING:
 _ORIGINS = {
     'BagError': 'goalwire.errors',
     'Message': 'goalwire.rosbag2.model',
+    'Names': 'goalwire.apps.bag.selection',
+    'PlayOptions': 'goalwire.apps.bag.options',
+    'Player': 'goalwire.apps.bag.player',
     'Reader': 'goalwire.rosbag2.reader',
+    'RecordOptions': 'goalwire.apps.bag.options',
+    'Recorder': 'goalwire.apps.bag.recorder',
     'Schema': 'goalwire.rosbag2.model',
+    'Selection': 'goalwire.apps.bag.selection',
     'Topic': 'goalwire.rosbag2.model',
     'Writer': 'goalwire.rosbag2.writer',
 }
-__all__ = ['BagError', 'Message', 'Reader', 'Schema', 'Topic', 'Writer']
+__all__ = [
+    'BagError',
+    'Message',
+    'Names',
+    'PlayOptions',
+    'Player',
+    'Reader',
+    'RecordOptions',
+    'Recorder',
+    'Schema',
+    'Selection',
+    'Topic',
+    'Writer',
+]
 
 
 def __getattr__(name: str) -> object:

@@ -73,6 +73,31 @@ def test_a_killed_recorder_leaves_a_bag_that_opens_everywhere(
         assert sum(1 for _ in bag.messages()) == len(contents(tmp_path / 'bag'))
 
 
+@pytest.mark.slow
+def test_a_bag_is_played_to_its_end(ros2: CommandLine, tmp_path: Path) -> None:
+    write_bag(tmp_path / 'bag')
+    ended = ros2('bag', 'play', 'bag', '--rate', '10', '--wait-for-all-acked', '100')
+    assert (ended.code, ended.out) == (0, '')
+    assert ended.err.splitlines() == ["playing 'bag': 2 topics", '110 messages were published']
+    ended = ros2('bag', 'play', 'bag', '--rate', '10', '--topics', '/words')
+    assert ended.err.splitlines() == ["playing 'bag': 1 topics", '10 messages were published']
+    assert 'nothing of' in ros2.fails('bag', 'play', 'bag', '--topics', '/none', code=1)
+    assert 'OLD:=NEW' in ros2.fails('bag', 'play', 'bag', '-m', '/words', code=2)
+
+
+@pytest.mark.slow
+def test_a_burst_pauses_after_its_messages(ros2: CommandLine, begin: Begin, tmp_path: Path) -> None:
+    write_bag(tmp_path / 'bag')
+    burst = begin('bag', 'burst', str(tmp_path / 'bag'), '-n', '30')
+    burst.expect('bursting')
+    assert 'actually_burst=5' in ros2.ok(
+        'service', 'call', '/rosbag2_player/burst', 'rosbag2_interfaces/srv/Burst', 'num_messages: 5'
+    )
+    ros2.ok('service', 'call', '/rosbag2_player/stop', 'rosbag2_interfaces/srv/Stop')
+    burst.expect('35 messages were published')
+    assert burst.wait() == 0
+
+
 def test_info_tells_what_is_in_a_bag(ros2: CommandLine, tmp_path: Path) -> None:
     write_bag(tmp_path / 'bag')
     told = ros2.ok('bag', 'info', 'bag', TZ='UTC')

@@ -1,7 +1,8 @@
-"""How a recorder records."""
+"""How a recorder records, and how a player plays."""
 
 from __future__ import annotations
 
+from goalwire.apps.bag.selection import Selection
 from goalwire.records import record
 from goalwire.rules.qos import QoS
 
@@ -30,4 +31,30 @@ class RecordOptions:
     """What to subscribe with, by topic; else it suits the publishers."""
     sim_time: bool = False
     """Whether messages get the node's time, instead of the time at which they came."""
+    paused: bool = False
+
+
+@record
+class PlayOptions:
+    """How a player plays; times of the bag are in ns, lengths in s."""
+
+    selection: Selection | None = None
+    """What is played; None: everything."""
+    rate: float = 1.0
+    start_offset: float = 0.0
+    duration: float | None = None
+    until: int | None = None
+    loop: bool = False
+    delay: float = 0.0
+    """How long each round waits before it begins."""
+    remaps: tuple[tuple[str, str], ...] = ()
+    """Other names for topics."""
+    qos: tuple[tuple[str, QoS], ...] = ()
+    """What to publish with, by topic; else it is what was recorded."""
+    clock_hz: float = 0.0
+    """How often the bag's time is published on /clock; 0: not at all."""
+    clock_topics: frozenset[str] = frozenset()
+    """Topics before whose messages the bag's time is published."""
+    clock_always: bool = False
+    """Whether it is published before every message."""
     paused: bool = False

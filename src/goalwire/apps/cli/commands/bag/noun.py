@@ -30,8 +30,10 @@ NOUN = Noun(
     'bag',
     'Various rosbag related commands',
     (
+        _verb('burst', 'Burst data from a bag'),
         _verb('info', 'Print information about a bag to the screen', has_json=True),
         _verb('list', 'Print information about available plugins to the screen', has_json=True),
+        _verb('play', 'Play back ROS data from a bag'),
         _verb('record', 'Record ROS data to a bag'),
     ),
 )

@@ -1,0 +1,260 @@
+"""Plays a bag: publishes its messages in their order, at the times at which they were recorded."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+
+from rosgraph_msgs.msg import Clock
+
+from goalwire.aio import Node, Publisher
+from goalwire.aio.raw import RawPublisher
+from goalwire.apps.bag.options import PlayOptions
+from goalwire.errors import BagError
+from goalwire.records import replace
+from goalwire.rosbag2.model import Message, Topic
+from goalwire.rosbag2.reader import Reader
+from goalwire.rules.qos import DEFAULT, QoS, ReliabilityPolicy
+from goalwire.rules.time import Time
+
+_S = 1_000_000_000
+_PUBLISHED_AT_A_TIME = 100
+"""So many messages that are due go out before the loop may do something else."""
+DISCOVERY_S = 1.0
+"""How long subscriptions that the graph shows may take to match before playing begins."""
+
+
+class Player:
+    """`player = Player(node, bag)`, then `await player.play()`. For the loop's thread alone.
+
+    While it plays, `pause`, `resume`, `seek`, `step`, `stop` and `rate` steer it. Times are in ns of the bag.
+    """
+
+    def __init__(self, node: Node, bag: Reader, options: PlayOptions | None = None) -> None:
+        """Make the publishers; raises BagError where nothing of the bag is chosen."""
+        self.node = node
+        self.bag = bag
+        self.options = options = options or PlayOptions()
+        self.topics = [topic for topic in bag.topics if self._plays(topic)]
+        if not self.topics:
+            raise BagError(f"nothing of '{bag.path}' is chosen; see: ros2 bag info")
+        self.start = bag.start + int(options.start_offset * _S)
+        self.end = self._end()
+        self.published = 0
+        """How many messages were published."""
+        self._rate = options.rate
+        self._is_paused = options.paused
+        self._is_stopped = self._is_playing = False
+        self._steps = 0
+        self._changed = asyncio.Event()
+        self._position = self.start
+        self._anchor = 0.0
+        """When, on the loop's clock, the bag's time was `_position`."""
+        self._messages: Iterator[Message] = iter(())
+        self._publishers = {topic.name: self._publisher(topic) for topic in self.topics}
+        self._clock: Publisher[Clock] | None = None
+        if options.clock_hz or options.clock_topics or options.clock_always:
+            self._clock = node.publisher(Clock, '/clock', qos=1)
+
+    def _plays(self, topic: Topic) -> bool:
+        has_clock = self.options.clock_hz or self.options.clock_topics or self.options.clock_always
+        if topic.name == '/clock' and has_clock:
+            return False
+        selection = self.options.selection
+        return selection is None or selection.wants(topic.name, topic.type_name)
+
+    def _end(self) -> int:
+        ends = [self.bag.end]
+        if self.options.duration is not None:
+            ends.append(self.start + int(self.options.duration * _S))
+        if self.options.until is not None:
+            ends.append(self.options.until)
+        return min(ends)
+
+    def _publisher(self, topic: Topic) -> RawPublisher:
+        qos = dict(self.options.qos).get(topic.name) or offered_by_all(topic.qos)
+        name = dict(self.options.remaps).get(topic.name, topic.name)
+        return self.node.raw_publisher(name, topic.type_name, type_hash=topic.type_hash, qos=qos)
+
+    # -- steering --------------------------------------------------------------------------------------------
+
+    @property
+    def position(self) -> int:
+        """The bag's time at this moment."""
+        if self._is_paused or not self._is_playing:
+            return self._position
+        passed = asyncio.get_running_loop().time() - self._anchor
+        return min(self._position + int(passed * self._rate * _S), max(self.end, self._position))
+
+    @property
+    def rate(self) -> float:
+        """How many times faster than recorded it plays."""
+        return self._rate
+
+    @rate.setter
+    def rate(self, rate: float) -> None:
+        if not rate > 0:
+            raise BagError(f'a bag cannot be played at the rate {rate}; it must be above 0')
+        self._move_to(self.position)
+        self._rate = rate
+
+    @property
+    def paused(self) -> bool:
+        """Whether the bag's time stands still."""
+        return self._is_paused
+
+    def pause(self) -> None:
+        """Have the bag's time stand still."""
+        self._position = self.position
+        self._is_paused = True
+        self._changed.set()
+
+    def resume(self) -> None:
+        """Go on from where it stands."""
+        self._is_paused = False
+        self._move_to(self._position)
+
+    def seek(self, time: int) -> bool:
+        """Go on at a time of the bag; return False, and do nothing, for one outside of it."""
+        if not self.bag.start <= time <= self.bag.end:
+            return False
+        self._messages = self._from(time)
+        self._move_to(time)
+        return True
+
+    def step(self, count: int = 1) -> bool:
+        """Publish so many messages at once; return False, and do nothing, while it is not paused."""
+        if not self._is_paused:
+            return False
+        self._steps += count
+        self._changed.set()
+        return True
+
+    def stop(self) -> None:
+        """End playing."""
+        self._is_stopped = True
+        self._changed.set()
+
+    def _move_to(self, time: int) -> None:
+        self._position = time
+        self._anchor = asyncio.get_running_loop().time()
+        self._changed.set()
+
+    # -- playing ---------------------------------------------------------------------------------------------
+
+    async def play(self) -> None:
+        """Play to the end, again and again with `loop`. Raises BagError where the bag is broken."""
+        await self._wait_for_known_subscribers()
+        ticking = asyncio.create_task(self._tick()) if self.options.clock_hz else None
+        try:
+            await self._play_rounds()
+        finally:
+            self._is_playing = False
+            if ticking is not None:
+                ticking.cancel()
+
+    async def _play_rounds(self) -> None:
+        while not self._is_stopped:
+            if self.options.delay:
+                await asyncio.sleep(self.options.delay)
+            self._messages = self._from(self.start)
+            self._is_playing = True
+            self._move_to(self.start)
+            await self._play_once()
+            if not self.options.loop:
+                return
+
+    async def _play_once(self) -> None:
+        in_a_row = 0
+        while True:
+            source = self._messages
+            message = next(source, None)
+            if message is None or not await self._is_due(message, source):
+                if message is None or self._is_stopped:
+                    return
+                continue  # it was sought meanwhile: this message is of the time before
+            self._publish(message)
+            in_a_row += 1
+            if in_a_row % _PUBLISHED_AT_A_TIME == 0:
+                await asyncio.sleep(0)
+
+    def _from(self, time: int) -> Iterator[Message]:
+        names = {topic.name for topic in self.topics}
+        return self.bag.messages(names, time, self.end + 1)
+
+    async def _is_due(self, message: Message, source: Iterator[Message]) -> bool:
+        """Wait until a message is due; False if playing was stopped or went elsewhere meanwhile."""
+        loop = asyncio.get_running_loop()
+        while not self._is_stopped and source is self._messages:
+            self._changed.clear()
+            if self._steps:
+                self._steps -= 1
+                self._position = message.time
+                return True
+            left: float | None = None
+            if not self._is_paused:
+                left = self._anchor + (message.time - self._position) / _S / self._rate - loop.time()
+                if left <= 0:
+                    return True
+            with suppress(TimeoutError):
+                async with asyncio.timeout(left):
+                    await self._changed.wait()
+        return False
+
+    def _publish(self, message: Message) -> None:
+        if self.options.clock_always or message.topic in self.options.clock_topics:
+            self._publish_clock(message.time)
+        self._publishers[message.topic].publish(message.data)
+        self.published += 1
+
+    def _publish_clock(self, time: int) -> None:
+        assert self._clock is not None
+        self._clock.publish(clock=Time(nanoseconds=time).to_msg())
+
+    async def _tick(self) -> None:
+        """Publish the bag's time, while it stands still, too."""
+        while True:
+            self._publish_clock(self.position)
+            await asyncio.sleep(1 / self.options.clock_hz)
+
+    def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
+        """Wait until all reliable subscriptions have what was published; False if the time is over first.
+
+        It blocks the thread that calls it.
+        """
+        return all(each.wait_for_acknowledgements(timeout_ns) for each in self._publishers.values())
+
+    async def _wait_for_known_subscribers(self) -> None:
+        """Wait until the subscriptions that the graph shows have found the publishers."""
+        graph = self.node.graph
+        try:
+            async with asyncio.timeout(DISCOVERY_S):
+                with graph.changes() as changes:
+                    while not self._are_matched():
+                        await anext(changes)
+        except TimeoutError:
+            return  # they may be of another type, or want another QoS
+
+    def _are_matched(self) -> bool:
+        waiting = {each.name for each in self.node.graph.endpoints() if each.kind.value == 'subscription'}
+        return all(
+            publisher.subscribers() for publisher in self._publishers.values() if publisher.name in waiting
+        )
+
+
+def offered_by_all(recorded: Iterable[QoS]) -> QoS:
+    """Return a QoS that goes together with every subscription that the recorded publishers served."""
+    profiles = list(recorded)
+    if not profiles:
+        return DEFAULT
+    chosen = profiles[0]
+    for qos in profiles[1:]:
+        chosen = replace(
+            chosen,
+            depth=max(chosen.depth, qos.depth),
+            history=max(chosen.history, qos.history),
+            reliability=ReliabilityPolicy.RELIABLE if qos.is_reliable else chosen.reliability,
+            durability=qos.durability if qos.is_transient_local else chosen.durability,
+        )
+    return replace(chosen, depth=chosen.depth or DEFAULT.depth, lifespan_ns=0, deadline_ns=0)
