@@ -65,7 +65,7 @@ def test_writers_and_readers_of_one_participant(same: bool) -> None:
     loss=st.floats(0, 0.3),
     double=st.floats(0, 0.3),
     delay=st.sampled_from([0, 0.001, 0.02, 0.3]),
-    size=st.sampled_from([0, 100, 70_000]),
+    size=st.sampled_from([0, 100, 70_000, 600_000]),
     depth=st.sampled_from([0, 1, 10]),
     durability=st.sampled_from([0, TRANSIENT_LOCAL]),
 )
@@ -157,9 +157,9 @@ def test_a_large_sample_does_not_overrun_a_socket() -> None:
     begun = network.now
     payload = bytes(range(256)) * 4096
     writer.write(payload)
-    assert sum(len(packet) for *_, packet in network.packets) < 300_000
+    assert sum(len(packet) for *_, packet in network.packets) < 150_000
     assert network.run(1, lambda: collector.samples)
-    assert network.now - begun < 0.005
+    assert network.now - begun < 0.01
     assert collector.payloads == [payload]
     assert sum(len(packet) for *_, packet in network.packets) < 1.1 * len(payload), 'nothing is sent twice'
 
@@ -247,3 +247,20 @@ def test_a_sample_says_to_which_request_it_belongs() -> None:
     writer.write(_payload(1, 100_000), qos=write_related_sample(request))
     assert network.run(1, lambda: len(collector.samples) == 2)
     assert [sample.related for sample in collector.samples] == [request, request]
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_a_sample_is_kept_while_it_is_being_sent(seed: int) -> None:
+    network = Network(seed, loss=0.2)
+    one, _ = network.participant()
+    other, _ = network.participant()
+    collector = Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, Publisher())
+    other.create_reader('t', 'T', KEEP_ALL, collector)
+    assert network.run(PATIENCE_S, lambda: collector.matched and writer.readers)
+    for number in range(5):
+        writer.write(_payload(number))
+        writer.write(_payload(number, 900_000))
+        network.run(0.02)
+    assert network.run(PATIENCE_S, lambda: len(collector.samples) == 10)
+    assert collector.lost == 0

@@ -75,10 +75,16 @@ class Participant(Wire):
         wall_clock_ns: Callable[[], int],
         send: Callable[[bytes, Address], None],
         on_sooner: Callable[[], None] = lambda: None,
+        on_acknowledged: Callable[[], None] | None = None,
     ) -> None:
         """The functions are for `Wire`."""
         super().__init__(
-            settings.prefix, clock=clock, wall_clock_ns=wall_clock_ns, send=send, on_sooner=on_sooner
+            settings.prefix,
+            clock=clock,
+            wall_clock_ns=wall_clock_ns,
+            send=send,
+            on_sooner=on_sooner,
+            on_acknowledged=on_acknowledged,
         )
         self.data = ParticipantData(
             prefix=settings.prefix,
@@ -149,6 +155,11 @@ class Participant(Wire):
     def delete(self, endpoint: Writer | Reader) -> None:
         """Take a writer or a reader back, and tell all participants of it."""
         self.run(partial(self._delete, endpoint), None)
+
+    def is_acknowledged(self) -> bool:
+        """Whether readers that have ever answered have acknowledged all that was written for them."""
+        writers = [writer for writer in list(self._known.writers.values()) if writer.data.topic]
+        return all(writer.is_acknowledged() for writer in writers)
 
     def _new_guid(self, kind: int) -> bytes:
         return self.prefix + self._next_entity().to_bytes(3, 'big') + bytes((kind,))

@@ -104,16 +104,19 @@ class Wire:
         wall_clock_ns: Callable[[], int],
         send: Callable[[bytes, Address], None],
         on_sooner: Callable[[], None] = lambda: None,
+        on_acknowledged: Callable[[], None] | None = None,
     ) -> None:
         """`send` never blocks; a packet that it cannot send is lost, as on any network.
 
-        `on_sooner` is called when a timer has been set that is due before all others.
+        `on_sooner` is called when a timer has been set that is due before all others; `on_acknowledged`, as
+        users are told things, when readers have acknowledged something, for those who wait for that.
         """
         self.prefix = prefix
         self.head = header(prefix)
         self.clock = clock
         self.wall_clock_ns = wall_clock_ns
         self.send_packet = send
+        self.on_acknowledged = on_acknowledged
         self.timers = Timers()
         self.section = CriticalSection()
         self.next_due = FOREVER

@@ -59,10 +59,10 @@ RAREST_HEARTBEAT_S = 1.0
 """How long a reader that does not answer is left alone at most."""
 SAMPLES_A_HEARTBEAT = 32
 """Samples after which readers are asked at once."""
-WINDOW = 240_000
-"""Bytes that are sent in fragments before somebody asks for more, or WINDOW_S is over. Linux's default
-buffer takes some 400 KiB of packets of this size."""
-WINDOW_S = 0.001
+WINDOW, WINDOW_PACKETS = 120_000, 11
+"""Bytes, and fragments, that are sent before somebody asks for more, or WINDOW_S is over. A socket's default
+buffer on Linux takes three packets of 60,000 bytes, or twelve of 8,000."""
+WINDOW_S = 0.0005
 MOST_UNACKNOWLEDGED = 1024
 MOST_UNACKNOWLEDGED_SIZE = 16 << 20
 """Samples, and bytes, that a writer keeps for its readers before it is full, where it keeps all."""
@@ -78,6 +78,11 @@ _FRESH = struct.Struct('<20sBBHIIBBHHH4s4siI')
 def is_newer(counter: int, before: int) -> bool:
     """Whether a count follows another; counts have 32 bits and begin again."""
     return 0 < (counter - before) & 0xFFFFFFFF < 0x80000000
+
+
+def _window(change: Change) -> int:
+    """Return how many fragments of a sample are sent at a time."""
+    return max(1, min(WINDOW // change.fragment_size, WINDOW_PACKETS))
 
 
 class WriterListener:
@@ -210,6 +215,10 @@ class Writer:
             return True
         is_behind = self.last - self._acked >= MOST_UNACKNOWLEDGED
         return bool(self._reliable) and (is_behind or self._unacked_size() >= MOST_UNACKNOWLEDGED_SIZE)
+
+    def is_acknowledged(self) -> bool:
+        """Whether readers that have ever answered have acknowledged all that was written for them."""
+        return not any(proxy.has_answered and self._is_open(proxy) for proxy in tuple(self._reliable))
 
     def _unacked_size(self) -> int:
         if not self._is_local_history:
@@ -375,21 +384,20 @@ class Writer:
         left = WINDOW
         while self._unsent and left > 0:
             change = self._unsent[0]
-            if change.fragment_size:
-                left -= self._send_fragments(change)
-                if self._next_fragment <= fragment_count(change.size, change.fragment_size):
-                    self._tell_fragments(change)
-                    break
-                self._next_fragment = 1
-                for proxy in self._receivers(change):
-                    proxy.last = change.number
-                    if proxy.is_reliable:
-                        self._send_to(proxy, self._heartbeat(proxy))
-            else:
+            if not change.fragment_size:
+                self._take_unsent()
                 left -= change.size
                 self._send_fresh(change)
-            self._unsent.popleft()
-            self._unsent_size -= change.size
+                continue
+            left -= self._send_fragments(change)
+            if self._next_fragment <= fragment_count(change.size, change.fragment_size):
+                self._tell_fragments(change)
+                break
+            self._take_unsent()
+            for proxy in self._receivers(change):
+                proxy.last = change.number
+                if proxy.is_reliable:
+                    self._send_to(proxy, self._heartbeat(proxy))
         if self._unsent:
             self._window_timer = self._wire.timers.at(self._wire.clock() + WINDOW_S, self._send_window)
         elif self._was_full:
@@ -397,11 +405,15 @@ class Writer:
         if self._timer is None and self._reliable:
             self._expect_answers()
 
+    def _take_unsent(self) -> None:
+        """Count the first of those that wait as sent."""
+        self._unsent_size -= self._unsent.popleft().size
+        self._next_fragment = 1
+
     def _send_fragments(self, change: Change) -> int:
         """Send the next fragments of a sample, up to a window; return how many bytes."""
         first = self._next_fragment
-        count = max(1, WINDOW // change.fragment_size)
-        end = min(first + count, fragment_count(change.size, change.fragment_size) + 1)
+        end = min(first + _window(change), fragment_count(change.size, change.fragment_size) + 1)
         stamp = info_ts(encode_time(change.time))
         if self._is_addressed:
             for proxy in self._receivers(change):
@@ -450,7 +462,7 @@ class Writer:
         """Send some fragments of a sample to one reader, up to a window."""
         count = fragment_count(change.size, change.fragment_size)
         stamp = info_ts(encode_time(change.time))
-        for fragment in list(fragments)[: max(1, WINDOW // change.fragment_size)]:
+        for fragment in list(fragments)[: _window(change)]:
             if 0 < fragment <= count:
                 self._send_to(proxy, stamp + cut(change, proxy.entity_id, self.entity_id, fragment))
 
@@ -540,12 +552,14 @@ class Writer:
 
     def _note_acked(self) -> None:
         """Let go of samples that all reliable readers have."""
+        sent = self._sent()
         self._acked = min(
-            (self.last if not self._is_open(proxy) else proxy.acked for proxy in self._reliable),
-            default=self.last,
+            (proxy.acked if self._is_open(proxy) else sent for proxy in self._reliable), default=sent
         )
         if not self._is_local_history:
             self.history.remove_up_to(self._acked)
+        if self._wire.on_acknowledged is not None:
+            self._wire.tell(self._wire.on_acknowledged)
         if self._was_full:
             self._offer_room()
 

@@ -1,0 +1,213 @@
+"""A participant with its sockets: who waits on them reads them, and how all of it ends."""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Sized
+from functools import partial
+from time import monotonic, time_ns
+from weakref import WeakSet
+
+from goalwire.concurrency.forks import ForkGuard, in_child
+from goalwire.concurrency.leader_followers import LeaderFollowers
+from goalwire.concurrency.poller import IN, IS_PORTABLE, Poller, Timer
+from goalwire.concurrency.wire_poller import SleepingThread
+from goalwire.records import record
+from goalwire.reports import RejectCounters
+from goalwire.rtps.io.addresses import Reach, announced_addresses, first_port
+from goalwire.rtps.io.interfaces import LOOPBACK, addresses
+from goalwire.rtps.io.sockets import Sockets
+from goalwire.rtps.protocol import discovery
+from goalwire.rtps.protocol.discovery import ParticipantListener
+from goalwire.rtps.protocol.messages import VENDOR
+from goalwire.rtps.protocol.participant import Participant
+from goalwire.rtps.protocol.primitives import NS
+from goalwire.rtps.protocol.writer import Writer
+
+PACKETS_A_TURN = 64
+"""Packets of one socket that are read before others have their turn."""
+CLOSING_S = 1.0
+"""How long closing waits for readers to acknowledge what was sent."""
+
+
+@record
+class Settings:
+    """What a session is opened with."""
+
+    domain: int = 0
+    reach: Reach = Reach.LOCALHOST
+    peers: tuple[str, ...] = ()
+    """Further hosts that it announces itself to."""
+    user_data: bytes = b''
+    name: str = ''
+    lease_s: float = 20.0
+    portable: bool = IS_PORTABLE
+    """Whether to do without what only Linux has."""
+
+
+class _Listener(ParticipantListener):
+    """Counts what was refused, and hands on the rest."""
+
+    def __init__(self, inner: ParticipantListener, rejects: RejectCounters) -> None:
+        self._rejects = rejects
+        self.on_participant = inner.on_participant  # type: ignore[method-assign]
+        self.on_participant_lost = inner.on_participant_lost  # type: ignore[method-assign]
+        self.on_endpoint = inner.on_endpoint  # type: ignore[method-assign]
+        self.on_endpoint_lost = inner.on_endpoint_lost  # type: ignore[method-assign]
+
+    def on_refused(self, kind: str, reason: str) -> None:
+        self._rejects.add(kind, reason)
+
+
+class RtpsSession:
+    """One open participant. In `wire_poller` idle threads may wait; `participant` has everything else."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        listener: ParticipantListener | None = None,
+        *,
+        awaited: Sized = (),
+    ) -> None:
+        """Open it, and announce it. `awaited` is for `WireSet.awaited`. Raises TransportError."""
+        first_port(settings.domain)
+        self.guard = ForkGuard()
+        self.rejects = RejectCounters()
+        """What others sent and this session ignored, by kind."""
+        hosts = addresses()
+        self._own_hosts = frozenset({LOOPBACK, *hosts})
+        self._is_local = settings.reach is Reach.LOCALHOST
+        peers = announced_addresses(settings.domain, settings.reach, hosts, settings.peers)
+        self._is_local = self._is_local and not settings.peers
+        prefix = VENDOR + os.urandom(10)
+        name = f'goalwire-rtps {prefix.hex()[4:12]}'
+        self._sockets = Sockets(settings.domain, settings.reach, hosts)
+        self._poller = Poller(name, portable=settings.portable, awaited=awaited)
+        self.wire_poller = LeaderFollowers(self._poller, name)
+        self._timer: Timer | None = None
+        self._sleepers: set[SleepingThread] = set()
+        self._is_closed = False
+        self.participant = Participant(
+            discovery.Settings(
+                prefix=prefix,
+                domain=settings.domain,
+                metatraffic=self._sockets.metatraffic,
+                default=self._sockets.default,
+                peers=peers,
+                own_hosts=self._own_hosts,
+                lease=int(settings.lease_s * NS),
+                user_data=settings.user_data,
+                name=settings.name,
+            ),
+            _Listener(listener or ParticipantListener(), self.rejects),
+            clock=monotonic,
+            wall_clock_ns=time_ns,
+            send=self._sockets.send,
+            on_sooner=self._set_timer,
+            on_acknowledged=self._wake_sleepers,
+        )
+        _sessions.add(self)
+        try:
+            for sock in self._sockets.receivers:
+                self._poller.register(sock.fileno(), IN, partial(self._read, sock))
+            self.participant.start()
+            self.wire_poller.start()
+        except BaseException:
+            self.close()
+            raise
+
+    # ---- what comes
+
+    def _read(self, sock: socket.socket, _events: int) -> None:
+        receive, is_local, own_hosts = self.participant.receive, self._is_local, self._own_hosts
+        for packet, source in list(self._sockets.drain(sock, PACKETS_A_TURN)):  # first the buffer is emptied
+            if is_local and source[0] not in own_hosts:
+                self.rejects.add('packet from another host', source[0])
+            else:
+                receive(packet, source)
+
+    def _set_timer(self) -> None:
+        """Have the participant's next timer run in time."""
+        timer, due = self._timer, self.participant.next_due
+        if timer is not None:
+            timer.cancel()
+        self._timer = self._poller.call_later(max(0.0, due - monotonic()), self.participant.advance)
+
+    # ---- writing
+
+    def write(
+        self, writer: Writer, payload: bytes, *, qos: bytes = b'', to: bytes | None = None
+    ) -> int | None:
+        """Write a sample; a writer that is full waits for room for its `max_blocking`, then None is returned.
+
+        The thread that waits reads meanwhile, if nobody else does. The thread that reads does not wait: it
+        would wait for itself.
+        """
+        self.guard.check('an RTPS writer')
+        number = writer.write(payload, qos=qos, to=to)
+        if number is not None or self.wire_poller.leads():
+            return number
+        deadline = monotonic() + writer.data.qos.max_blocking / NS
+        sleeper = SleepingThread()
+        self._sleepers.add(sleeper)
+        try:
+            while (number := writer.write(payload, qos=qos, to=to)) is None and not self._is_closed:
+                left = deadline - monotonic()
+                if left <= 0:
+                    return None
+                self.wire_poller.wait(sleeper, int(min(left, 1e6) * 1e9))
+        finally:
+            self._sleepers.discard(sleeper)
+        return number
+
+    def wait_until_acknowledged(self, timeout_s: float) -> bool:
+        """Wait until reliable readers have all that was written; False after `timeout_s`."""
+        deadline = monotonic() + timeout_s
+        sleeper = SleepingThread()
+        self._sleepers.add(sleeper)
+        try:
+            while not self.participant.is_acknowledged():
+                left = deadline - monotonic()
+                if left <= 0:
+                    return False
+                self.wire_poller.wait(sleeper, int(left * 1e9))
+        finally:
+            self._sleepers.discard(sleeper)
+        return True
+
+    def _wake_sleepers(self) -> None:
+        for sleeper in tuple(self._sleepers):
+            sleeper.wake()
+
+    # ---- the end
+
+    def close(self) -> None:
+        """Wait a moment until what was sent is acknowledged, say that the participant leaves, and close."""
+        if self._is_closed or self.guard.is_forked:
+            return
+        if not self.wire_poller.leads():
+            self.wait_until_acknowledged(CLOSING_S)
+        self._is_closed = True
+        self.participant.close()
+        self._wake_sleepers()
+        self.wire_poller.close()
+        self._poller.close()
+        self._sockets.close()
+
+    def close_inherited(self) -> None:
+        """In a forked child: close its copies of the parent's sockets, else the ports would stay taken."""
+        self._is_closed = True
+        self._poller.close()
+        self._sockets.close()
+
+
+_sessions: WeakSet[RtpsSession] = WeakSet()
+
+
+def _close_inherited() -> None:
+    for session in list(_sessions):
+        session.close_inherited()
+
+
+in_child(_close_inherited)

@@ -1,0 +1,196 @@
+"""Sessions on real sockets."""
+
+from __future__ import annotations
+
+import os
+import socket
+import struct
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from time import monotonic
+
+import pytest
+from helpers.isolation import fresh_domain
+from helpers.processes import Program
+from helpers.rtps_network import Collector
+from helpers.rtps_sides import Side
+
+from goalwire.errors import ForkedError, TransportError
+from goalwire.rtps.io import sockets
+from goalwire.rtps.io.addresses import (
+    GROUP,
+    Reach,
+    announced_addresses,
+    data_port,
+    discovery_port,
+    first_port,
+)
+from goalwire.rtps.io.interfaces import addresses
+from goalwire.rtps.protocol.qos import RELIABLE, TRANSIENT_LOCAL, Qos
+from goalwire.rtps.protocol.writer import MOST_UNACKNOWLEDGED
+
+PROGRAMS = Path(__file__).parent / 'programs'
+KEEP_ALL = Qos(reliability=RELIABLE, depth=0, max_blocking=10**8)
+
+
+@pytest.fixture
+def domain() -> int:
+    """A domain of this test's own."""
+    return fresh_domain()
+
+
+@pytest.fixture
+def pair(domain: int) -> Iterator[tuple[Side, Side]]:
+    """Two sessions that are about to find each other."""
+    with Side(domain) as one, Side(domain) as other:
+        yield one, other
+
+
+def _send(here: Side, there: Side, sent: list[bytes]) -> list[bytes | None]:
+    """Send samples one after the other, by a topic of their own, and return what came."""
+    topic = f'topic {monotonic()}'
+    writer, publisher = here.writer(topic)
+    _, collector = there.reader(topic)
+    here.wait_for(lambda: publisher.matched, 'a match')
+    there.wait_for(lambda: collector.matched, 'a match')
+    for at, payload in enumerate(sent, 1):
+        assert here.session.write(writer, payload)
+        there.wait_for(partial(_has, collector, at), 'a sample')
+    return collector.payloads
+
+
+def _has(collector: Collector, count: int) -> bool:
+    return len(collector.samples) >= count
+
+
+@pytest.mark.parametrize('size', [0, 1000, 100_000, 1_000_000])
+def test_samples_of_all_sizes_go_both_ways(pair: tuple[Side, Side], size: int) -> None:
+    sent = [b'\0\1\0\0' + bytes([number]) * (size + 4 & ~3) for number in range(5)]
+    for here, there in (pair, pair[::-1]):
+        assert _send(here, there, sent) == sent
+        assert _send(here, here, sent) == sent
+
+
+@pytest.mark.parametrize('way', ['reads', 'idle'])
+def test_another_process_answers(domain: int, way: str) -> None:
+    with Program(PROGRAMS / 'echo.py', str(domain), way) as echo, Side(domain) as side:
+        echo.expect('ready')
+        writer, publisher = side.writer('ping', type_name='T')
+        _, collector = side.reader('pong', type_name='T')
+        side.wait_for(lambda: publisher.matched and collector.matched, 'a match')
+        for number in range(100):
+            payload = b'\0\1\0\0' + number.to_bytes(4, 'little')
+            writer.write(payload)
+            side.wait_for(partial(_has, collector, number + 1), 'an answer')
+        assert collector.payloads[-1] == payload
+        echo.kill()
+        side.wait_for(lambda: not (publisher.matched or collector.matched), 'the end of its lease')
+        assert not side.watcher.participants
+
+
+def test_late_joiners_get_the_history(domain: int) -> None:
+    latched = Qos(reliability=RELIABLE, durability=TRANSIENT_LOCAL, depth=3)
+    with Side(domain) as one:
+        writer, _ = one.writer('t', latched)
+        for number in range(5):
+            writer.write(b'\0\1\0\0' + bytes([number]) * 4)
+        with Side(domain) as other:
+            _, collector = other.reader('t', latched)
+            other.wait_for(lambda: len(collector.samples) == 3, 'the history')
+            assert [sample.number for sample in collector.samples] == [3, 4, 5]
+        one.wait_for(lambda: not one.watcher.participants, 'the end of the other')
+
+
+def test_a_full_writer_waits_for_its_readers(pair: tuple[Side, Side]) -> None:
+    one, other = pair
+    writer, publisher = one.writer('t', KEEP_ALL)
+    reader, collector = other.reader('t', KEEP_ALL)
+    one.wait_for(lambda: publisher.matched and any(each.has_answered for each in writer.readers.values()))
+    reader.pause()
+    for _ in range(MOST_UNACKNOWLEDGED):
+        assert one.session.write(writer, b'\0\1\0\0full')
+    begun = monotonic()
+    assert one.session.write(writer, b'\0\1\0\0full') is None
+    assert monotonic() - begun >= 0.1
+    reader.resume()
+    assert one.session.write(writer, b'\0\1\0\0room')
+    other.wait_for(lambda: len(collector.samples) == MOST_UNACKNOWLEDGED + 1, 'all')
+    assert one.session.wait_until_acknowledged(10)
+
+
+def test_announcements_go_to_the_group_if_the_subnet_is_looked_at(domain: int) -> None:
+    if not addresses():
+        pytest.skip('this machine has no interface but loopback')
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as group:
+        group.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if hasattr(socket, 'SO_REUSEPORT'):
+            group.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+        group.bind((GROUP, first_port(domain)))
+        for host in addresses():
+            joined = struct.pack('4s4s', socket.inet_aton(GROUP), socket.inet_aton(host))
+            group.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, joined)
+        group.settimeout(10)
+        with Side(domain, Reach.SUBNET) as one, Side(domain, Reach.SUBNET) as other:
+            packet, _ = group.recvfrom(65536)
+            assert packet[:4] == b'RTPS'
+            assert packet[8:20] in {one.participant.prefix, other.participant.prefix}
+            one.wait_for(lambda: one.watcher.participants, 'the other')
+            other.wait_for(lambda: other.watcher.participants, 'the one')
+
+
+def test_who_looks_nowhere_opens_nothing(domain: int) -> None:
+    with Side(domain, Reach.OFF) as side:
+        assert side.participant.data.metatraffic == ()
+        writer, _ = side.writer('t')
+        _, collector = side.reader('t')
+        writer.write(b'\0\1\0\0here')
+        assert collector.payloads == [b'\0\1\0\0here']
+
+
+def test_ports_are_counted_up_and_may_run_out(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sockets, 'MOST_PARTICIPANTS', 2)
+    with Side(domain) as one, Side(domain) as other:
+        for nth, side in enumerate((one, other)):
+            assert side.participant.data.metatraffic[0][1] == discovery_port(domain, nth)
+            assert side.participant.data.default[0][1] == data_port(domain, nth)
+        with pytest.raises(TransportError, match=f'domain {domain} has 2 participants'):
+            Side(domain)
+
+
+def test_domains_have_ports_up_to_the_last() -> None:
+    assert (first_port(0), discovery_port(1, 0), data_port(1, 2)) == (7400, 7660, 7665)
+    with pytest.raises(TransportError, match='no domain 233'):
+        first_port(233)
+
+
+def test_peers_are_announced_to() -> None:
+    found = announced_addresses(0, Reach.LOCALHOST, ('192.0.2.2',), ('192.0.2.7',))
+    assert ('127.0.0.1', 7410) in found
+    assert ('192.0.2.7', 7472) in found
+    assert ('192.0.2.2', 7410) in found
+    assert len(found) == 96
+    assert announced_addresses(0, Reach.OFF, ('192.0.2.2',), ('192.0.2.7',)) == ()
+    with pytest.raises(TransportError, match=r"peer 'nowhere\.invalid' is not known"):
+        announced_addresses(0, Reach.LOCALHOST, (), ('nowhere.invalid',))
+
+
+@pytest.mark.skipif(not hasattr(os, 'fork'), reason='this system does not fork')
+@pytest.mark.filterwarnings('ignore:This process:DeprecationWarning')
+def test_a_forked_child_lets_go_of_the_sockets(domain: int) -> None:
+    with Side(domain) as side:
+        writer, _ = side.writer('t')
+        child = os.fork()
+        if not child:  # pragma: no cover - in the child
+            code = 1
+            try:
+                side.session.write(writer, b'\0\1\0\0')
+            except ForkedError:
+                try:
+                    with Side(domain):
+                        code = 0
+                except Exception:
+                    code = 2
+            os._exit(code)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        assert writer.write(b'\0\1\0\0'), 'the parent goes on'
