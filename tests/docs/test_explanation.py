@@ -6,6 +6,7 @@ import ast
 import re
 from pathlib import Path
 
+import pytest
 from helpers.markdown import DOCS, ROOT, blocks
 
 from goalwire.rules.goals.table import TABLE, GoalStatus
@@ -69,8 +70,9 @@ def test_the_glossary_names_files_that_there_are() -> None:
     assert found > 30
 
 
-def test_the_list_of_zenohs_protocol_names_every_module_once() -> None:
-    package = ROOT / 'src' / 'goalwire' / 'zenoh' / 'protocol'
+@pytest.mark.parametrize('folder', ['zenoh/protocol', 'zenoh/io', 'transport/zenoh/settings'])
+def test_the_list_of_a_folders_modules_names_each_once(folder: str) -> None:
+    package = ROOT / 'src' / 'goalwire' / folder
     text = ast.get_docstring(ast.parse((package / '__init__.py').read_text(encoding='utf-8'))) or ''
     modules = {file.stem for file in package.glob('*.py')} - {'__init__'}
     assert sorted(re.findall(r'^    (\w+) {2,}\S', text, re.MULTILINE)) == sorted(modules)
