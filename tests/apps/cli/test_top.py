@@ -24,7 +24,6 @@ import goalwire
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.apps.cli.top import data as top_data
 from goalwire.apps.cli.top.app import Options, Top
-from goalwire.apps.cli.top.data import Rate, Steps
 from goalwire.apps.cli.top.dialogs import Confirmation, Form
 from goalwire.apps.cli.top.tabs import TableTab, cell
 from goalwire.transport.contract import EndpointKind
@@ -181,17 +180,6 @@ async def test_a_rate_is_measured_while_it_is_on_the_screen() -> None:
 
         await on.until(has_rate)
         assert tab._rows['/chatter'][2].plain.endswith('B')
-
-
-def test_a_rate_is_of_the_latest_seconds() -> None:
-    rate = Rate()
-    start = rate._since
-    assert rate.figures(start) is None
-    assert rate.figures(start + 6) == (0.0, 0.0)
-    for number in range(101):
-        rate.note(start + 10 + number / 100, 10)
-    assert rate.figures(start + 11) == pytest.approx((100.0, 1000.0))
-    assert rate.figures(start + 20) == (0.0, 0.0)
 
 
 def test_what_is_too_much_is_measured_for_a_moment(
@@ -422,22 +410,6 @@ async def test_latencies_of_others_are_shown_where_introspection_is_on() -> None
             assert tab._rows['/reset'][3].plain == '1'
         finally:
             node.destroy_node()
-
-
-def test_steps_are_paired_by_client_and_number() -> None:
-    from service_msgs.msg import ServiceEventInfo
-
-    def step(kind: int, number: int, ms: int) -> ServiceEventInfo:
-        info = ServiceEventInfo(event_type=kind, sequence_number=number)
-        info.stamp.nanosec = ms * 1_000_000
-        return info
-
-    steps = Steps()
-    for event in (step(0, 1, 0), step(0, 2, 1), step(1, 1, 2), step(2, 1, 4), step(3, 2, 6), step(3, 1, 9)):
-        steps.note(event)
-    steps.note(step(3, 7, 9))  # of which the beginning was not seen
-    assert list(steps.client.seconds) == pytest.approx([0.005, 0.009])
-    assert list(steps.server.seconds) == pytest.approx([0.002])
 
 
 @scenario

@@ -14,7 +14,6 @@ from typing import Any, Literal, TypeAlias
 
 import yaml
 
-from goalwire.apps.console.types import interface
 from goalwire.errors import FieldValueError
 from goalwire.idl.field_values import (
     AUTO,
@@ -28,6 +27,7 @@ from goalwire.idl.field_values import (
 )
 from goalwire.idl.model import FLOATS, Field, MessageDefinition, Shape, integer_range
 from goalwire.idl.registry import message_definition
+from goalwire.observe.messages import interface_class
 from goalwire.records import record
 
 Kind: TypeAlias = Literal['bool', 'integer', 'float', 'text', 'time', 'message', 'list', 'messages']
@@ -217,7 +217,7 @@ def defaults_of(fields: tuple[FormField, ...], message: Any) -> dict[str, Any]:
 
 def new_item(field: FormField) -> dict[str, Any]:
     """Return the values of a new item of a list of messages."""
-    return defaults_of(field.fields, interface(field.base)())
+    return defaults_of(field.fields, interface_class(field.base)())
 
 
 def completed(

@@ -10,10 +10,11 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.console.remote_parameters import frame_prefix
 from goalwire.apps.console.robot_model import RobotModel, likely_prefix, read_urdf, root_pose
 from goalwire.errors import RemoteError, peer_text
+from goalwire.observe.parameters import NodeParameters
 from goalwire.records import record
+from goalwire.rules.parameters.parameter import Type
 from goalwire.transforms.rigid import Rigid
 
 if TYPE_CHECKING:
@@ -24,6 +25,8 @@ STRING = 'std_msgs/msg/String'
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 BATTERY = 'sensor_msgs/msg/BatteryState'
 TF = 'tf2_msgs/msg/TFMessage'
+_PREFIX_S = 5.0
+"""How long a node may take to tell its frame prefix."""
 _TRAIL = 600
 _TRAIL_STEP = 0.03
 _MOST_FRAMES = 2000
@@ -98,7 +101,7 @@ class RobotWatch:
             self._asking = loop.create_task(self._take_prefix(publishers[0].node.qualified))
 
     async def _take_prefix(self, node: str) -> None:
-        self._told_prefix = await frame_prefix(self._node, node)
+        self._told_prefix = await _frame_prefix(self._node, node)
 
     @property
     def prefix(self) -> str:
@@ -248,3 +251,16 @@ def place_values(
         },
     }
     return filled
+
+
+async def _frame_prefix(node: goalwire.Node, owner: str) -> str | None:
+    """Ask a node for its parameter `frame_prefix`; None if it does not answer or has none."""
+    try:
+        with NodeParameters(node, owner, _PREFIX_S) as parameters:
+            value = (await parameters.values(['frame_prefix'])).get('frame_prefix')
+    except goalwire.GoalwireError:
+        return None  # a peer may have any name
+    if value is None or value.type != Type.STRING.value:
+        return None
+    prefix: str = value.string_value.lstrip('/')
+    return prefix

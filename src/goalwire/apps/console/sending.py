@@ -15,12 +15,13 @@ from typing import Any
 
 import goalwire
 from goalwire.apps.console.form_model import FormField, check, defaults_of, filled, form_of, without_defaults
-from goalwire.apps.console.goal_table import GoalTable, TrackedGoal
-from goalwire.apps.console.measuring import Latencies
 from goalwire.apps.console.settings import Settings
 from goalwire.apps.console.snippets import Sending
-from goalwire.apps.console.types import as_data, full_data, interface
 from goalwire.errors import peer_text
+from goalwire.observe.goal_topics import cancel_request, goal_request, goals_canceling, result_request
+from goalwire.observe.goals import ACTIVE, Goal, GoalTable, status_name
+from goalwire.observe.latencies import Latencies
+from goalwire.observe.messages import as_data, as_dict, interface_class
 from goalwire.records import record
 
 HISTORY = 50
@@ -50,7 +51,7 @@ class Target:
         self.kind = kind
         self.name = name
         self.type_name = type_name
-        self.cls = interface(type_name)
+        self.cls = interface_class(type_name)
         part = _PARTS[kind]
         self.message_class = getattr(self.cls, part) if part else self.cls
         self.fields: tuple[FormField, ...] = form_of(f'{type_name}_{part}' if part else type_name)
@@ -59,7 +60,7 @@ class Target:
     def sending(self, values: Mapping[str, Any], timeout: float | None = None, attempts: int = 1) -> Sending:
         """Return what would be sent. Raises FieldValueError where the values do not fit."""
         checked = check(self.fields, values)
-        different = without_defaults(checked, full_data(self.message_class()))
+        different = without_defaults(checked, as_dict(self.message_class()))
         return Sending(self.kind, self.name, self.type_name, self.fields, different, timeout, attempts)
 
     def message(self, sending: Sending, now: Any) -> Any:
@@ -154,7 +155,7 @@ class Sender:
 
     # -- actions ---------------------------------------------------------------------------------------------
 
-    async def send_goal(self, target: Target, sending: Sending) -> TrackedGoal:
+    async def send_goal(self, target: Target, sending: Sending) -> Goal:
         """Send a goal and return it when the server has answered; its `problem` says why it was refused.
 
         With a timeout the goal is cancelled when that is over. Raises NotAllowedError, FieldValueError.
@@ -163,8 +164,7 @@ class Sender:
         message = target.message(sending, self._now())
         service = target.cls.Impl.SendGoalService
         goal_id = os.urandom(16)
-        request = service.Request(goal=message)
-        request.goal_id.uuid = list(goal_id)
+        request = goal_request(target.cls, goal_id, message)
         goal = self._goals.note_sent(target.name, goal_id.hex(), as_data(message), monotonic())
         client = self.client(service, f'{target.name}/_action/send_goal', f'{target.type_name}_SendGoal')
         try:
@@ -177,12 +177,12 @@ class Sender:
             self._goals.end(goal, 'ABORTED', 'the server refused the goal', monotonic())
         else:
             goal.move('ACCEPTED', monotonic())
-            self._goals.changed()
+            self._goals.note_change()
             self._in_background(self._await_result(target.cls, target.type_name, goal, sending.timeout))
         self._note(Sent(monotonic(), sending, problem=goal.problem))
         return goal
 
-    async def _await_result(self, cls: Any, type_name: str, goal: TrackedGoal, limit: float | None) -> None:
+    async def _await_result(self, cls: Any, type_name: str, goal: Goal, limit: float | None) -> None:
         """Ask for the result at once, as action clients do: it comes when the goal has ended."""
         key = (goal.action, goal.goal_id)
         self._awaited.add(key)
@@ -191,16 +191,15 @@ class Sender:
                 await self._take_result(cls, type_name, goal, None)
         except TimeoutError:
             goal.problem = f'it did not end within {limit} s: it is cancelled'
-            self._goals.changed()
+            self._goals.note_change()
             await self.cancel(goal.action, goal.goal_id)
             await self._take_result(cls, type_name, goal, RESULT_S)
         finally:
             self._awaited.discard(key)
 
-    async def _take_result(self, cls: Any, type_name: str, goal: TrackedGoal, limit: float | None) -> None:
+    async def _take_result(self, cls: Any, type_name: str, goal: Goal, limit: float | None) -> None:
         service = cls.Impl.GetResultService
-        request = service.Request()
-        request.goal_id.uuid = list(bytes.fromhex(goal.goal_id))
+        request = result_request(cls, goal.goal_id)
         client = self.client(service, f'{goal.action}/_action/get_result', f'{type_name}_GetResult')
         try:
             answer = await client.call(request, timeout=limit)
@@ -208,19 +207,19 @@ class Sender:
             if goal.is_active:
                 self._goals.end(goal, 'UNKNOWN', peer_text(_told(error)), monotonic())
             return
-        statuses = {4: 'SUCCEEDED', 5: 'CANCELED', 6: 'ABORTED'}
-        if answer.status in statuses:
+        status = status_name(answer.status)
+        if status != 'UNKNOWN' and status not in ACTIVE:
             goal.result = as_data(answer.result)
-            goal.move(statuses[answer.status], monotonic())
+            goal.move(status, monotonic())
         elif goal.is_active:
             goal.problem = goal.problem or 'the server does not know the goal any more'
             goal.move('UNKNOWN', monotonic())
-        self._goals.changed()
+        self._goals.note_change()
 
-    def fetch_result(self, type_name: str, goal: TrackedGoal) -> None:
+    def fetch_result(self, type_name: str, goal: Goal) -> None:
         """Ask for the result of a goal that has ended, whoever has sent it."""
         if goal.result is None and (goal.action, goal.goal_id) not in self._awaited:
-            self._in_background(self._take_result(interface(type_name), type_name, goal, RESULT_S))
+            self._in_background(self._take_result(interface_class(type_name), type_name, goal, RESULT_S))
 
     async def cancel(self, action: str, goal_id: str = '', before: float = 0.0) -> list[str]:
         """Cancel one goal, those accepted at or before a time, or (neither given) all; return their ids.
@@ -230,14 +229,9 @@ class Sender:
         from action_msgs.srv import CancelGoal
 
         self._settings.check_may_send(action)
-        request = CancelGoal.Request()
-        if goal_id:
-            request.goal_info.goal_id.uuid = list(bytes.fromhex(goal_id))
-        request.goal_info.stamp.sec = int(before)
-        request.goal_info.stamp.nanosec = int(before % 1 * 1e9)
         client = self.client(CancelGoal, f'{action}/_action/cancel_goal', 'action_msgs/srv/CancelGoal')
-        answer = await client.call(request, timeout=CANCEL_S)
-        return [bytes(goal.goal_id.uuid).hex() for goal in answer.goals_canceling]
+        answer = await client.call(cancel_request(goal_id, before), timeout=CANCEL_S)
+        return goals_canceling(answer)
 
     # -- its end ---------------------------------------------------------------------------------------------
 

@@ -11,9 +11,7 @@ from typing import Self
 
 import goalwire
 from goalwire.aio.graph import GraphProblem
-from goalwire.apps.console.goal_table import GoalTable
 from goalwire.apps.console.goal_watch import GoalWatch
-from goalwire.apps.console.logs import LogBook
 from goalwire.apps.console.ownership import may_move
 from goalwire.apps.console.robot_model import Meshes
 from goalwire.apps.console.robot_watch import RobotWatch, namespaces
@@ -22,6 +20,8 @@ from goalwire.apps.console.settings import Settings
 from goalwire.apps.console.stopping import Answer, Listener, release, stop
 from goalwire.apps.console.topics import Reading, Topics
 from goalwire.apps.console.vitals import Vitals
+from goalwire.observe.goals import GoalTable
+from goalwire.observe.log import LogBook
 
 _TICK_S = 0.2
 _TICKS_OF_RATES = 5

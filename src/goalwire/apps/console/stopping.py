@@ -8,8 +8,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import goalwire
-from goalwire.apps.console.types import interface
 from goalwire.errors import peer_text
+from goalwire.observe.messages import interface_class
 from goalwire.records import record
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ async def _call(
 
 async def _answer(node: goalwire.Node, service: StopService, values: dict[str, bool]) -> Any:
     """Call a service by a client for this call alone: a robot names its clients to say who has called."""
-    cls = interface(service.type_name)
+    cls = interface_class(service.type_name)
     client = node.client(cls, service.name)
     try:
         return await client.call(cls.Request(**values), timeout=ANSWER_S)

@@ -9,9 +9,9 @@ from time import monotonic, time_ns
 from typing import Any
 
 import goalwire
-from goalwire.apps.console.measuring import Rate
-from goalwire.apps.console.types import interface
 from goalwire.errors import UnknownInterfaceError
+from goalwire.observe.messages import interface_class
+from goalwire.observe.rates import Pace, Rate
 from goalwire.rules.qos import suiting
 
 HEAVY = frozenset(
@@ -48,7 +48,7 @@ class Reader:
         self.count = 0
         self.listeners: list[Listener] = []
         self._subscription: goalwire.Subscription[Any] = node.subscription(
-            interface(type_name), topic, qos=qos or _suiting(node, topic, _READ_DEPTH)
+            interface_class(type_name), topic, qos=qos or _suiting(node, topic, _READ_DEPTH)
         )
         self._task = asyncio.get_running_loop().create_task(self._follow())
 
@@ -105,11 +105,11 @@ class Meter:
             durability=goalwire.DurabilityPolicy.VOLATILE,  # a history comes all at once
         )
         self._subscription: goalwire.Subscription[Any] = node.subscription(
-            interface(type_name), topic, qos=qos, raw=True
+            interface_class(type_name), topic, qos=qos, raw=True
         )
 
-    async def read(self) -> float | None:
-        """Return the messages a second; None until they are known."""
+    async def read(self) -> Pace | None:
+        """Return how many messages come in a second; None until it is known."""
         subscription, before = self._subscription, self._read_at
         self._read_at = now = monotonic()
         if subscription.statistics().waiting:
@@ -118,7 +118,7 @@ class Meter:
             if info is not None:
                 age = (time_ns() - info['received_timestamp']) / 1e9  # two readings of the wall clock
                 self.rate.note(counted.received - counted.waiting, min(max(now - age, before), now))
-        return self.rate.told(now)
+        return self.rate.pace(now)
 
     def close(self) -> None:
         """Measure no more."""
@@ -183,13 +183,13 @@ class Topics:
             return
         self._look_for_meters()
         for key, meter in list(self._meters.items()):
-            rate = await meter.read()
+            pace = await meter.read()
             if self._meters.get(key) is not meter:
                 continue  # it was closed meanwhile
-            if rate is None:
+            if pace is None:
                 self.rates.pop(key[0], None)
             else:
-                self.rates[key[0]] = rate
+                self.rates[key[0]] = pace.messages
 
     def _look_for_meters(self) -> None:
         wanted = {(name, types[0]) for name, types in self._node.graph.topics() if types[0] not in HEAVY}

@@ -12,7 +12,7 @@ from goalwire.apps.console.emergency import EmergencyState, Standing, says_state
 from goalwire.apps.console.ownership import may_move, may_stop
 from goalwire.apps.console.robot_watch import BATTERY
 from goalwire.apps.console.topics import Reading, Topics
-from goalwire.apps.console.types import interface
+from goalwire.observe.messages import interface_class
 from goalwire.rules.qos import suiting
 
 
@@ -25,7 +25,7 @@ class StateReader:
         self.qos = _qos(node, topic)
         self._hear = hear
         self._subscription: goalwire.Subscription[Any] = node.subscription(
-            interface(type_name), topic, qos=self.qos
+            interface_class(type_name), topic, qos=self.qos
         )
         self._task = asyncio.get_running_loop().create_task(self._follow())
 

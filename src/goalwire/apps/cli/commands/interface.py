@@ -200,7 +200,7 @@ def _proto_arguments(parser: ArgumentParser) -> None:
 def _proto(arguments: Namespace, output: Output) -> None:
     from rosidl_runtime_py import message_to_yaml
 
-    from goalwire.apps.cli.framework.messages import as_dict
+    from goalwire.observe.messages import as_dict
 
     name = any_type_name(arguments.type)
     cls = lookup.interface(name)

@@ -162,15 +162,14 @@ def _of_graph(question: Callable[[Graph], Iterable[str]]) -> list[str]:
 
 def _parameters_of(given: str) -> list[str]:
     """Return the parameters of a node, which must say them itself."""
-    from goalwire.apps.cli.commands.param.noun import names_of
     from goalwire.apps.cli.framework.live import live
     from goalwire.apps.cli.framework.nodes import named_node
+    from goalwire.observe.parameters import NodeParameters
 
-    arguments = Namespace(node_name=given, service_timeout=PATIENCE_S)
-    name, found = named_node(arguments), list[str]()
+    name, found = named_node(Namespace(node_name=given)), list[str]()
 
     async def look(node: goalwire.Node) -> None:
-        found.extend(await names_of(node, name, arguments))
+        found.extend(await NodeParameters(node, name, PATIENCE_S).names())
 
     live(look)
     return found

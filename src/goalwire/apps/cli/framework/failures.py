@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from goalwire import errors
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.observe.progress import ProgressError
 
 _OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (errors.NoServerError, Outcome.NOT_FOUND),
@@ -17,6 +18,7 @@ _OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (errors.EncodeError, Outcome.BAD_VALUE),
     (errors.InterfaceError, Outcome.NOT_FOUND),
     (errors.TransportError, Outcome.UNAVAILABLE),
+    (ProgressError, Outcome.BAD_VALUE),
     (FileNotFoundError, Outcome.NOT_FOUND),
     (TimeoutError, Outcome.TIMEOUT),
 )

@@ -1,14 +1,11 @@
-"""Messages as text and as JSON, in the forms of ROS 2's tools."""
+"""Messages as text, in the forms of ROS 2's tools."""
 
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from goalwire.apps.cli.framework.numbers import length
-
-if TYPE_CHECKING:
-    from goalwire.apps.cli.framework.output import Json
 
 TRUNCATE_LENGTH = 128
 
@@ -37,17 +34,6 @@ def add_style_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--flow-style', action='store_true', help='Print collections on one line')
 
 
-def as_dict(message: Any) -> Json:
-    """Return a message as JSON has it, in full."""
-    from rosidl_runtime_py import message_to_ordereddict
-
-    if not hasattr(message, 'get_fields_and_field_types'):
-        plain: Json = _plain(message)
-        return plain
-    value: dict[str, Any] = message_to_ordereddict(message)
-    return value
-
-
 def style_of(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what rosidl_runtime_py wants to know of the flags of `add_style_arguments`."""
     return {
@@ -64,11 +50,6 @@ def as_text(message: Any, arguments: argparse.Namespace) -> str:
     if arguments.csv:
         return message_to_csv(message, **style_of(arguments))
     return message_to_yaml(message, **style_of(arguments), flow_style=arguments.flow_style)
-
-
-def plain_text(value: Any) -> str:
-    """Return the value of a field that is no message; arrays as lists."""
-    return str(_plain(value))
 
 
 def message_yaml(fields: Any, *, flow_style: bool = False) -> str:
@@ -90,11 +71,3 @@ def message_yaml(fields: Any, *, flow_style: bool = False) -> str:
         fields, Dumper=Dumper, allow_unicode=True, width=sys.maxsize, default_flow_style=flow_style
     )
     return text
-
-
-def _plain(value: Any) -> Any:
-    if hasattr(value, 'tolist'):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [as_dict(item) for item in value]
-    return value

@@ -15,6 +15,14 @@ if TYPE_CHECKING:
     Json: TypeAlias = 'Mapping[str, Json] | Sequence[Json] | str | float | bool | None'
 
 _WITHOUT_LIMIT = sys.maxsize - 1
+STATUS_STYLES = {
+    'EXECUTING': 'cyan',
+    'SUCCEEDED': 'green',
+    'ABORTED': 'red',
+    'CANCELED': 'yellow',
+    'CANCELING': 'yellow',
+}
+"""The style of a goal, by its status."""
 STYLES = {'bold': '1', 'dim': '2', 'red': '31', 'green': '32', 'yellow': '33', 'cyan': '36'}
 
 

@@ -7,21 +7,22 @@ log, which is small, is heard all the time.
 from __future__ import annotations
 
 import asyncio
-from collections import deque
 from collections.abc import Awaitable, Callable, Mapping
-from contextlib import suppress
 from functools import partial
-from time import monotonic, time
-from typing import TYPE_CHECKING, Any, NamedTuple
+from time import monotonic
+from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.cli.commands.action.goals import GoalLine, goal_lines, ran_before, status_subscription
-from goalwire.apps.cli.commands.action.progress import Progress, likely_field
 from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.failures import explained
-from goalwire.apps.cli.framework.messages import as_dict
-from goalwire.apps.cli.framework.outcome import CommandError
 from goalwire.apps.cli.framework.output import json_text
+from goalwire.observe.goal_topics import follow_goals
+from goalwire.observe.goals import GoalTable
+from goalwire.observe.latencies import Latencies
+from goalwire.observe.log import LogBook
+from goalwire.observe.messages import as_dict
+from goalwire.observe.rates import Pace, Rate
+from goalwire.observe.service_calls import POSTFIX, ServiceCalls
 from goalwire.rules.qos import suiting
 from goalwire.transport.contract import EndpointKind
 
@@ -30,15 +31,11 @@ if TYPE_CHECKING:
 
     Read: TypeAlias = Callable[[], Awaitable[None]]
 
-WINDOW_S = 5.0
-"""Rates are those of the latest seconds."""
 HEAVY = 5_000_000
 """Bytes a second beyond which a topic is measured for a moment only, unless it is asked for."""
 _MOMENT_S = 1.0
-_KEPT = 1000
-"""Log lines, latencies, and requests without an answer that are kept at most."""
+_DEPTH = 1000
 _REPAINT_S = 0.2
-_LEVELS = {10: 'DEBUG', 20: 'INFO', 30: 'WARN', 40: 'ERROR', 50: 'FATAL'}
 
 
 class Readers:
@@ -75,37 +72,28 @@ class Readers:
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-class Rate:
-    """How often something came within the latest seconds, and how much of it."""
+class TopicRate:
+    """How often messages come to one topic, and how much of them."""
 
     def __init__(self) -> None:
-        self._came: deque[tuple[float, int]] = deque(maxlen=100_000)
-        self._bytes = 0
+        self._rate = Rate()
         self._since = monotonic()
+        self._count = self._bytes = 0
         self.is_paused = False
-        """Whether it is too much to be measured all the time; the figures are then those of a moment."""
+        """True if it is too much to be measured all the time; the figures are then those of a moment."""
 
     def note(self, now: float, size: int) -> None:
-        """Something has come."""
-        if len(self._came) == self._came.maxlen:
-            self._bytes -= self._came[0][1]
-        self._came.append((now, size))
+        """Note a message."""
+        self._count += 1
         self._bytes += size
+        self._rate.note(self._count, now, self._bytes)
 
-    def figures(self, now: float) -> tuple[float, float] | None:
-        """Return messages and bytes a second; None while it cannot be said."""
-        while not self.is_paused and self._came and self._came[0][0] < now - WINDOW_S:
-            self._bytes -= self._came.popleft()[1]
-        n = len(self._came)
-        if not n:
-            return (0.0, 0.0) if now - self._since >= WINDOW_S else None
-        lasted = self._came[-1][0] - self._came[0][0]
-        if n == 1 or lasted <= 0:
-            return (n / WINDOW_S, self._bytes / WINDOW_S) if now - self._since >= WINDOW_S else None
-        return (n - 1) / lasted, self._bytes * (n - 1) / n / lasted
+    def pace(self, now: float) -> Pace | None:
+        """Return messages and bytes a second; None while they are not known."""
+        return self._rate.latest() if self.is_paused else self._rate.pace(now)
 
     def is_heavy(self, now: float) -> bool:
-        """Return whether it has been too much for a moment."""
+        """Return True if it has been too much for a moment."""
         return self._bytes > HEAVY * max(_MOMENT_S, now - self._since)
 
 
@@ -115,7 +103,7 @@ class TopicRates:
     def __init__(self, node: goalwire.Node) -> None:
         self._node = node
         self.readers = Readers()
-        self.rates: dict[str, Rate] = {}
+        self.rates: dict[str, TopicRate] = {}
         self._asked: set[str] = set()
 
     def watch(self, topics: Mapping[str, str]) -> None:
@@ -134,11 +122,11 @@ class TopicRates:
         while True:
             if (paused := self.rates.get(name)) is not None and paused.is_paused:
                 return
-            rate = self.rates[name] = Rate()
+            rate = self.rates[name] = TopicRate()
             subscription = self._node.subscription(
                 lookup.interface(type_name),
                 name,
-                qos=goalwire.QoS(depth=1000, reliability=goalwire.ReliabilityPolicy.BEST_EFFORT),
+                qos=goalwire.QoS(depth=_DEPTH, reliability=goalwire.ReliabilityPolicy.BEST_EFFORT),
                 raw=True,
             )
             try:
@@ -152,47 +140,6 @@ class TopicRates:
                 subscription.close()
 
 
-class Latencies:
-    """How long answers took."""
-
-    def __init__(self) -> None:
-        self.seconds: deque[float] = deque(maxlen=_KEPT)
-        self.number = 0
-        self.failed = 0
-
-    def note(self, seconds: float) -> None:
-        """An answer has come."""
-        self.seconds.append(seconds)
-        self.number += 1
-
-
-class Steps:
-    """The steps of a service's calls, as its clients and its server publish them."""
-
-    SENT, RECEIVED, ANSWERED, CAME = range(4)
-
-    def __init__(self) -> None:
-        self.client = Latencies()
-        """From the request to the response, where clients publish both."""
-        self.server = Latencies()
-        """From the request's coming to the response's going, at the server."""
-        self._begun: dict[tuple[bytes, int, int], float] = {}
-
-    def note(self, info: Any) -> None:
-        """Take a service_msgs/msg/ServiceEventInfo."""
-        call = bytes(info.client_gid), int(info.sequence_number)
-        when = info.stamp.sec + info.stamp.nanosec / 1e9
-        if info.event_type in {self.SENT, self.RECEIVED}:
-            self._begun[(*call, info.event_type)] = when
-            while len(self._begun) > _KEPT:
-                del self._begun[next(iter(self._begun))]
-            return
-        is_client = info.event_type == self.CAME
-        begun = self._begun.pop((*call, self.SENT if is_client else self.RECEIVED), None)
-        if begun is not None:
-            (self.client if is_client else self.server).note(max(0.0, when - begun))
-
-
 class ServiceLatencies:
     """Latencies of the calls that are made here, and of others' where introspection is on."""
 
@@ -200,67 +147,28 @@ class ServiceLatencies:
         self._node = node
         self.readers = Readers()
         self.own: dict[str, Latencies] = {}
-        self.steps: dict[str, Steps] = {}
+        self.calls: dict[str, ServiceCalls] = {}
 
     def watch(self, services: Mapping[str, str]) -> None:
         """Hear the events of these services, given with their types, and of no others."""
         self.readers.want({name: partial(self._hear, name, kind) for name, kind in services.items()})
 
     async def _hear(self, name: str, type_name: str) -> None:
-        steps = self.steps.setdefault(name, Steps())
-        subscription = self._node.subscription(
-            lookup.interface(type_name).Event, f'{name}/_service_event', qos=1000
-        )
+        calls = self.calls.setdefault(name, ServiceCalls())
+        subscription = self._node.subscription(lookup.interface(type_name).Event, name + POSTFIX, qos=_DEPTH)
         try:
             async for event in subscription:
-                steps.note(event.info)
+                calls.take(event)
         finally:
             subscription.close()
 
     def best(self, name: str) -> tuple[str, Latencies] | None:
         """Return latencies and whose they are: 'clients', 'server' or 'top'; None where there are none."""
-        steps = self.steps.get(name)
-        found = [('clients', steps.client), ('server', steps.server)] if steps is not None else []
+        calls = self.calls.get(name)
+        found = [('clients', calls.clients), ('server', calls.server)] if calls is not None else []
         if name in self.own:
             found.append(('top', self.own[name]))
         return next((each for each in found if each[1].number or each[1].failed), None)
-
-
-class ActionGoals:
-    """The goals of one action."""
-
-    def __init__(self) -> None:
-        self.goals: dict[str, GoalLine] = {}
-        self.feedback: dict[str, Any] = {}
-        self.done: dict[str, float] = {}
-        self._progress: dict[tuple[str, str], Progress] = {}
-        self._began = time()
-        self._ran_before: set[str] | None = None
-        """The goals of which the first feedback was missed; None before the first status."""
-
-    def take_status(self, array: Any) -> None:
-        """Take an action_msgs/msg/GoalStatusArray."""
-        self.goals = {goal.goal_id: goal for goal in goal_lines(array)}
-        if self._ran_before is None:
-            self._ran_before = ran_before(self.goals.values(), self._began)
-        for goal_id in self.feedback.keys() - self.goals.keys():
-            del self.feedback[goal_id]
-            self.done.pop(goal_id, None)
-        self._progress = {key: reader for key, reader in self._progress.items() if key[0] in self.goals}
-
-    def take_feedback(self, message: Any, spec: str | None) -> None:
-        """Take a feedback message; `spec` is its field of progress, as in `--progress`."""
-        goal_id = bytes(message.goal_id.uuid).hex()
-        self.feedback[goal_id] = message.feedback
-        for field in (spec, likely_field(message.feedback)):
-            if field is not None:
-                with suppress(CommandError):  # another action's field
-                    saw_start = goal_id not in (self._ran_before or ())
-                    reader = self._progress.setdefault((goal_id, field), Progress(field, saw_start=saw_start))
-                    done = reader.of(message.feedback)
-                    if done is not None:
-                        self.done[goal_id] = done
-                    return
 
 
 class Goals:
@@ -268,46 +176,16 @@ class Goals:
 
     def __init__(self, node: goalwire.Node, progress: str | None = None) -> None:
         self._node = node
-        self._progress = progress
         self.readers = Readers()
-        self.actions: dict[str, ActionGoals] = {}
+        self.table = GoalTable(progress)
 
     def watch(self, actions: Mapping[str, str]) -> None:
         """Follow the goals of these actions, given with their types, and of no others."""
         self.readers.want({name: partial(self._follow, name, kind) for name, kind in actions.items()})
 
     async def _follow(self, name: str, type_name: str) -> None:
-        goals = self.actions[name] = ActionGoals()
-        status = status_subscription(self._node, name)
-        try:
-            feedback = self._node.subscription(
-                lookup.interface(type_name).Impl.FeedbackMessage, f'{name}/_action/feedback', qos=100
-            )
-            try:
-                async with asyncio.TaskGroup() as group:
-                    group.create_task(self._read_status(status, goals))
-                    group.create_task(self._read_feedback(feedback, goals))
-            finally:
-                feedback.close()
-        finally:
-            status.close()
-
-    async def _read_status(self, status: goalwire.Subscription[Any], goals: ActionGoals) -> None:
-        async for array in status:
-            goals.take_status(array)
-
-    async def _read_feedback(self, feedback: goalwire.Subscription[Any], goals: ActionGoals) -> None:
-        async for message in feedback:
-            goals.take_feedback(message, self._progress)
-
-
-class LogLine(NamedTuple):
-    """A line of /rosout."""
-
-    time: float
-    level: str
-    name: str
-    text: str
+        self.table.forget(name)
+        await follow_goals(self._node, name, lookup.interface(type_name), self.table)
 
 
 class Log:
@@ -315,22 +193,17 @@ class Log:
 
     def __init__(self, node: goalwire.Node) -> None:
         self._node = node
-        self.lines: deque[LogLine] = deque(maxlen=_KEPT)
-        self.number = 0
-        """How many lines have come."""
+        self.book = LogBook()
         self.readers = Readers()
         self.readers.want({'/rosout': self._read})
 
     async def _read(self) -> None:
         from rcl_interfaces.msg import Log as LogMessage
 
-        subscription = self._node.subscription(LogMessage, '/rosout', qos=_KEPT)
+        subscription = self._node.subscription(LogMessage, '/rosout', qos=_DEPTH)
         try:
             async for message in subscription:
-                level = _LEVELS.get(message.level, str(message.level))
-                when = message.stamp.sec + message.stamp.nanosec / 1e9
-                self.lines.append(LogLine(when, level, message.name, message.msg))
-                self.number += 1
+                self.book.take(message)
         finally:
             subscription.close()
 

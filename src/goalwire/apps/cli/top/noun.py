@@ -10,7 +10,7 @@ from argparse import ArgumentParser, Namespace
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.commands.action import progress
+from goalwire.apps.cli.commands.action.progress import check_field, progress_argument
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.verbs import Noun, Verb
 
@@ -29,9 +29,7 @@ def _arguments(parser: ArgumentParser) -> None:
     from goalwire.apps.cli.framework.numbers import timeout_argument
 
     parser.add_argument('-a', '--all', action='store_true', help='Show hidden names, too')
-    parser.add_argument(
-        '--progress', metavar='FIELD[/MAX]', help=f'{progress.HELP}. Without, the name of a field tells it'
-    )
+    progress_argument(parser, '. Without it, the name of a field tells the progress')
     timeout_argument(parser, TIMEOUT_S, 'Seconds that a call may take, and a goal until it is accepted')
 
 
@@ -48,11 +46,10 @@ def _top(arguments: Namespace, output: Output) -> Outcome:
     if not (output.is_terminal and sys.stdin.isatty()) or os.environ.get('TERM') == 'dumb':
         raise CommandError(
             Outcome.UNAVAILABLE,
-            'top draws on a terminal, and this is none',
+            'goalwire top needs a terminal, and its output is redirected',
             'use: ros2 node list, topic hz, service list, action watch',
         )
-    if arguments.progress:
-        progress.Progress(arguments.progress)  # a bad one is told at once
+    check_field(arguments.progress)
     from goalwire.apps.cli.framework.live import live
 
     return live(lambda node: _show(node, arguments))

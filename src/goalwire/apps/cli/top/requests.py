@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 from uuid import uuid4
 
 import goalwire
-from goalwire.apps.cli.commands.action.goals import CODES, STATUSES
+from goalwire.apps.cli.commands.action.goals import CODES
 from goalwire.apps.cli.framework import lookup, values
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
-from goalwire.apps.cli.top.data import Latencies, ServiceLatencies
+from goalwire.apps.cli.top.data import ServiceLatencies
+from goalwire.observe.goal_topics import cancel_request, goal_request, goals_canceling, result_request
+from goalwire.observe.goals import status_name
+from goalwire.observe.latencies import Latencies
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -107,13 +110,12 @@ class SendGoal(_Form):
         self._sent = sent
 
     async def send(self, message: Any, say: Say) -> None:
-        kind = self.cls.Impl.SendGoalService
-        request = kind.Request(goal=message)
         goal_id = uuid4()
-        request.goal_id.uuid = list(goal_id.bytes)
-        client = self._node.client(kind, f'{self.name}/_action/send_goal', timeout=self._timeout)
+        client = self._node.client(
+            self.cls.Impl.SendGoalService, f'{self.name}/_action/send_goal', timeout=self._timeout
+        )
         try:
-            answer = await client.call(request)
+            answer = await client.call(goal_request(self.cls, goal_id.bytes, message))
         finally:
             client.close()
         if not answer.accepted:
@@ -126,15 +128,12 @@ class SendGoal(_Form):
             del self._sent[goal_id.hex]
 
     async def _wait(self, goal_id: str, say: Say) -> None:
-        kind = self.cls.Impl.GetResultService
-        request = kind.Request()
-        request.goal_id.uuid = list(bytes.fromhex(goal_id))
-        client = self._node.client(kind, f'{self.name}/_action/get_result')
+        client = self._node.client(self.cls.Impl.GetResultService, f'{self.name}/_action/get_result')
         try:
-            answer = await client.call(request)
+            answer = await client.call(result_request(self.cls, goal_id))
         finally:
             client.close()
-        status = STATUSES[answer.status] if answer.status < len(STATUSES) else 'UNKNOWN'
+        status = status_name(answer.status)
         say(f'the goal {goal_id} of {self.name} has ended: {status}\n{self.shown(answer.result)}')
 
 
@@ -154,12 +153,7 @@ class Cancel:
         return None
 
     def read(self, _text: str) -> Any:
-        from action_msgs.srv import CancelGoal
-
-        request = CancelGoal.Request()
-        if self._goal_id is not None:
-            request.goal_info.goal_id.uuid = list(bytes.fromhex(self._goal_id))
-        return request
+        return cancel_request(self._goal_id or '')
 
     def shown(self, _message: Any) -> str:
         return f'whoever has sent {"them" if self._goal_id is None else "it"}'
@@ -177,5 +171,4 @@ class Cancel:
                 answer.return_code, (Outcome.NOT_FOUND, 'there is no goal to cancel')
             )
             raise CommandError(outcome, f"'{self._name}': {problem}")
-        canceling = (bytes(goal.goal_id.uuid).hex() for goal in answer.goals_canceling)
-        say('\n'.join(f'canceling the goal {each}' for each in canceling))
+        say('\n'.join(f'canceling the goal {each}' for each in goals_canceling(answer)))

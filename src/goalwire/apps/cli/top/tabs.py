@@ -8,44 +8,36 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
 from rich.text import Text
 from textual.widgets import DataTable, RichLog, TabPane
 
-from goalwire.apps.cli.commands.action import progress
+from goalwire.apps.cli.commands.action.progress import bar
+from goalwire.apps.cli.commands.action.watch import ENDED_SHOWN
 from goalwire.apps.cli.commands.node import sections
-from goalwire.apps.cli.commands.service.call import histogram_lines, milliseconds, percentile
-from goalwire.apps.cli.framework.output import escaped, spelt
+from goalwire.apps.cli.commands.service.call import histogram_lines
+from goalwire.apps.cli.framework.output import STATUS_STYLES, escaped, spelt
 from goalwire.apps.cli.top.data import (
-    ActionGoals,
     Goals,
     Log,
-    LogLine,
     ServiceLatencies,
     TopicRates,
     one_line,
 )
 from goalwire.graph.names import SEND_GOAL, NamesAndTypes, without_hidden
+from goalwire.observe.goals import Goal
+from goalwire.observe.latencies import shown_seconds
+from goalwire.observe.log import LogLine
+from goalwire.observe.service_calls import POSTFIX
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
+    from collections.abc import Collection
 
     from textual.app import ComposeResult
 
-    from goalwire.apps.cli.commands.action.goals import GoalLine
     from goalwire.graph.graph import Graph
 
 Rows: TypeAlias = 'dict[str, list[Text]]'
-_ENDED_SHOWN = 10
 _PARAMETER_SERVICES = ('/describe_parameters', '/get_parameter_types', '/get_parameters', '/list_parameters')
 _MORE_BUILT_IN = ('/set_parameters', '/set_parameters_atomically', '/get_type_description')
-_STYLES = {
-    'EXECUTING': 'cyan',
-    'SUCCEEDED': 'green',
-    'ABORTED': 'red',
-    'CANCELED': 'yellow',
-    'CANCELING': 'yellow',
-    'WARN': 'yellow',
-    'ERROR': 'red',
-    'FATAL': 'bold red',
-}
+_LEVEL_STYLES = {'WARN': 'yellow', 'ERROR': 'red', 'FATAL': 'bold red'}
 
 
 def cell(text: str, style: str = '') -> Text:
@@ -220,8 +212,8 @@ class TopicsTab(TableTab):
         for name, kinds in view.topics(graph):
             publishers = view.endpoints(graph, EndpointKind.PUBLISHER, name)
             rate = self._rates.rates.get(name)
-            figures = rate.figures(now) if rate is not None else None
-            hz, size = ('', '') if figures is None else (f'{figures[0]:.4g}', _size(figures[1]))
+            pace = rate.pace(now) if rate is not None else None
+            hz, size = ('', '') if pace is None else (f'{pace.messages:.4g}', _size(pace.bytes))
             if publishers:
                 types[name] = kinds[0]
             note = self._rates.readers.problems.get(name, '')
@@ -269,7 +261,7 @@ class ServicesTab(TableTab):
             {
                 name: types[name]
                 for name in self.on_screen()
-                if graph.count(EndpointKind.PUBLISHER, f'{name}/_service_event')
+                if graph.count(EndpointKind.PUBLISHER, name + POSTFIX)
             }
         )
 
@@ -278,9 +270,8 @@ class ServicesTab(TableTab):
         if best is None:
             return [''] * 6
         whose, latencies = best
-        ordered = sorted(latencies.seconds)
-        times = [percentile(ordered, share) for share in (50, 99, 100)] if ordered else []
-        shown = [milliseconds(each) for each in times] or ['', '', '']
+        times = [latencies.percentile(share) for share in (0.5, 0.99, 1.0)] if latencies.number else []
+        shown = [shown_seconds(each) for each in times] or ['', '', '']
         return [str(latencies.number), *shown, str(latencies.failed or ''), whose]
 
     def quiet(self) -> None:
@@ -296,9 +287,9 @@ class ServicesTab(TableTab):
             lines.append(f'  {title}:')
             lines += [f'    {spelt(each.node.qualified)}' for each in graph.entities(kind, self.chosen)]
         best = self._latencies.best(self.chosen)
-        if best is not None and best[1].seconds:
+        if best is not None and best[1].number:
             lines += [f'  latencies, as {best[0]} {"sees" if best[0] == "top" else "tell"}:']
-            lines += histogram_lines(sorted(best[1].seconds))
+            lines += histogram_lines(best[1])
         return '\n'.join(lines)
 
 
@@ -322,10 +313,8 @@ class GoalsTab(TableTab):
             note = self._goals.readers.problems.get(name) or f'[{", ".join(kinds)}]'
             served = '' if servers == 1 else f'{servers} servers'
             rows[name] = [cell(name, 'bold'), cell(served), Text(), Text(), cell(note, 'dim')]
-            goals = self._goals.actions.get(name)
-            for goal in () if goals is None else _shown(goals):
-                assert goals is not None
-                rows[f'{name} {goal.goal_id}'] = _goal_row(goal, goals)
+            for goal in self._goals.table.reported(name, ENDED_SHOWN):
+                rows[f'{name} {goal.goal_id}'] = _goal_row(goal)
         self.show(rows)
         names = {key.partition(' ')[0] for key in self.on_screen()}
         self._goals.watch({name: kind for name, kind in self.types.items() if name in names})
@@ -347,11 +336,11 @@ class GoalsTab(TableTab):
         if self.chosen_action is None:
             return ''
         name, goal_id = self.chosen_action
-        goals = self._goals.actions.get(name)
-        if goal_id is not None and goals is not None:
+        goal = self._goals.table.get(name, goal_id) if goal_id is not None else None
+        if goal is not None:
             from rosidl_runtime_py import message_to_yaml
 
-            feedback = goals.feedback.get(goal_id)
+            feedback = goal.feedback
             told = 'no feedback yet' if feedback is None else message_to_yaml(feedback, truncate_length=128)
             return f'the goal {goal_id} of {spelt(name)}\n{escaped(told)}'
         servers = graph.entities(EndpointKind.SERVICE, name + SEND_GOAL)
@@ -367,7 +356,7 @@ class LogTab(TabPane):
     def __init__(self, title: str, name: str) -> None:
         super().__init__(title, id=name)
         self._drawn: tuple[str, int] = '', 0
-        self._drawn_number = 0
+        self._drawn_version = 0
 
     def compose(self) -> ComposeResult:
         """Lay it out."""
@@ -380,18 +369,16 @@ class LogTab(TabPane):
             return  # not laid out yet
         if self._drawn != (view.filter, shown.size.width):
             self._drawn = view.filter, shown.size.width
-            self._drawn_number = 0
+            self._drawn_version = 0
             shown.clear()
-        new = min(log.number - self._drawn_number, len(log.lines))
-        self._drawn_number = log.number
-        for line in list(log.lines)[len(log.lines) - new :]:
-            if view.filter in line.name or view.filter in line.text:
-                shown.write(_log_text(line), width=shown.size.width - 2)
+        for line in log.book.since(self._drawn_version, view.filter):
+            shown.write(_log_text(line), width=shown.size.width - 2)
+        self._drawn_version = log.book.version
 
 
 def _log_text(line: LogLine) -> Text:
-    text = f'[{line.level}] [{line.time:.3f}] [{spelt(line.name)}]: {escaped(line.text)}'
-    return Text(text, _STYLES.get(line.level, ''))
+    text = f'[{line.level_name}] [{line.stamp:.3f}] [{spelt(line.node)}]: {escaped(line.text)}'
+    return Text(text, _LEVEL_STYLES.get(line.level_name, ''))
 
 
 def _is_built_in(name: str) -> bool:
@@ -406,18 +393,12 @@ def _size(bytes_a_second: float) -> str:
     return f'{bytes_a_second:.3g} GB'
 
 
-def _shown(goals: ActionGoals) -> Iterable[GoalLine]:
-    active = [goal for goal in goals.goals.values() if goal.is_active]
-    return [*active, *[goal for goal in goals.goals.values() if not goal.is_active][-_ENDED_SHOWN:]]
-
-
-def _goal_row(goal: GoalLine, goals: ActionGoals) -> list[Text]:
-    done = goals.done.get(goal.goal_id)
-    feedback = goals.feedback.get(goal.goal_id)
+def _goal_row(goal: Goal) -> list[Text]:
+    age = f'{max(0.0, time() - (goal.accepted or 0.0)):.1f} s' if goal.is_active else ''
     return [
         Text(f'  {goal.goal_id[:8]}'),
-        Text(goal.status, _STYLES.get(goal.status, '')),
-        Text(f'{max(0.0, time() - goal.accepted):.1f} s' if goal.is_active else '', justify='right'),
-        Text('' if done is None else progress.bar(done)),
-        cell('' if feedback is None else one_line(feedback)[:200]),
+        Text(goal.status, STATUS_STYLES.get(goal.status, '')),
+        Text(age, justify='right'),
+        Text('' if goal.progress is None else bar(goal.progress)),
+        cell('' if goal.feedback is None else one_line(goal.feedback)[:200]),
     ]

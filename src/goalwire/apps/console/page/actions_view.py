@@ -8,12 +8,13 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.apps.console.clock import time_of_day
-from goalwire.apps.console.goal_table import TrackedGoal, lanes
 from goalwire.apps.console.page.parts import LiveTable, SwimLanes, ValueTree, head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import View, duration
 from goalwire.errors import GoalwireError, peer_text
+from goalwire.observe.clock import time_of_day
+from goalwire.observe.goals import Goal, lanes
+from goalwire.observe.messages import as_data
 
 TONES = {
     'EXECUTING': 'info',
@@ -42,6 +43,7 @@ class ActionsView(View):
         self._span = 60
         self._goal: tuple[str, str] | None = None
         self._goal_state: object = None
+        self._feedback_shown: object = None
         self._version = -1
         self._put_at = 0.0
         self._build_lanes()
@@ -132,8 +134,8 @@ class ActionsView(View):
         if state != self._goal_state:
             self._goal_state = state
             self._draw_goal(goal)
-        if goal.is_active and goal.feedback is not None:
-            self._feedback.put(goal.feedback)
+        if goal.is_active:
+            self._put_feedback(goal)
         if goal.progress is not None:
             self._bar.set_visibility(True)
             self._bar_inner.style(f'width: {goal.progress * 100:.1f}%')
@@ -144,7 +146,12 @@ class ActionsView(View):
             + (f' · {goal.progress * 100:.0f} %' if goal.progress is not None else '')
         )
 
-    def _draw_goal(self, goal: TrackedGoal) -> None:
+    def _put_feedback(self, goal: Goal) -> None:
+        if goal.feedback is not self._feedback_shown:
+            self._feedback_shown = goal.feedback
+            self._feedback.put(as_data(goal.feedback))
+
+    def _draw_goal(self, goal: Goal) -> None:
         self._goal_card.clear()
         with self._goal_card:
             with ui.element('div').classes('gw-head'):
@@ -178,8 +185,8 @@ class ActionsView(View):
             with ui.element('div').classes('gw-group').props('data-feedback'):
                 ui.label('Feedback').classes('gw-group-head')
                 self._feedback = ValueTree(empty='None yet.')
-                if goal.feedback is not None:
-                    self._feedback.put(goal.feedback)
+                self._feedback_shown = None
+                self._put_feedback(goal)
             if goal.request is not None:
                 with ui.element('div').classes('gw-group'):
                     ui.label('Goal').classes('gw-group-head')
@@ -187,12 +194,12 @@ class ActionsView(View):
 
     # -- cancelling ------------------------------------------------------------------------------------------
 
-    async def _cancel(self, goal: TrackedGoal) -> None:
+    async def _cancel(self, goal: Goal) -> None:
         found = await self.page.attempt(self.session.sender.cancel(goal.action, goal.goal_id))
         if found is not None:
             self.page.tell('The goal is being cancelled' if found else 'The server cancels no such goal')
 
-    async def _cancel_before(self, goal: TrackedGoal) -> None:
+    async def _cancel_before(self, goal: Goal) -> None:
         before = goal.accepted
         if not before:
             self.page.tell('The server has not said when it accepted the goal', 'warning')
@@ -272,7 +279,7 @@ class ActionsView(View):
         self._choose_goal(goal.action, goal.goal_id)
 
 
-def _groups(shown: Iterable[TrackedGoal], now: float, margin: float) -> list[dict[str, Any]]:
+def _groups(shown: Iterable[Goal], now: float, margin: float) -> list[dict[str, Any]]:
     groups: dict[str, dict[str, Any]] = {}
     for goal, row in lanes(shown, now, margin):
         group = groups.setdefault(goal.action, {'name': goal.action, 'rows': 0, 'goals': []})

@@ -7,9 +7,9 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.apps.console.logs import LEVELS, LogLine
 from goalwire.apps.console.page.parts import LiveTable, head
 from goalwire.apps.console.page.view import View
+from goalwire.observe.log import LEVELS, LogLine
 
 _SHOWN = 300
 _TONES = {'DEBUG': '', 'INFO': 'info', 'WARN': 'warn', 'ERROR': 'bad', 'FATAL': 'bad'}

@@ -9,14 +9,17 @@ from nicegui import ui
 from goalwire.apps.console.form_model import in_one_line
 from goalwire.apps.console.page.parts import LiveTable, head
 from goalwire.apps.console.page.view import View
-from goalwire.apps.console.remote_parameters import (
+from goalwire.errors import FieldValueError, GoalwireError, RemoteError, peer_text
+from goalwire.observe.parameters import (
+    NodeParameters,
     RemoteParameter,
     fitted_value,
     nodes_with_parameters,
-    read_parameters,
-    set_parameter,
 )
-from goalwire.errors import FieldValueError, GoalwireError, peer_text
+from goalwire.rules.parameters.parameter import Type, value_message
+
+_ANSWER_S = 10.0
+"""How long a node may take for each answer."""
 
 
 class ParametersView(View):
@@ -56,7 +59,8 @@ class ParametersView(View):
         with self._detail:
             ui.spinner(size='24px')
         try:
-            found = await read_parameters(self.session.sender, name)
+            with NodeParameters(self.node, name, _ANSWER_S) as parameters:
+                found = await parameters.read()
         except GoalwireError as error:
             found, problem = [], peer_text(error, 300)
         else:
@@ -117,13 +121,19 @@ class ParametersView(View):
         if not await self.page.confirm('parameters', node, 'Set this parameter?', text, 'Set'):
             return
 
-        async def put() -> bool:
-            await set_parameter(self.session.sender, self.settings, node, parameter, value)
-            return True
-
-        if await self.page.attempt(put()):
+        if await self.page.attempt(self._put(node, parameter, value)):
             self.page.tell(f'{parameter.name} is set')
             await self._choose(node)
+
+    async def _put(self, node: str, parameter: RemoteParameter, value: Any) -> bool:
+        """Set a parameter; raises NotAllowedError, and RemoteError if the node says no."""
+        self.settings.check_may_send(node)
+        message = value_message(Type(parameter.number), value)
+        with NodeParameters(self.node, node, _ANSWER_S) as parameters:
+            [(_, result)] = await parameters.set([(parameter.name, message)])
+        if not result.successful:
+            raise RemoteError(result.reason or 'the node refused the value')
+        return True
 
 
 def _bounds(parameter: RemoteParameter) -> str:

@@ -10,13 +10,13 @@ import nicegui
 from nicegui import ui
 from nicegui.element import Element
 
-from goalwire.apps.console.measuring import signed
 from goalwire.apps.console.page.joints import JointSliders
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import View
 from goalwire.apps.console.robot_model import as_scene
 from goalwire.apps.console.robot_watch import NavigationTarget, navigation_target, place_values
+from goalwire.apps.console.series import signed
 from goalwire.errors import GoalwireError, RemoteError, UnknownInterfaceError
 
 if TYPE_CHECKING:

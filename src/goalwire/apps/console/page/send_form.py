@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from goalwire.apps.console.clock import time_of_day
 from goalwire.apps.console.form_model import in_one_line
 from goalwire.apps.console.page.forms import Form
 from goalwire.apps.console.page.parts import LiveTable, copy_buttons
 from goalwire.apps.console.page.view import duration
 from goalwire.apps.console.snippets import Sending, as_command, as_python
 from goalwire.errors import FieldValueError
+from goalwire.observe.clock import time_of_day
 
 if TYPE_CHECKING:
     from goalwire.apps.console.page.view import Page

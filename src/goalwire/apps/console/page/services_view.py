@@ -8,17 +8,19 @@ from nicegui import ui
 
 import goalwire
 from goalwire.aio.graph import EndpointKind
-from goalwire.apps.console.clock import time_of_day
 from goalwire.apps.console.form_model import in_one_line
 from goalwire.apps.console.page.graph_view import PARAMETER_SERVICES
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import View, duration
 from goalwire.apps.console.sending import Sent
-from goalwire.apps.console.service_events import POSTFIX, SeenCall, ServiceEvents
 from goalwire.apps.console.topics import Reading
 from goalwire.errors import GoalwireError, peer_text
+from goalwire.observe.clock import time_of_day
+from goalwire.observe.messages import as_data
+from goalwire.observe.service_calls import POSTFIX, SeenCall, ServiceCalls
 
+_CALLS_SHOWN = 100
 _TIMEOUT_S = 10.0
 
 
@@ -34,7 +36,7 @@ class ServicesView(View):
         self._filter = ''
         self._all = False
         self._form: SendForm | None = None
-        self._events = ServiceEvents()
+        self._events = ServiceCalls()
         self._event_reading: Reading | None = None
         self._events_shown = -1
         with ui.element('div').classes('gw-side gw-fill').style('grid-template-rows: minmax(0, 1fr)'):
@@ -119,7 +121,7 @@ class ServicesView(View):
             with ui.element('div').classes('gw-two'):
                 with ui.element('div').classes('gw-card'):
                     self._latency_head = ui.element('div').classes('gw-head')
-                    self._chart = ui.echart(_bars([], [], dark=self.page.is_dark)).style(
+                    self._chart = ui.echart(_bars([], dark=self.page.is_dark)).style(
                         'height: 170px; width: 100%'
                     )
                 with ui.element('div').classes('gw-card flush'):
@@ -181,12 +183,12 @@ class ServicesView(View):
         self._event_card.set_visibility(there or self._events.version > 0)
         if self._events.version != self._events_shown:
             self._events_shown = self._events.version
-            self._event_table.put([_event_row(call) for call in self._events.latest])
+            self._event_table.put([_event_row(call) for call in self._events.latest(_CALLS_SHOWN)])
 
     def _forget_events(self) -> None:
         if self._event_reading is not None:
             self._event_reading.close()
-        self._event_reading, self._events, self._events_shown = None, ServiceEvents(), -1
+        self._event_reading, self._events, self._events_shown = None, ServiceCalls(), -1
 
     def close(self) -> None:
         self._forget_events()
@@ -226,18 +228,18 @@ class ServicesView(View):
                     ui.label(f'p{share * 100:.0f} {duration(latencies.percentile(share))}').classes(
                         'gw-chip info'
                     )
-        edges, counts = latencies.histogram() if latencies is not None else ([], [])
+        bins = latencies.histogram() if latencies is not None else []
         self._chart.options.clear()
-        self._chart.options.update(_bars(edges, counts, dark=self.page.is_dark))
+        self._chart.options.update(_bars(bins, dark=self.page.is_dark))
         self._chart.update()
 
 
 def _event_row(call: SeenCall) -> dict[str, Any]:
-    answer = in_one_line(call.response) if call.response is not None else call.state
+    answer = in_one_line(as_data(call.response)) if call.response is not None else call.state
     cells = [
         time_of_day(call.seen_at),
         {'text': f'…{call.client[-8:]} {call.number}', 'title': call.client},
-        '' if call.request is None else in_one_line(call.request),
+        '' if call.request is None else in_one_line(as_data(call.request)),
         {'text': answer, 'title': call.state},
         '' if call.served_in is None else duration(call.served_in),
         '' if call.took is None else duration(call.took),
@@ -245,7 +247,7 @@ def _event_row(call: SeenCall) -> dict[str, Any]:
     return {'key': f'{call.client} {call.number}', 'cells': cells}
 
 
-def _bars(edges: list[float], counts: list[int], *, dark: bool) -> dict[str, Any]:
+def _bars(bins: list[tuple[float, int]], *, dark: bool) -> dict[str, Any]:
     dim, line = ('#93a1b8', '#243146') if dark else ('#64748b', '#e2e8f0')
     return {
         'animation': False,
@@ -253,7 +255,7 @@ def _bars(edges: list[float], counts: list[int], *, dark: bool) -> dict[str, Any
         'tooltip': {'renderMode': 'richText'},
         'xAxis': {
             'type': 'category',
-            'data': [duration(edge) for edge in edges[:-1]],
+            'data': [f'< {duration(upper)}' for upper, _ in bins],
             'axisLabel': {'color': dim, 'fontSize': 10},
             'axisLine': {'lineStyle': {'color': line}},
         },
@@ -266,7 +268,7 @@ def _bars(edges: list[float], counts: list[int], *, dark: bool) -> dict[str, Any
         'series': [
             {
                 'type': 'bar',
-                'data': counts,
+                'data': [number for _, number in bins],
                 'color': '#6366f1',
                 'barCategoryGap': '12%',
                 'itemStyle': {'borderRadius': [3, 3, 0, 0]},

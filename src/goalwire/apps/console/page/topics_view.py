@@ -7,15 +7,15 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.apps.console.clock import wall_offset
 from goalwire.apps.console.images import COMPRESSED, IMAGE, as_data_url
-from goalwire.apps.console.measuring import Series, as_csv, numbers_in
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import View
+from goalwire.apps.console.series import Series, as_csv, numbers_in
 from goalwire.apps.console.topics import Reading
-from goalwire.apps.console.types import as_data
 from goalwire.errors import GoalwireError, RemoteError, peer_text
+from goalwire.observe.clock import wall_offset
+from goalwire.observe.messages import as_data
 from goalwire.records import record
 
 _SPANS = {10: '10 s', 30: '30 s', 60: '1 min', 300: '5 min'}

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import asyncio
 from argparse import ArgumentParser, Namespace
-from contextlib import suppress
 from datetime import datetime
 from time import time
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import goalwire
 from goalwire.apps.cli.commands.service.call import PATIENCE_S
@@ -15,15 +13,14 @@ from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.numbers import timeout_argument
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.observe.goal_topics import cancel_request, goals_canceling, known_goals
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from goalwire.apps.cli.framework.output import Output
+    from goalwire.observe.goals import ReportedGoal
 
-STATUSES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCELED', 'ABORTED')
-"""By the number in action_msgs/msg/GoalStatus."""
-ACTIVE = frozenset({'ACCEPTED', 'EXECUTING', 'CANCELING'})
 LOOK_S = 2.0
 """How long a server's status may take to come; one that has had no goal sends none."""
 _UNITS_S = {'s': 1.0, 'm': 60.0, 'h': 3600.0}
@@ -33,57 +30,6 @@ CODES = {
     3: (Outcome.REFUSED, 'the goal has ended already'),
 }
 """What action_msgs/srv/CancelGoal answers where nothing is cancelled."""
-
-
-class GoalLine(NamedTuple):
-    """One goal of a server."""
-
-    goal_id: str
-    status: str
-    accepted: float
-    """s since the epoch, by the server's clock."""
-
-    @property
-    def is_active(self) -> bool:
-        """Whether it has not ended."""
-        return self.status in ACTIVE
-
-
-def goal_lines(array: Any) -> list[GoalLine]:
-    """Return the goals of an action_msgs/msg/GoalStatusArray, in the order of their acceptance."""
-    return [
-        GoalLine(
-            bytes(entry.goal_info.goal_id.uuid).hex(),
-            STATUSES[entry.status] if entry.status < len(STATUSES) else 'UNKNOWN',
-            entry.goal_info.stamp.sec + entry.goal_info.stamp.nanosec / 1e9,
-        )
-        for entry in array.status_list
-    ]
-
-
-def ran_before(first: Iterable[GoalLine], began: float) -> set[str]:
-    """Return those goals of the first status that were accepted before `began` (s since the epoch).
-
-    Where the server's clock is another one, as in a simulation, a goal may count as older than it is.
-    """
-    return {goal.goal_id for goal in first if goal.accepted < began}
-
-
-def status_subscription(node: goalwire.Node, name: str) -> goalwire.Subscription[Any]:
-    """Subscribe to the status of an action, of which the latest comes at once."""
-    from action_msgs.msg import GoalStatusArray
-
-    qos = goalwire.QoS(depth=1, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
-    return node.subscription(GoalStatusArray, f'{name}/_action/status', qos=qos)
-
-
-async def known_goals(node: goalwire.Node, name: str, patience: float = LOOK_S) -> list[GoalLine]:
-    """Return the goals that the server of an action knows."""
-    with suppress(TimeoutError):
-        async with asyncio.timeout(patience):
-            async for array in status_subscription(node, name):
-                return goal_lines(array)
-    return []
 
 
 # -- goals ---------------------------------------------------------------------------------------------------
@@ -107,7 +53,7 @@ def goals(arguments: Namespace, output: Output) -> Outcome:
     return live(look)
 
 
-def _print_goals(found: list[GoalLine], arguments: Namespace, output: Output) -> None:
+def _print_goals(found: list[ReportedGoal], arguments: Namespace, output: Output) -> None:
     if arguments.count:
         output.data(len(found)) if output.json else output.line(str(len(found)))
         return
@@ -146,15 +92,12 @@ def cancel(arguments: Namespace, output: Output) -> Outcome:
     async def ask(node: goalwire.Node) -> Outcome:
         from action_msgs.srv import CancelGoal
 
-        request = CancelGoal.Request()
+        goal_id = ''
         if arguments.goal_id:
             goal_id = await _full_id(node, name, arguments.goal_id, arguments.timeout)
-            request.goal_info.goal_id.uuid = list(bytes.fromhex(goal_id))
-        request.goal_info.stamp.sec = int(before)
-        request.goal_info.stamp.nanosec = int(before % 1 * 1e9)
         client = node.client(CancelGoal, f'{name}/_action/cancel_goal')
-        response = await client.call(request, timeout=arguments.timeout)
-        canceling = [bytes(goal.goal_id.uuid).hex() for goal in response.goals_canceling]
+        response = await client.call(cancel_request(goal_id, before), timeout=arguments.timeout)
+        canceling = goals_canceling(response)
         if output.json:
             output.data({'return_code': response.return_code, 'goals_canceling': canceling})
         for each in () if output.json else canceling:

@@ -7,16 +7,17 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.cli.commands.action import progress
+from goalwire.apps.cli.commands.action.progress import bar, progress_argument
 from goalwire.apps.cli.commands.service.call import LOOK_S, PATIENCE_S
 from goalwire.apps.cli.framework import lookup, values
 from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types_ourselves, types_there
-from goalwire.apps.cli.framework.messages import as_dict
 from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.numbers import positive
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell
 from goalwire.graph.names import SEND_GOAL, shown
+from goalwire.observe.messages import as_dict
+from goalwire.observe.progress import Progress, ProgressError
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def send_goal_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--stdin', action='store_true', help='Read the goal from standard input')
     parser.add_argument('--goal-file', metavar='FILE', help='Read the goal from a YAML file')
     parser.add_argument('-f', '--feedback', action='store_true', help='Echo the feedback of the goal')
-    parser.add_argument('--progress', metavar='FIELD[/MAX]', help=progress.HELP)
+    progress_argument(parser)
     parser.add_argument(
         '-t',
         '--timeout',
@@ -62,7 +63,7 @@ class _Goal:
             self._name, type_name = ACTIONS.name_and_type(arguments)
         self._type_name = type_name
         self._cls = lookup.interface(type_name)
-        self._progress = progress.Progress(arguments.progress) if arguments.progress else None
+        self._progress = Progress(arguments.progress) if arguments.progress else None
         if arguments.goal_file:
             words = [f'@{arguments.goal_file}']
         given = values.read_values(words, self._cls.Goal, stdin=arguments.stdin)
@@ -110,7 +111,7 @@ class _Goal:
             return self._finish(
                 'ABORTED' if isinstance(error, goalwire.GoalAborted) else 'CANCELED', error.result
             )
-        except CommandError:  # the feedback cannot be shown as asked: leaving the block cancels the goal
+        except ProgressError:  # the feedback cannot be shown as asked: leaving the block cancels the goal
             node.logger.set_level(50)
             raise
         except (asyncio.CancelledError, goalwire.DeadlineError) as error:
@@ -168,9 +169,9 @@ class _Goal:
         if self._arguments.feedback:
             self._say(f'Feedback:\n    {_yaml(feedback)}')
         if self._progress is not None:
-            done = self._progress.of(feedback)
+            done = self._progress.read(feedback)
             if self._output.is_terminal and done is not None:
-                self._bar = progress.bar(done)
+                self._bar = bar(done)
                 self._output.rewrite(self._bar)
 
     def _finish(self, status: str, result: Any) -> Outcome:

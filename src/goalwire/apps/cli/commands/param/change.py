@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from goalwire.apps.cli.commands.param.reading import descriptors_of, parameter_arguments, values_of
+from goalwire.apps.cli.commands.param.reading import parameter_arguments, parameters_of
 from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.live import live
-from goalwire.apps.cli.framework.nodes import call, named_node
+from goalwire.apps.cli.framework.nodes import named_node
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell
 from goalwire.errors import FieldValueError, FileShapeError
@@ -52,7 +51,8 @@ def change(arguments: Namespace, output: Output) -> Outcome:
     name = named_node(arguments)
 
     async def perform(node: goalwire.Node) -> Outcome:
-        declared = await _declared(node, name, [each for each, _ in pairs], arguments)
+        parameters = parameters_of(node, name, arguments)
+        declared = await parameters.descriptors([each for each, _ in pairs])
         try:
             wanted = [(each, _value_of_text(each, text, declared.get(each))) for each, text in pairs]
         except FieldValueError as error:
@@ -62,7 +62,7 @@ def change(arguments: Namespace, output: Output) -> Outcome:
                 f'see: ros2 param list {name} --param-type',
             ) from None
         report = _Report(name, output)
-        for each, result in await _set(node, name, wanted, arguments):
+        for each, result in await parameters.set(wanted):
             done, failed = (f'{each}: {text}' for text in _SET) if len(pairs) > 1 else _SET
             report.show(each, result, done, failed)
         return report.outcome
@@ -99,7 +99,8 @@ def delete(arguments: Namespace, output: Output) -> Outcome:
 
     async def perform(node: goalwire.Node) -> Outcome:
         report = _Report(name, output)
-        for each, result in await _set(node, name, [(arguments.parameter_name, ParameterValue())], arguments):
+        wanted = [(arguments.parameter_name, ParameterValue())]
+        for each, result in await parameters_of(node, name, arguments).set(wanted):
             report.show(each, result, *_DELETED)
         return report.outcome
 
@@ -128,11 +129,9 @@ def load(arguments: Namespace, output: Output) -> Outcome:
 
     async def perform(node: goalwire.Node) -> Outcome:
         report = _Report(name, output)
-        declared = await _declared(node, name, list(given), arguments)
-        locked = [each for each in given if each in declared and declared[each].read_only]
-        held = dict(
-            zip(locked, await values_of(node, name, locked, arguments) if locked else (), strict=False)
-        )
+        parameters = parameters_of(node, name, arguments)
+        declared = await parameters.descriptors(list(given))
+        held = await parameters.values([each for each, about in declared.items() if about.read_only])
         wanted = []
         for each, data in given.items():
             try:
@@ -144,7 +143,7 @@ def load(arguments: Namespace, output: Output) -> Outcome:
                 report.pass_over(each)
             else:
                 wanted.append((each, value))
-        for each, result in await _set(node, name, wanted, arguments):
+        for each, result in await parameters.set(wanted):
             report.show(each, result, f'Set parameter {each} successful', f'Set parameter {each} failed')
         return report.outcome
 
@@ -188,21 +187,6 @@ def _value_of_data(name: str, data: object, descriptor: Any) -> Any:
 # -- what all share ------------------------------------------------------------------------------------------
 
 
-async def _declared(
-    node: goalwire.Node, name: str, wanted: list[str], arguments: Namespace
-) -> Mapping[str, Any]:
-    """Return the descriptors of those parameters that a node has, by their names."""
-    from rcl_interfaces.srv import ListParameters
-
-    found = await descriptors_of(node, name, wanted, arguments)
-    if len(found) != len(wanted):  # a node says nothing at all if it does not know one of the names
-        listed = await call(node, ListParameters, f'{name}/list_parameters', arguments, {})
-        known = set(listed.result.names)
-        wanted = [each for each in wanted if each in known]
-        found = await descriptors_of(node, name, wanted, arguments) if wanted else []
-    return dict(zip(wanted, found, strict=False))
-
-
 def _fixed_type(descriptor: Any) -> Type | None:
     """Return the type that a parameter keeps; None if it takes any, or nobody has declared it."""
     from goalwire.rules.parameters.fitting import KIND_NAMES
@@ -212,22 +196,6 @@ def _fixed_type(descriptor: Any) -> Type | None:
         return None
     type_ = Type(descriptor.type)
     return type_ if type_ in KIND_NAMES else None
-
-
-async def _set(
-    node: goalwire.Node, name: str, wanted: list[tuple[str, Any]], arguments: Namespace
-) -> Iterable[tuple[str, Any]]:
-    """Set parameters, one after the other as ROS 2 does. Return each name with its SetParametersResult."""
-    from rcl_interfaces.msg import Parameter
-    from rcl_interfaces.srv import SetParameters
-
-    if not wanted:
-        return ()
-    parameters = [Parameter(name=each, value=value) for each, value in wanted]
-    response = await call(
-        node, SetParameters, f'{name}/set_parameters', arguments, {'parameters': parameters}
-    )
-    return zip([each for each, _ in wanted], response.results, strict=False)
 
 
 class _Report:

@@ -1,4 +1,4 @@
-"""ros2 param: list, get, describe, dump; set, load and delete are in param_change.py."""
+"""ros2 param: list, get, describe, dump; set, load and delete are in change.py."""
 
 from __future__ import annotations
 
@@ -15,13 +15,12 @@ from goalwire.apps.cli.commands.param.change import (
     load_arguments,
     set_arguments,
 )
-from goalwire.apps.cli.commands.param.reading import descriptors_of, parameter_arguments, values_of
+from goalwire.apps.cli.commands.param.reading import parameter_arguments, parameters_of
 from goalwire.apps.cli.framework.discovery import add_graph_arguments, discovered
 from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.nodes import (
     add_node_argument,
     add_timeout_argument,
-    call,
     named_node,
     node_names,
 )
@@ -29,24 +28,13 @@ from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell
 from goalwire.apps.cli.framework.verbs import Noun, Verb, did_you_mean
 from goalwire.errors import with_advice
+from goalwire.observe.parameters import kind_name, plain_value
+from goalwire.rules.parameters.messages import value_of
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
+    from goalwire.observe.parameters import NodeParameters
 
-_NOT_SET = 0
-_TYPES = (
-    'not set',
-    'boolean',
-    'integer',
-    'double',
-    'string',
-    'byte array',
-    'boolean array',
-    'integer array',
-    'double array',
-    'string array',
-)
-"""By the number in rcl_interfaces/msg/ParameterType."""
 _LABELS: tuple[str, ...] = (
     '',
     'Boolean value is:',
@@ -61,32 +49,17 @@ _LABELS: tuple[str, ...] = (
 )
 
 
-def _type_name(number: int) -> str:
-    return _TYPES[number] if number < len(_TYPES) else f'unknown ({number})'
-
-
 def _plain(value: Any) -> Any:
-    """Return the plain value of a ParameterValue message; raises CommandError for an unknown type."""
-    from goalwire.rules.parameters.messages import value_of
-
-    if value.type >= len(_TYPES):
-        raise CommandError(Outcome.FAILED, f'the node answers with the unknown parameter type {value.type}')
-    return value_of(value)
-
-
-async def names_of(node: goalwire.Node, name: str, arguments: Namespace) -> list[str]:
-    """Return the names of a node's parameters, sorted; raises goalwire's own errors."""
-    from rcl_interfaces.srv import ListParameters
-
-    prefixes = getattr(arguments, 'param_prefixes', [])
-    response = await call(node, ListParameters, f'{name}/list_parameters', arguments, {'prefixes': prefixes})
-    return sorted(response.result.names)
+    """Return the plain value of a ParameterValue message, an array as a list; raises CommandError."""
+    try:
+        return value_of(value)
+    except RuntimeError:
+        problem = f'the node answers with the unknown parameter type {value.type}'
+        raise CommandError(Outcome.FAILED, problem) from None
 
 
-async def _unknown_parameter(
-    node: goalwire.Node, name: str, parameter: str, arguments: Namespace
-) -> CommandError:
-    near = did_you_mean(parameter, await names_of(node, name, arguments))
+async def _unknown_parameter(parameters: NodeParameters, name: str, parameter: str) -> CommandError:
+    near = did_you_mean(parameter, await parameters.names())
     return CommandError(
         Outcome.NOT_FOUND,
         f"the node '{name}' has no parameter '{parameter}'",
@@ -148,11 +121,12 @@ def _in_ros_2(full_name: str) -> tuple[str, str]:
 async def _show_names(
     node: goalwire.Node, name: str, wanted: re.Pattern[str], arguments: Namespace, output: Output
 ) -> None:
-    names = [each for each in await names_of(node, name, arguments) if wanted.search(each)]
+    parameters = parameters_of(node, name, arguments)
+    names = [each for each in await parameters.names(arguments.param_prefixes) if wanted.search(each)]
     types: dict[str, str] = {}
     if names and (arguments.param_type or output.json):
-        found = await descriptors_of(node, name, names, arguments)
-        types = {each.name: _type_name(each.type) for each in found}
+        found = await parameters.descriptors(names)
+        types = {each: kind_name(about.type) for each, about in found.items()}
     if output.json:
         for each in names:
             output.data({'node': name, 'name': each, 'type': types.get(each)})
@@ -176,25 +150,19 @@ def _get(arguments: Namespace, output: Output) -> Outcome:
     name = named_node(arguments)
 
     async def show(node: goalwire.Node) -> None:
-        values = await values_of(node, name, [arguments.parameter_name], arguments)
-        if not values or values[0].type == _NOT_SET:
-            raise await _unknown_parameter(node, name, arguments.parameter_name, arguments)
-        value = values[0]
-        plain = _plain(value)  # an array as a list, as ROS 2 prints it
+        wanted = arguments.parameter_name
+        parameters = parameters_of(node, name, arguments)
+        value = (await parameters.values([wanted])).get(wanted)
+        if value is None:
+            raise await _unknown_parameter(parameters, name, wanted)
+        plain = _plain(value)
         if output.json:
-            kind = _TYPES[value.type]
-            output.data({'node': name, 'name': arguments.parameter_name, 'type': kind, 'value': _json(value)})
+            kind = kind_name(value.type)
+            output.data({'node': name, 'name': wanted, 'type': kind, 'value': plain_value(value)})
         else:
             output.block(str(plain) if arguments.hide_type else f'{_LABELS[value.type]} {plain}')
 
     return live(show)
-
-
-def _json(value: Any) -> Any:
-    plain = _plain(value)
-    return (
-        [each[0] if isinstance(each, bytes) else each for each in plain] if isinstance(plain, list) else plain
-    )
 
 
 def _describe_arguments(parser: ArgumentParser) -> None:
@@ -203,27 +171,28 @@ def _describe_arguments(parser: ArgumentParser) -> None:
 
 
 def _describe(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.apps.cli.framework.messages import as_dict
+    from goalwire.observe.messages import as_dict
 
     name = named_node(arguments)
 
     async def show(node: goalwire.Node) -> None:
-        known = set(await names_of(node, name, arguments))
+        parameters = parameters_of(node, name, arguments)
+        known = set(await parameters.names())
         for each in arguments.parameter_names:
             if each not in known:
-                raise await _unknown_parameter(node, name, each, arguments)
-        for each in await descriptors_of(node, name, arguments.parameter_names, arguments):
+                raise await _unknown_parameter(parameters, name, each)
+        for about in (await parameters.descriptors(arguments.parameter_names)).values():
             if output.json:
-                output.data(as_dict(each))
+                output.data(as_dict(about))
             else:
-                _print_descriptor(each, output)
+                _print_descriptor(about, output)
 
     return live(show)
 
 
 def _print_descriptor(descriptor: Any, output: Output) -> None:
     output.line(f'Parameter name: {descriptor.name}')
-    output.line(f'  Type: {_type_name(descriptor.type)}')
+    output.line(f'  Type: {kind_name(descriptor.type)}')
     if descriptor.description:
         output.line(f'  Description: {descriptor.description}')
     output.line('  Constraints:')
@@ -242,11 +211,12 @@ def _dump(arguments: Namespace, output: Output) -> Outcome:
     name = named_node(arguments)
 
     async def show(node: goalwire.Node) -> None:
-        names = await names_of(node, name, arguments)
-        shown = _json if output.json else _plain
+        parameters = parameters_of(node, name, arguments)
+        values = await parameters.values(await parameters.names())
         tree: dict[str, Any] = {}
-        for each, value in await _set_values(node, name, names, arguments):
-            _insert(tree, each.split('.'), shown(value))
+        for each, value in values.items():
+            plain = _plain(value)
+            _insert(tree, each.split('.'), plain_value(value) if output.json else plain)
         document = {name: {'ros__parameters': tree}}
         if output.json:
             output.data(document)
@@ -256,19 +226,6 @@ def _dump(arguments: Namespace, output: Output) -> Outcome:
         output.block(yaml.safe_dump(document, default_flow_style=False))
 
     return live(show)
-
-
-async def _set_values(
-    node: goalwire.Node, name: str, names: list[str], arguments: Namespace
-) -> list[tuple[str, Any]]:
-    """Return names and values of those parameters that have one."""
-    values = await values_of(node, name, names, arguments) if names else []
-    if len(values) != len(names):  # a node says nothing at all if one of them has a type and no value yet
-        alone = [await values_of(node, name, [each], arguments) for each in names]
-        found = [(each, value[0]) for each, value in zip(names, alone, strict=True) if value]
-    else:
-        found = list(zip(names, values, strict=True))
-    return [(each, value) for each, value in found if value.type != _NOT_SET]
 
 
 def _insert(tree: dict[str, Any], path: list[str], value: Any) -> None:

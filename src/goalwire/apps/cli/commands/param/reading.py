@@ -1,15 +1,13 @@
-"""What the verbs of `ros2 param` ask a node."""
+"""What the verbs of `ros2 param` share: the node, and asking it."""
 
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING, Any
 
+import goalwire
 from goalwire.apps.cli.framework.discovery import add_graph_arguments
-from goalwire.apps.cli.framework.nodes import add_node_argument, add_timeout_argument, call
-
-if TYPE_CHECKING:
-    import goalwire
+from goalwire.apps.cli.framework.nodes import CALL_S, add_node_argument, add_timeout_argument
+from goalwire.observe.parameters import NodeParameters
 
 
 def parameter_arguments(parser: ArgumentParser) -> None:
@@ -19,21 +17,6 @@ def parameter_arguments(parser: ArgumentParser) -> None:
     add_timeout_argument(parser)
 
 
-async def values_of(node: goalwire.Node, name: str, names: list[str], arguments: Namespace) -> list[Any]:
-    """Return the ParameterValue messages of a node's parameters; none if it does not have all."""
-    from rcl_interfaces.srv import GetParameters
-
-    response = await call(node, GetParameters, f'{name}/get_parameters', arguments, {'names': names})
-    found: list[Any] = list(response.values)
-    return found
-
-
-async def descriptors_of(node: goalwire.Node, name: str, names: list[str], arguments: Namespace) -> list[Any]:
-    """Return the ParameterDescriptor messages of a node's parameters; none if it does not have all."""
-    from rcl_interfaces.srv import DescribeParameters
-
-    response = await call(
-        node, DescribeParameters, f'{name}/describe_parameters', arguments, {'names': names}
-    )
-    found: list[Any] = list(response.descriptors)
-    return found
+def parameters_of(node: goalwire.Node, name: str, arguments: Namespace) -> NodeParameters:
+    """Return the parameters of the node of that name."""
+    return NodeParameters(node, name, arguments.service_timeout or CALL_S)

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 import goalwire
 from goalwire.apps.cli.framework import lookup, values
 from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types_ourselves, types_there
-from goalwire.apps.cli.framework.messages import as_dict
 from goalwire.apps.cli.framework.named import SERVICES
 from goalwire.apps.cli.framework.numbers import count, positive
 from goalwire.apps.cli.framework.outcome import Outcome
+from goalwire.observe.latencies import Latencies, shown_seconds
+from goalwire.observe.messages import as_dict
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -133,89 +134,61 @@ class _Call:
         self, client: goalwire.Client[Any, Any], node: goalwire.Node, output: Output
     ) -> Outcome:
         wanted, rate = self.arguments.repeat, self.arguments.rate
-        took: list[float] = []
-        failures: list[goalwire.CallError] = []
+        latencies = Latencies(kept=wanted)
+        failure: goalwire.CallError | None = None
         start = perf_counter()
         for number in range(wanted):
             self._stamp(node)
             began = perf_counter()
             try:
                 await client.call(self.request)
-                took.append(perf_counter() - began)
+                latencies.note(perf_counter() - began)
             except goalwire.CallError as error:
-                failures.append(error)
+                latencies.failed += 1
+                failure = error
             if rate is not None and number < wanted - 1:
                 await asyncio.sleep(max(0.0, start + (number + 1) / rate - perf_counter()))
-        _show_latencies(self.name, took, len(failures), perf_counter() - start, output)
-        if failures:
-            raise failures[-1]
+        _show_latencies(self.name, latencies, perf_counter() - start, output)
+        if failure is not None:
+            raise failure
         return Outcome.OK
 
 
-def _show_latencies(name: str, took: list[float], failed: int, lasted: float, output: Output) -> None:
-    took = sorted(took)
-    shares = {f'p{share}': percentile(took, share) for share in (50, 90, 95, 99)} if took else {}
+def _show_latencies(name: str, latencies: Latencies, lasted: float, output: Output) -> None:
+    answered, failed = latencies.number, latencies.failed
+    shares = [('min', 0), *((f'p{share}', share) for share in (50, 90, 95, 99)), ('max', 100)]
+    seconds = {title: latencies.percentile(share / 100) for title, share in shares if answered}
     if output.json:
-        extremes = {'min': took[0], 'max': took[-1]} if took else {}
         output.data(
             {
                 'name': name,
-                'calls': len(took) + failed,
-                'answered': len(took),
+                'calls': answered + failed,
+                'answered': answered,
                 'failed': failed,
                 'lasted': lasted,
-                'seconds': {**extremes, **shares},
-                'histogram': [{'below': upper, 'calls': n} for upper, n in histogram(took)],
+                'seconds': seconds,
+                'histogram': [{'below': upper, 'calls': n} for upper, n in latencies.histogram()],
             }
         )
         return
     output.line(
-        f"{len(took) + failed} calls of '{name}' in {lasted:.3f} s: {len(took)} answered, {failed} failed"
+        f"{answered + failed} calls of '{name}' in {lasted:.3f} s: {answered} answered, {failed} failed"
     )
-    if not took:
+    if not answered:
         return
-    told = {'min': took[0], **shares, 'max': took[-1]}
-    output.line('  '.join(f'{title} {milliseconds(seconds)}' for title, seconds in told.items()))
-    for line in histogram_lines(took):
+    output.line('  '.join(f'{title} {shown_seconds(each)}' for title, each in seconds.items()))
+    for line in histogram_lines(latencies):
         output.line(line)
 
 
-def percentile(ordered: list[float], share: int) -> float:
-    """Return the smallest value that `share` percent of the values do not exceed (nearest rank)."""
-    return ordered[max(0, ceil(len(ordered) * share / 100) - 1)]
-
-
-def histogram(ordered: list[float]) -> list[tuple[float, int]]:
-    """Return upper limits (1, 2, 3, 5, 7, 10 … of each power of ten), and how many lie below each.
-
-    Empty limits at both ends are left out.
-    """
-    found: list[tuple[float, int]] = []
-    rest, power = list(ordered), 1e-6
-    while rest:
-        for step in (1.0, 2.0, 3.0, 5.0, 7.0):
-            upper = step * power
-            below = sum(1 for each in rest if each < upper)
-            rest = rest[below:]
-            if below or (found and rest):
-                found.append((upper, below))
-        power *= 10.0
-    return found
-
-
-def histogram_lines(ordered: list[float]) -> list[str]:
-    """Return a histogram drawn for a terminal; there must be values."""
-    buckets = histogram(ordered)
-    most = max(n for _, n in buckets)
+def histogram_lines(latencies: Latencies) -> list[str]:
+    """Return a histogram drawn for a terminal."""
+    buckets = latencies.histogram()
+    most = max((n for _, n in buckets), default=0)
     return [
-        f'  < {milliseconds(upper):>10}  {"█" * ceil(_BAR * n / most):{_BAR}}  {n}'.rstrip()
+        f'  < {shown_seconds(upper):>10}  {"█" * ceil(_BAR * n / most):{_BAR}}  {n}'.rstrip()
         for upper, n in buckets
     ]
-
-
-def milliseconds(seconds: float) -> str:
-    """Return a time as people read it."""
-    return f'{seconds * 1000:.3g} ms' if seconds < 1 else f'{seconds:.3g} s'
 
 
 def call(arguments: Namespace, output: Output) -> Outcome:

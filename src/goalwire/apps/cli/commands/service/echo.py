@@ -9,18 +9,18 @@ import goalwire
 from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.discovery import discovered
 from goalwire.apps.cli.framework.live import live
-from goalwire.apps.cli.framework.messages import as_dict, message_yaml, style_of
+from goalwire.apps.cli.framework.messages import message_yaml, style_of
 from goalwire.apps.cli.framework.named import SERVICES
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.apps.cli.framework.output import tell
 from goalwire.apps.cli.framework.qos import chosen_qos
+from goalwire.observe.messages import as_dict
+from goalwire.observe.service_calls import POSTFIX, STEPS
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
 
-STEPS = ('REQUEST_SENT', 'REQUEST_RECEIVED', 'RESPONSE_SENT', 'RESPONSE_RECEIVED')
-"""By the number in service_msgs/msg/ServiceEventInfo."""
 QUEUE = 1000
 """Steps that wait at most where no depth is asked for."""
 
@@ -37,7 +37,7 @@ def echo(arguments: Namespace, output: Output) -> Outcome:
 
     async def follow(node: goalwire.Node) -> None:
         qos = chosen_qos(arguments, goalwire.QoS(depth=QUEUE))
-        async for message in node.subscription(event, f'{name}/_service_event', qos=qos):
+        async for message in node.subscription(event, name + POSTFIX, qos=qos):
             _show(message, arguments, output)
 
     return live(follow)
@@ -45,7 +45,7 @@ def echo(arguments: Namespace, output: Output) -> Outcome:
 
 def _tell_if_silent(name: str, arguments: Namespace) -> None:
     """Say what to switch on if nobody publishes the steps of the service's calls; it may be done later."""
-    topic = f'{name}/_service_event'
+    topic = name + POSTFIX
     with discovered(arguments, lambda graph: graph.count(EndpointKind.PUBLISHER, topic) > 0) as graph:
         if graph.count(EndpointKind.PUBLISHER, topic):
             return

@@ -12,10 +12,11 @@ from goalwire.apps.cli.framework.discovery import add_graph_arguments
 from goalwire.apps.cli.framework.expressions import Expression
 from goalwire.apps.cli.framework.fields import field_path, field_value
 from goalwire.apps.cli.framework.live import live
-from goalwire.apps.cli.framework.messages import add_style_arguments, as_dict, as_text, plain_text
+from goalwire.apps.cli.framework.messages import add_style_arguments, as_text
 from goalwire.apps.cli.framework.numbers import positive
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.qos import add_qos_arguments
+from goalwire.observe.messages import as_dict, plain
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -94,7 +95,7 @@ class _Printer:
                 if about is None
                 else f'---Got new message, message info:---\n{about}\n---Message data:---\n'
             )
-            return before + (repr(value) if arguments.raw else plain_text(value)) + '\n---'
+            return before + (repr(value) if arguments.raw else str(plain(value))) + '\n---'
         if arguments.csv:
             before = '' if about is None else ','.join(map(str, about.values())) + ','
             return before + as_text(value, arguments)

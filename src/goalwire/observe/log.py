@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
-from goalwire.apps.console.types import cut
+from goalwire.logging import LoggingSeverity
+from goalwire.observe.messages import cut
 from goalwire.records import record
 
 KEPT = 5000
-LEVELS = {10: 'DEBUG', 20: 'INFO', 30: 'WARN', 40: 'ERROR', 50: 'FATAL'}
+LEVELS = {level.value: level.name for level in LoggingSeverity if level}
 _MOST_TEXT = 4000
 _MOST_NAME = 300
 
@@ -37,8 +38,8 @@ class LogLine:
 class LogBook:
     """The latest lines."""
 
-    def __init__(self) -> None:
-        self._lines: deque[LogLine] = deque(maxlen=KEPT)
+    def __init__(self, kept: int = KEPT) -> None:
+        self._lines: deque[LogLine] = deque(maxlen=kept)
         self._count = 0
 
     def take(self, message: Any, _at: float = 0.0) -> None:
@@ -67,9 +68,11 @@ class LogBook:
         """Who has written."""
         return sorted({line.node for line in self._lines})
 
-    def clear(self) -> None:
-        """Forget all lines."""
-        self._lines.clear()
+    def since(self, version: int, text: str) -> list[LogLine]:
+        """Return the lines that came after a version and hold a text, the oldest first."""
+        new = min(self._count - version, len(self._lines))
+        lines = islice(self._lines, len(self._lines) - new, None)
+        return [line for line in lines if text in line.node or text in line.text]
 
     def latest(self, most: int, *, least_level: int = 0, node: str = '', text: str = '') -> list[LogLine]:
         """Return the latest lines that pass, the newest first."""

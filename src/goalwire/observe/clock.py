@@ -1,4 +1,4 @@
-"""Times in the console are readings of the monotonic clock: ages stay right if the wall clock is set anew.
+"""Times are readings of the monotonic clock: ages stay right if the wall clock is set anew.
 
 Stamps of messages are times of the wall clock, in s since 1970. `wall_offset` leads from one to the other; it
 is asked for when a time is shown, so that a time of day is always one of the clock as it stands now.

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Mapping
 from time import monotonic
 from typing import Any
 
-from goalwire.apps.console.types import as_data
+from goalwire.observe.latencies import Latencies
 
-KEPT = 100
+KEPT = 1000
 POSTFIX = '/_service_event'
-_STEPS = ('request sent', 'request received', 'response sent', 'response received')
+STEPS = ('REQUEST_SENT', 'REQUEST_RECEIVED', 'RESPONSE_SENT', 'RESPONSE_RECEIVED')
 """By the number in service_msgs/msg/ServiceEventInfo."""
-_SENT, _RECEIVED, _ANSWERED, _CAME = range(4)
+_SENT, _RECEIVED, _ANSWERED, _CAME = range(len(STEPS))
 
 
 class SeenCall:
@@ -26,24 +25,24 @@ class SeenCall:
         """As the client counts its calls."""
         self.seen_at = monotonic()
         self.steps: dict[int, float] = {}
-        self.request: Mapping[str, Any] | None = None
-        """None where the events have no contents."""
-        self.response: Mapping[str, Any] | None = None
+        self.request: Any = None
+        """The message; None if the events have no contents."""
+        self.response: Any = None
 
     @property
     def served_in(self) -> float | None:
-        """The time in s from the request's arrival to the response, where the service tells both."""
+        """The time in s from the request's arrival to the response, if the service tells both."""
         return self._between(_RECEIVED, _ANSWERED)
 
     @property
     def took(self) -> float | None:
-        """The time in s from the request's sending to the response's arrival, where the client tells both."""
+        """The time in s from the request's sending to the response's arrival, if the client tells both."""
         return self._between(_SENT, _CAME)
 
     @property
     def state(self) -> str:
-        """Its last step."""
-        return _STEPS[max(self.steps)]
+        """The name of its last step, in words."""
+        return STEPS[max(self.steps)].replace('_', ' ').lower()
 
     def _between(self, first: int, last: int) -> float | None:
         if first in self.steps and last in self.steps:
@@ -51,18 +50,22 @@ class SeenCall:
         return None
 
 
-class ServiceEvents:
+class ServiceCalls:
     """The latest calls of one service."""
 
     def __init__(self) -> None:
         self._calls: OrderedDict[tuple[str, int], SeenCall] = OrderedDict()
+        self.clients = Latencies()
+        """From the request to the response, as clients tell them."""
+        self.server = Latencies()
+        """From the request's arrival to the response's sending, as the server tells them."""
         self.version = 0
-        """Rises with each event."""
+        """It rises with each event."""
 
     def take(self, event: Any, _at: float = 0.0) -> None:
         """Note an event: a message of the service's type `Name_Event`."""
         info = event.info
-        if not 0 <= info.event_type < len(_STEPS):
+        if not 0 <= info.event_type < len(STEPS):
             return
         key = bytes(info.client_gid).hex(), int(info.sequence_number)
         call = self._calls.get(key)
@@ -71,13 +74,16 @@ class ServiceEvents:
             while len(self._calls) > KEPT:
                 self._calls.popitem(last=False)
         call.steps[int(info.event_type)] = info.stamp.sec + info.stamp.nanosec / 1e9
+        if info.event_type == _CAME and call.took is not None:
+            self.clients.note(call.took)
+        if info.event_type == _ANSWERED and call.served_in is not None:
+            self.server.note(call.served_in)
         if len(event.request):
-            call.request = as_data(event.request[0])
+            call.request = event.request[0]
         if len(event.response):
-            call.response = as_data(event.response[0])
+            call.response = event.response[0]
         self.version += 1
 
-    @property
-    def latest(self) -> list[SeenCall]:
-        """The calls, the newest first."""
-        return list(reversed(self._calls.values()))
+    def latest(self, most: int) -> list[SeenCall]:
+        """Return the latest calls, the newest first."""
+        return list(reversed(self._calls.values()))[:most]

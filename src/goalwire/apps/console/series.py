@@ -1,83 +1,13 @@
-"""Rates of messages, latencies of calls, and the courses of numbers over time."""
+"""The courses of numbers over time."""
 
 from __future__ import annotations
 
 import csv
 import io
-import math
-from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-
-_WINDOW_S = 3.0
-_LEAST_S = 0.5
-"""The least time between the messages from which a rate is told: of a burst it would be anything."""
-
-
-class Rate:
-    """How often messages come, from how many had come when the latest of them came.
-
-    It is told when two messages have come, and not before: the time before the first says nothing.
-    """
-
-    def __init__(self) -> None:
-        self._arrivals: deque[tuple[float, int]] = deque()
-        self._has_stopped = False
-
-    def note(self, count: int, at: float) -> None:
-        """Note the number of the latest message, and when it came, by the monotonic clock."""
-        arrivals = self._arrivals
-        if arrivals and count <= arrivals[-1][1]:
-            return
-        arrivals.append((at, count))
-        while len(arrivals) > 2 and at - arrivals[1][0] >= _WINDOW_S:
-            arrivals.popleft()
-
-    def told(self, now: float) -> float | None:
-        """Return the messages a second of the last 3 s, or between the last two if they are further apart.
-
-        None until it is known; 0 if messages came, and come no more.
-        """
-        arrivals = self._arrivals
-        if len(arrivals) < 2 or arrivals[-1][0] - arrivals[0][0] < _LEAST_S:
-            return 0.0 if self._has_stopped and not arrivals else None
-        rate = (arrivals[-1][1] - arrivals[0][1]) / (arrivals[-1][0] - arrivals[0][0])
-        if now - arrivals[-1][0] <= max(_WINDOW_S, 2 / rate):
-            return rate
-        arrivals.clear()
-        self._has_stopped = True
-        return 0.0
-
-
-class Latencies:
-    """How long the latest calls took."""
-
-    def __init__(self, most: int = 1000) -> None:
-        self._seconds: deque[float] = deque(maxlen=most)
-
-    def note(self, seconds: float) -> None:
-        """Note one call."""
-        self._seconds.append(seconds)
-
-    def __len__(self) -> int:
-        return len(self._seconds)
-
-    def percentile(self, share: float) -> float:
-        """Return what that share of the calls did not exceed, in s: by the nearest rank. 0 for none."""
-        ordered = sorted(self._seconds)
-        return ordered[max(0, math.ceil(share * len(ordered)) - 1)] if ordered else 0.0
-
-    def histogram(self, bins: int = 16) -> tuple[list[float], list[int]]:
-        """Return the edges, in s and evenly spread over the decades, and how many calls lie between."""
-        if not self._seconds:
-            return [], []
-        low, high = max(min(self._seconds), 1e-6), max(self._seconds)
-        high = high if high > low else low * 1.1
-        edges = np.geomspace(low, high * 1.0001, bins + 1)
-        counts, _ = np.histogram(np.clip(np.array(self._seconds), low, None), bins=edges)
-        return [float(edge) for edge in edges], [int(count) for count in counts]
 
 
 class Series:

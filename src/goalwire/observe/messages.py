@@ -1,4 +1,4 @@
-"""Message classes by the names of their types, and messages as plain data for the page."""
+"""Message classes by the names of their types, and messages as plain data."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _MOST_ITEMS = 200
 _MOST_TEXT = 2000
 
 
-def interface(type_name: str) -> Any:
+def interface_class(type_name: str) -> Any:
     """Return the class of 'pkg/kind/Name'. Raises UnknownInterfaceError."""
     from rosidl_runtime_py.utilities import get_interface
 
@@ -54,8 +54,19 @@ def cut(text: str, most: int) -> str:
     return text if len(text) <= most else f'{text[:most]}… ({len(text)} characters)'
 
 
-def full_data(message: Any) -> dict[str, Any]:
-    """Return all of a message."""
+def as_dict(message: Any) -> Any:
+    """Return a message as JSON has it, in full; a field's value that is an array becomes a list."""
     from rosidl_runtime_py import message_to_ordereddict
 
-    return dict(message_to_ordereddict(message))
+    if hasattr(message, 'get_fields_and_field_types'):
+        return message_to_ordereddict(message)
+    return plain(message)
+
+
+def plain(value: Any) -> Any:
+    """Return a field's value; arrays as lists."""
+    if hasattr(value, 'tolist'):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [as_dict(item) for item in value]
+    return value

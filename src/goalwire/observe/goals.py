@@ -1,0 +1,247 @@
+"""The goals of every client, as the status and feedback topics of the action servers report them."""
+
+from __future__ import annotations
+
+from collections import OrderedDict, deque
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+from goalwire.observe.progress import Progress, ProgressError, likely_field
+from goalwire.rules.goals.table import GoalStatus
+
+SENT = 'SENT'
+"""The status of a goal whose server has not answered yet."""
+ACTIVE = frozenset({SENT, *(status.name for status in GoalStatus if status.is_active)})
+KEPT = 300
+"""How many goals are kept; of more, the ones that ended first are dropped."""
+_TICKS = 400
+
+
+def status_name(number: int) -> str:
+    """Return the name of a status of action_msgs/msg/GoalStatus; UNKNOWN for any other number."""
+    return GoalStatus(number).name if 0 <= number < len(GoalStatus) else GoalStatus.UNKNOWN.name
+
+
+class ReportedGoal(NamedTuple):
+    """A goal as its server reports it."""
+
+    goal_id: str
+    status: str
+    accepted: float
+    """In s since 1970, by the server's clock."""
+
+    @property
+    def is_active(self) -> bool:
+        """True until it ends."""
+        return self.status in ACTIVE
+
+
+def reported_goals(array: Any) -> list[ReportedGoal]:
+    """Return the goals of an action_msgs/msg/GoalStatusArray, in the order of their acceptance."""
+    return [
+        ReportedGoal(
+            bytes(entry.goal_info.goal_id.uuid).hex(),
+            status_name(entry.status),
+            entry.goal_info.stamp.sec + entry.goal_info.stamp.nanosec / 1e9,
+        )
+        for entry in array.status_list
+    ]
+
+
+class Goal:
+    """One goal, as far as it was seen from here. Times are readings of the monotonic clock, in s."""
+
+    def __init__(self, action: str, goal_id: str, now: float) -> None:
+        self.action = action
+        self.goal_id = goal_id
+        self.status = SENT
+        self.began = now
+        self.ended: float | None = None
+        self.accepted: float | None = None
+        """By the server's clock, in s since 1970."""
+        self.marks: list[tuple[float, str]] = []
+        """When it came to each status."""
+        self.ticks: deque[float] = deque(maxlen=_TICKS)
+        """When feedback came."""
+        self.feedback: Any = None
+        """The latest feedback message."""
+        self.progress: float | None = None
+        """0 to 1, if the feedback tells."""
+        self.result: Mapping[str, Any] | None = None
+        self.problem = ''
+        self.request: Mapping[str, Any] | None = None
+        """What was sent, if it was sent from here."""
+        self._saw_start = True
+        self._readers: dict[str, Progress] = {}
+
+    @property
+    def is_mine(self) -> bool:
+        """True if it was sent from here."""
+        return self.request is not None
+
+    @property
+    def is_active(self) -> bool:
+        """True until it ends."""
+        return self.status in ACTIVE
+
+    def move(self, status: str, now: float) -> bool:
+        """Note a status. Return False if it is no news, as a status that comes after the goal's end.
+
+        The answer to a goal may come behind the status that it runs: nothing becomes ACCEPTED again.
+        """
+        if status == self.status or not self.is_active or (status == 'ACCEPTED' and self.status != SENT):
+            return False
+        self.status = status
+        self.marks.append((now, status))
+        if status not in ACTIVE:
+            self.ended = now
+            if status == 'SUCCEEDED' and self.progress is not None:
+                self.progress = 1.0
+        return True
+
+    def miss_start(self) -> None:
+        """Note that the goal ran before anybody listened: what remains of it has no first value."""
+        self._saw_start = False
+        self._readers.clear()
+        self.progress = None
+
+    def take_feedback(self, feedback: Any, now: float, field: str | None = None) -> None:
+        """Note a feedback message; `field` tells the progress, as `Progress` takes it.
+
+        If the message has no such field, the one that its name makes likely does.
+        """
+        self.ticks.append(now)
+        self.feedback = feedback
+        for spec in (field, likely_field(feedback)):
+            if spec is None:
+                continue
+            if spec not in self._readers:
+                self._readers[spec] = Progress(spec, saw_start=self._saw_start)
+            with suppress(ProgressError):  # the field is of another action
+                done = self._readers[spec].read(feedback)
+                self.progress = self.progress if done is None else done
+                return
+
+
+class GoalTable:
+    """The goals of all actions, the latest last."""
+
+    def __init__(self, field: str | None = None) -> None:
+        """`field` tells the progress of the goals, as `Progress` takes it."""
+        self._field = field
+        self._goals: OrderedDict[tuple[str, str], Goal] = OrderedDict()
+        self._reported: dict[str, list[str]] = {}
+        self._watched_since: dict[str, float] = {}
+        self.version = 0
+        """It rises with each change."""
+
+    def __iter__(self) -> Iterator[Goal]:
+        return iter(self._goals.values())
+
+    def __len__(self) -> int:
+        return len(self._goals)
+
+    def get(self, action: str, goal_id: str) -> Goal | None:
+        """Return a goal that is known."""
+        return self._goals.get((action, goal_id))
+
+    def active(self, action: str | None = None) -> list[Goal]:
+        """Return the goals that have not ended."""
+        return [goal for goal in self if goal.is_active and action in {None, goal.action}]
+
+    def reported(self, action: str, most_ended: int) -> list[Goal]:
+        """Return the goals that the server last reported: the active ones, then the latest that ended."""
+        goals = [self._goals[action, each] for each in self._reported.get(action, ())]
+        ended = [goal for goal in goals if not goal.is_active]
+        return [*(goal for goal in goals if goal.is_active), *ended[-most_ended:]]
+
+    def watch(self, action: str, now: float) -> None:
+        """Note that somebody begins to listen to an action's goals; its feedback before was missed."""
+        self._watched_since[action] = now
+
+    def forget(self, action: str) -> None:
+        """Drop the goals of an action."""
+        self._reported.pop(action, None)
+        for key in [key for key in self._goals if key[0] == action]:
+            del self._goals[key]
+        self.version += 1
+
+    def note_sent(self, action: str, goal_id: str, request: Mapping[str, Any], now: float) -> Goal:
+        """Note a goal that is sent from here."""
+        goal = self._goal(action, goal_id, now)
+        goal.request = request
+        return goal
+
+    def take_statuses(
+        self, action: str, goals: Iterable[ReportedGoal], now: float, wall_offset: float = 0.0
+    ) -> list[Goal]:
+        """Note what a server reports of its goals, and return those that have news.
+
+        `wall_offset` leads from readings such as `now` to times of acceptance, in s since 1970. A goal that
+        had ended when it was first seen ends when it began: no more is known.
+        """
+        news, ids = [], list[str]()
+        since = self._watched_since.pop(action, None)
+        for goal_id, status, accepted in goals:
+            known = self._goals.get((action, goal_id))
+            is_old = known is None and status not in ACTIVE  # nobody knows when it ended
+            if known is None:
+                began = min(now, accepted - wall_offset) if accepted > 0 else now
+                known = self._goal(action, goal_id, began)
+            # If the server's clock is another one, as in a simulation, a goal may count as older than it is.
+            if since is not None and accepted - wall_offset < since and not known.is_mine:
+                known.miss_start()
+            known.accepted = accepted
+            ids.append(goal_id)
+            if known.move(status, known.began if is_old else now):
+                news.append(known)
+        self._reported[action] = [each for each in ids if (action, each) in self._goals]
+        return news
+
+    def take_feedback(self, action: str, goal_id: str, feedback: Any, now: float) -> Goal:
+        """Note a feedback message; the goal may be one that no status has told of yet."""
+        goal = self._goal(action, goal_id, now)
+        goal.take_feedback(feedback, now, self._field)
+        self.version += 1
+        return goal
+
+    def end(self, goal: Goal, status: str, problem: str, now: float) -> None:
+        """Note how a goal ended if the server did not say it: it was refused, or the server is gone."""
+        goal.problem = problem
+        goal.move(status, now)
+        self.version += 1
+
+    def note_change(self) -> None:
+        """Note that somebody else has changed a goal."""
+        self.version += 1
+
+    def _goal(self, action: str, goal_id: str, now: float) -> Goal:
+        key = (action, goal_id)
+        goal = self._goals.get(key)
+        if goal is None:
+            goal = self._goals[key] = Goal(action, goal_id, now)
+            self._drop_old()
+        self.version += 1
+        return goal
+
+    def _drop_old(self) -> None:
+        while len(self._goals) > KEPT:
+            ended = next((key for key, goal in self._goals.items() if not goal.is_active), None)
+            self._goals.pop(ended) if ended is not None else self._goals.popitem(last=False)
+
+
+def lanes(goals: Iterable[Goal], now: float, margin: float = 0.0) -> list[tuple[Goal, int]]:
+    """Give each goal the first row of its action in which the one before has ended, `margin` s earlier."""
+    placed: list[tuple[Goal, int]] = []
+    ends: dict[str, list[float]] = {}
+    for goal in sorted(goals, key=lambda each: each.began):
+        rows = ends.setdefault(goal.action, [])
+        end = goal.ended if goal.ended is not None else now + 1e9
+        row = next((number for number, busy in enumerate(rows) if busy <= goal.began - margin), len(rows))
+        if row == len(rows):
+            rows.append(end)
+        else:
+            rows[row] = end
+        placed.append((goal, row))
+    return placed

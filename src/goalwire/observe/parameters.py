@@ -1,0 +1,194 @@
+"""The parameters of another node, by the services that every ROS 2 node has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Self
+
+from goalwire.errors import FieldValueError
+from goalwire.records import record
+from goalwire.rules.parameters.fitting import KIND_NAMES, fit_parameter, fit_parameter_text
+from goalwire.rules.parameters.messages import value_of
+from goalwire.rules.parameters.parameter import Type
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    import goalwire
+
+LIST = '/list_parameters'
+_NOT_SET = Type.NOT_SET.value
+
+
+def kind_name(number: int) -> str:
+    """Return the word of `ros2 param` for a type, by its number in rcl_interfaces/msg/ParameterType."""
+    if number == _NOT_SET:
+        return 'not set'
+    return KIND_NAMES[Type(number)] if number < len(Type) else f'unknown ({number})'
+
+
+def plain_value(message: Any) -> Any:
+    """Return the value of an rcl_interfaces/msg/ParameterValue as JSON has it: bytes as numbers.
+
+    Raises RuntimeError for a type that ROS 2 does not have.
+    """
+    value = value_of(message)
+    if not isinstance(value, list):
+        return value
+    return [each[0] if isinstance(each, bytes) else each for each in value]
+
+
+def nodes_with_parameters(services: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
+    """Return the nodes that can be asked for their parameters."""
+    return [
+        name.removesuffix(LIST)
+        for name, types in services
+        if name.endswith(LIST) and 'rcl_interfaces/srv/ListParameters' in types
+    ]
+
+
+class NodeParameters:
+    """The parameters of one node. `with` it: its clients are closed at the end."""
+
+    def __init__(self, node: goalwire.Node, name: str, timeout: float) -> None:
+        """`node` asks the node of that name, which may take `timeout` s for each answer.
+
+        Every question raises goalwire's own errors if there is no answer.
+        """
+        self._node = node
+        self._name = name
+        self._timeout = timeout
+        self._clients: dict[str, goalwire.Client[Any, Any]] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        for client in self._clients.values():
+            client.close()
+
+    async def _ask(self, cls: Any, service: str, **fields: Any) -> Any:
+        if service not in self._clients:
+            self._clients[service] = self._node.client(cls, f'{self._name}/{service}')
+        return await self._clients[service].call(cls.Request(**fields), timeout=self._timeout)
+
+    async def names(self, prefixes: Sequence[str] = ()) -> list[str]:
+        """Return the names of the parameters, sorted; with the prefix `arm`, those such as `arm.reach`."""
+        from rcl_interfaces.srv import ListParameters
+
+        response = await self._ask(ListParameters, 'list_parameters', prefixes=list(prefixes))
+        return sorted(response.result.names)
+
+    async def values(self, names: Sequence[str]) -> dict[str, Any]:
+        """Return the ParameterValue messages of those parameters that have a value."""
+        found = await self._values(names) if names else []
+        if len(found) != len(names):
+            # A node answers with nothing at all if one of the parameters has a type and no value yet.
+            alone = [await self._values([name]) for name in names]
+            pairs = [(name, each[0]) for name, each in zip(names, alone, strict=True) if each]
+        else:
+            pairs = list(zip(names, found, strict=True))
+        return {name: value for name, value in pairs if value.type != _NOT_SET}
+
+    async def _values(self, names: Sequence[str]) -> list[Any]:
+        from rcl_interfaces.srv import GetParameters
+
+        return list((await self._ask(GetParameters, 'get_parameters', names=list(names))).values)
+
+    async def descriptors(self, names: Sequence[str]) -> dict[str, Any]:
+        """Return the ParameterDescriptor messages of those parameters that the node has."""
+        found = await self._descriptors(names)
+        if len(found) != len(names):  # a node answers with nothing at all if it lacks one of the names
+            known = set(await self.names())
+            names = [name for name in names if name in known]
+            found = await self._descriptors(names)
+        return dict(zip(names, found, strict=False))
+
+    async def _descriptors(self, names: Sequence[str]) -> list[Any]:
+        from rcl_interfaces.srv import DescribeParameters
+
+        if not names:
+            return []
+        response = await self._ask(DescribeParameters, 'describe_parameters', names=list(names))
+        return list(response.descriptors)
+
+    async def set(self, values: Sequence[tuple[str, Any]]) -> list[tuple[str, Any]]:
+        """Set parameters to ParameterValue messages, one after the other.
+
+        Return each name with its SetParametersResult.
+        """
+        from rcl_interfaces.msg import Parameter
+        from rcl_interfaces.srv import SetParameters
+
+        if not values:
+            return []
+        parameters = [Parameter(name=name, value=value) for name, value in values]
+        response = await self._ask(SetParameters, 'set_parameters', parameters=parameters)
+        return list(zip([name for name, _ in values], response.results, strict=False))
+
+    async def read(self) -> list[RemoteParameter]:
+        """Return all parameters, with what the node says of them."""
+        names = await self.names()
+        values, descriptors = await self.values(names), await self.descriptors(names)
+        return [_parameter(name, values.get(name), about) for name, about in descriptors.items()]
+
+
+@record
+class RemoteParameter:
+    """A parameter of another node."""
+
+    name: str
+    number: int
+    """Of the type, as in rcl_interfaces/msg/ParameterType."""
+    value: Any
+    description: str = ''
+    constraints: str = ''
+    read_only: bool = False
+    least: float | None = None
+    most: float | None = None
+    step: float = 0.0
+
+    @property
+    def kind(self) -> str:
+        """The type's name."""
+        return kind_name(self.number)
+
+
+def _parameter(name: str, value: Any, about: Any) -> RemoteParameter:
+    number = value.type if value is not None and value.type < len(Type) else _NOT_SET
+    bounds = [*about.floating_point_range, *about.integer_range]
+    bound = bounds[0] if bounds else None
+    return RemoteParameter(
+        name,
+        number,
+        plain_value(value) if number else None,
+        about.description,
+        about.additional_constraints,
+        about.read_only,
+        None if bound is None else bound.from_value,
+        None if bound is None else bound.to_value,
+        0.0 if bound is None else float(bound.step),
+    )
+
+
+def fitted_value(parameter: RemoteParameter, typed: object) -> Any:
+    """Return the value of a parameter that a form's text or switch stands for, or a value of its type.
+
+    Raises FieldValueError, for a number outside the range that the parameter declares, too.
+    """
+    type_ = Type(parameter.number)
+    if type_ is Type.NOT_SET:
+        raise FieldValueError(parameter.name, 'it is not set, and so has no type')
+    value: Any
+    if type_ is Type.STRING:
+        value = fit_parameter(parameter.name, type_, '' if typed is None else typed)
+    elif isinstance(typed, str):
+        value = fit_parameter_text(parameter.name, type_, typed)
+    else:
+        value = fit_parameter(parameter.name, type_, typed)
+    least, most = parameter.least, parameter.most
+    if least is not None and most is not None and isinstance(value, int | float):
+        low, high = min(least, most), max(least, most)
+        if not low <= value <= high:  # NaN, too
+            reason = f'give a number from {low:g} to {high:g}, not {value:g}'
+            raise FieldValueError(parameter.name, reason, parameter.kind)
+    return value

@@ -1,0 +1,98 @@
+"""How far a goal is, as one field of its feedback tells: FIELD, or FIELD/MAX."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from goalwire.errors import with_advice
+
+_RISING = frozenset({'fraction', 'progress', 'completion', 'ratio'})
+_PERCENT = frozenset({'percent', 'percentage'})
+_NUMBERS = ('float', 'double', 'int', 'uint')
+
+
+class ProgressError(ValueError):
+    """The feedback has no such number, or there is no such maximum."""
+
+    def __init__(self, problem: str, advice: str = '') -> None:
+        super().__init__(with_advice(problem, advice))
+
+
+class Progress:
+    """Reads one field of the feedback of one goal.
+
+    A field that tells what remains is measured by its first value. Whoever missed that value, because the
+    goal ran before, cannot tell how much is done.
+    """
+
+    def __init__(self, spec: str, *, saw_start: bool = True) -> None:
+        """Take `spec` as FIELD or FIELD/MAX, and whether the goal's first feedback was seen.
+
+        Raises ProgressError if MAX is not a number above 0.
+        """
+        self._saw_start = saw_start
+        path, slash, most = spec.partition('/')
+        self._path = path.split('.')
+        self._falls = any(_tells_what_remains(part) for part in self._path)
+        self._first: float | None = None
+        try:
+            self._most = float(most) if slash else 1.0
+        except ValueError:
+            self._most = 0.0
+        if not self._most > 0:
+            raise ProgressError(
+                f"--progress {spec}: '{most}' is no number above 0", 'write FIELD or FIELD/MAX'
+            )
+
+    def read(self, feedback: Any) -> float | None:
+        """Return how much is done, 0 to 1; None if the goal's beginning would have to be known.
+
+        Raises ProgressError if the feedback has no such number.
+        """
+        number = self._number(feedback)
+        if self._first is None:
+            self._first = number
+        if not self._falls:
+            return _bounded(number / self._most)
+        if not self._saw_start:
+            return None
+        return _bounded(1 - number / self._first) if self._first > 0 else 1.0
+
+    def _number(self, feedback: Any) -> float:
+        value, path = feedback, '.'.join(self._path)
+        for part in self._path:
+            known: dict[str, str] = getattr(value, 'get_fields_and_field_types', dict)()
+            if not known or not hasattr(value, part):
+                advice = f'its fields are: {", ".join(known)}' if known else ''
+                raise ProgressError(f"the feedback has no field '{path}'", advice)
+            value = getattr(value, part)
+        is_sequence = hasattr(value, '__len__') and not isinstance(value, str)
+        try:
+            return float(len(value) if is_sequence else value)
+        except (TypeError, ValueError):
+            raise ProgressError(f"the field '{path}' is no number", 'name another one') from None
+
+
+def likely_field(feedback: Any) -> str | None:
+    """Return the field, as `Progress` takes it, whose name says that it tells progress; None without one.
+
+    A field that rises is preferred to one that tells what remains.
+    """
+    fields: dict[str, str] = feedback.get_fields_and_field_types()
+    numbers = [name for name, kind in fields.items() if kind.startswith(_NUMBERS) and '[' not in kind]
+    for name in numbers:
+        if not _RISING.isdisjoint(name.split('_')):
+            return name
+    for name in numbers:
+        if not _PERCENT.isdisjoint(name.split('_')):
+            return f'{name}/100'
+    return next(filter(_tells_what_remains, numbers), None)
+
+
+def _tells_what_remains(name: str) -> bool:
+    return 'remaining' in name or name.endswith(('_left', 'to_go'))
+
+
+def _bounded(number: float) -> float:
+    """Return the nearest number from 0 to 1, and 0 for NaN, which a peer may send."""
+    return min(max(number, 0.0), 1.0) if number == number else 0.0  # noqa: PLR0124
