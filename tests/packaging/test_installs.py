@@ -72,6 +72,7 @@ def test_the_wheel_writes_nothing_outside_its_own_folder_but_the_pth(wheel: Path
     assert pth.splitlines()[0] == 'goalwire/overlay'
     assert 'goalwire/py.typed' in names
     assert 'goalwire/idl/share/std_msgs/msg/String.msg' in names
+    assert 'goalwire/apps/cli/templates/package/launch/@package@.launch.py.template' in names
     assert {'goalwire/overlay/std_msgs/msg/__init__.pyi', 'goalwire/overlay/std_msgs/py.typed'} <= set(names)
 
 

@@ -7,9 +7,8 @@ import re
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from goalwire.apps.cli.commands import new_templates as templates
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.verbs import Noun, Verb
 
@@ -19,17 +18,40 @@ if TYPE_CHECKING:
 SUMMARY = 'Make a package: a Python project that colcon builds as well'
 
 
+_TEMPLATES = Path(__file__).parents[1] / 'templates'
+_ENDING = '.template'
+
+
+class Kind(NamedTuple):
+    """What a package may begin with."""
+
+    program: str
+    """The name of its program and module, behind that of the package; also of its folders in `templates`."""
+    interfaces: str
+    """The package of its type."""
+    type_name: str
+    own_type: str
+    """The type with the same fields that a package of interfaces of its own has, as `msg/Greeting.msg`."""
+    summary: str
+
+
 _KINDS = {
-    'node': (templates.NODE, 'A node with a topic; without any option, this'),
-    'service': (templates.SERVICE, 'A service'),
-    'action': (templates.ACTION, 'An action'),
+    'node': Kind(
+        'node',
+        'std_msgs',
+        'String',
+        'msg/Greeting.msg',
+        'A node with a topic; without any option, this',
+    ),
+    'service': Kind('switch_server', 'std_srvs', 'SetBool', 'srv/Switch.srv', 'A service'),
+    'action': Kind('count_server', 'example_interfaces', 'Fibonacci', 'action/Count.action', 'An action'),
 }
 
 
 def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument('package', help='Its name: small letters, digits and underscores, a letter first')
-    for name, (_, text) in _KINDS.items():
-        parser.add_argument(f'--{name}', action='store_true', help=text)
+    for name, kind in _KINDS.items():
+        parser.add_argument(f'--{name}', action='store_true', help=kind.summary)
     parser.add_argument(
         '--interfaces', action='store_true', help='A package of its own types as well, PACKAGE_interfaces'
     )
@@ -39,7 +61,7 @@ def _arguments(parser: ArgumentParser) -> None:
 def _run(arguments: Namespace, output: Output) -> None:
     package = arguments.package
     _check_name(arguments.prog, package)
-    kinds = [kind for name, (kind, _) in _KINDS.items() if getattr(arguments, name)] or [templates.NODE]
+    kinds = [kind for name, kind in _KINDS.items() if getattr(arguments, name)] or [_KINDS['node']]
     place = Path(arguments.destination_directory)
     files = _files(package, kinds, own_types=arguments.interfaces)
     folders = [place / name for name in sorted({name.split('/')[0] for name in files})]
@@ -78,7 +100,7 @@ def _check_name(prog: str, package: str) -> None:
     )
 
 
-def _files(package: str, kinds: Sequence[templates.Kind], *, own_types: bool) -> dict[str, str]:
+def _files(package: str, kinds: Sequence[Kind], *, own_types: bool) -> dict[str, str]:
     """Return the texts of a new package by their paths, and those of its package of interfaces."""
     interfaces = f'{package}_interfaces'
     scripts = {kind.program: f'{package}_{kind.program}' for kind in kinds}
@@ -91,64 +113,60 @@ def _files(package: str, kinds: Sequence[templates.Kind], *, own_types: bool) ->
             f"            '{script} = {package}.{program}:main'," for program, script in scripts.items()
         ),
         'nodes': '\n'.join(
-            _filled(templates.LAUNCHED, {'package': package, 'script': script}) for script in scripts.values()
+            f"            Node(package='{package}', executable='{script}', parameters=[parameters], "
+            "output='screen'),"
+            for script in scripts.values()
         ),
         'programs': ', '.join(f'`{script}`' for script in scripts.values()),
-        'install': 'pip install '
-        + ' '.join(f"-e './{name}[test]'" for name in [package])
-        + (f' -e ./{interfaces}' if own_types else ''),
+        'install': f"pip install -e './{package}[test]'" + (f' -e ./{interfaces}' if own_types else ''),
         'folders': ' and '.join(f'`{name}`' for name in folders),
-        'definitions': '\n'.join(f'  "{kind.definition.partition(chr(10))[0]}"' for kind in kinds),
+        'definitions': '\n'.join(f'  "{kind.own_type}"' for kind in kinds),
     }
-    texts = {
-        'package.xml': templates.MANIFEST,
-        'setup.py': templates.SETUP,
-        'setup.cfg': templates.SCRIPTS,
-        'pyproject.toml': templates.PROJECT,
-        'README.md': templates.README,
-        f'launch/{package}.launch.py': templates.LAUNCH,
-        'config/parameters.yaml': templates.PARAMETERS,
-        f'resource/{package}': '',
-        f'{package}/__init__.py': '',
-    }
-    files = {f'{package}/{name}': _filled(text, words) for name, text in texts.items()}
+    files = _filled('package', package, words)
     for kind in kinds:
-        module = {f'{package}/{kind.program}.py': kind.code, f'test/test_{kind.program}.py': kind.test}
-        for name, text in module.items():
-            filled = _filled(text, _words_of(package, kind, alone=len(kinds) == 1))
-            files[f'{package}/{name}'] = _with_own_types(filled, kind, interfaces) if own_types else filled
-    if own_types:
-        others = {
-            'package.xml': templates.INTERFACES_MANIFEST,
-            'CMakeLists.txt': templates.INTERFACES_CMAKE,
-            'pyproject.toml': templates.INTERFACES_PROJECT,
-            '__init__.py': '',
+        program = _filled(
+            f'programs/{kind.program}', package, _words_of(package, kind, alone=len(kinds) == 1)
+        )
+        files |= {
+            name: _with_own_types(text, kind, interfaces) if own_types else text
+            for name, text in program.items()
         }
-        files |= {f'{interfaces}/{name}': _filled(text, words) for name, text in others.items()}
+    if own_types:
+        files |= _filled('interfaces', interfaces, words)
         for kind in kinds:
-            name, _, text = kind.definition.partition('\n')
-            files[f'{interfaces}/{name}'] = text
+            files |= _filled(f'definitions/{kind.program}', interfaces, {})
     return files
 
 
-def _words_of(package: str, kind: templates.Kind, *, alone: bool) -> dict[str, str]:
-    """The words of one program; if there are several, its node is called after both."""
+def _words_of(package: str, kind: Kind, *, alone: bool) -> dict[str, str]:
+    """Return the words of one program; if there are several, its node is called after both."""
     node = package if alone else f'{package}_{kind.program}'
     class_name = ''.join(map(str.capitalize, node.split('_')))
     return {'package': package, 'node': node, 'Class': class_name, 'program': kind.program}
 
 
-def _with_own_types(text: str, kind: templates.Kind, interfaces: str) -> str:
-    """A program or a test whose type comes from the package of interfaces; its fields are the same."""
+def _with_own_types(text: str, kind: Kind, interfaces: str) -> str:
+    """Return a program or a test whose type comes from the package of interfaces; its fields are the same."""
     return re.sub(
         rf'\b{kind.type_name}\b',
-        kind.own_type,
+        Path(kind.own_type).stem,
         text.replace(f'from {kind.interfaces}.', f'from {interfaces}.'),
     )
 
 
-def _filled(text: str, words: Mapping[str, str]) -> str:
-    return re.sub('@([A-Za-z]+)@', lambda found: words[found[1]], text)
+def _filled(folder: str, package: str, words: Mapping[str, str]) -> dict[str, str]:
+    """Return the files of a folder of templates, below the package's own; words between @ are filled in."""
+
+    def fill(text: str) -> str:
+        return re.sub('@([A-Za-z]+)@', lambda found: words[found[1]], text)
+
+    root = _TEMPLATES / folder
+    return {
+        fill(f'{package}/{file.relative_to(root).as_posix().removesuffix(_ENDING)}'): fill(
+            file.read_text(encoding='utf-8')
+        )
+        for file in sorted(root.rglob(f'*{_ENDING}'))
+    }
 
 
 NOUN = Noun('new', SUMMARY, (Verb('new', SUMMARY, _run, _arguments),))
