@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple, NoReturn, TypeAlias
 
 from goalwire import errors
@@ -32,6 +33,23 @@ class Verb(NamedTuple):
     """Whether it takes `--json`: everything does that prints data."""
     takes_ros_arguments: bool = False
     """Whether `--ros-args …` is its own business, as for `run` and `launch`; else it is its node's."""
+
+
+def lazy(module: str) -> tuple[Run, AddArguments]:
+    """Return a verb's two functions, `run` and `add_arguments` of a module below `commands`.
+
+    The module is imported when one of them is called: what takes part in the graph is slow to import.
+    """
+    path = f'goalwire.apps.cli.commands.{module}'
+
+    def run(arguments: argparse.Namespace, output: Output) -> Outcome | None:
+        outcome: Outcome | None = import_module(path).run(arguments, output)
+        return outcome
+
+    def add_arguments(parser: argparse.ArgumentParser) -> None:
+        import_module(path).add_arguments(parser)
+
+    return run, add_arguments
 
 
 class Noun(NamedTuple):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from uuid import uuid4
 
 import goalwire
-from goalwire.apps.cli.commands.action.goals import CODES
+from goalwire.apps.cli.commands.action.cancel import CODES
 from goalwire.apps.cli.framework import lookup, values
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.top.data import ServiceLatencies

@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 INTERFACES = ('GOAL_SERVICE', 'CANCEL_SERVICE', 'RESULT_SERVICE', 'FEEDBACK_TOPIC', 'STATUS_TOPIC')
 
 
-def echo_arguments(parser: ArgumentParser) -> None:
-    """Add what `action echo` takes after the name."""
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `action echo` takes."""
+    ACTIONS.name_argument(parser)
     parser.add_argument('action_type', nargs='?', help='Type of the action, if the graph does not know it')
     parser.add_argument(
         '--interfaces',
@@ -36,7 +37,7 @@ def echo_arguments(parser: ArgumentParser) -> None:
     add_qos_arguments(parser, 'subscribe', 'reliable, with a long queue; the status, and what came before')
 
 
-def echo(arguments: Namespace, output: Output) -> Outcome:
+def run(arguments: Namespace, output: Output) -> Outcome:
     """Print what comes until Ctrl-C."""
     wanted = [part.strip() for part in arguments.interfaces.split(',') if part.strip()]
     for part in wanted:

@@ -1,4 +1,4 @@
-"""ros2 action goals and cancel: the goals that a server knows, and how to end them."""
+"""ros2 action goals: the goals that a server knows."""
 
 from __future__ import annotations
 
@@ -8,41 +8,29 @@ from time import time
 from typing import TYPE_CHECKING
 
 import goalwire
-from goalwire.apps.cli.commands.service.call import PATIENCE_S
 from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.numbers import timeout_argument
-from goalwire.apps.cli.framework.outcome import CommandError, Outcome
-from goalwire.observe.goal_topics import cancel_request, goals_canceling, known_goals
+from goalwire.apps.cli.framework.outcome import Outcome
+from goalwire.observe.goal_topics import known_goals
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from goalwire.apps.cli.framework.output import Output
     from goalwire.observe.goals import ReportedGoal
 
 LOOK_S = 2.0
-"""How long a server's status may take to come; one that has had no goal sends none."""
-_UNITS_S = {'s': 1.0, 'm': 60.0, 'h': 3600.0}
-CODES = {
-    1: (Outcome.REFUSED, 'the server rejects the request'),
-    2: (Outcome.NOT_FOUND, 'the server knows no such goal'),
-    3: (Outcome.REFUSED, 'the goal has ended already'),
-}
-"""What action_msgs/srv/CancelGoal answers where nothing is cancelled."""
+"""How long a server's status may take to come; a server that has had no goal sends none."""
 
 
-# -- goals ---------------------------------------------------------------------------------------------------
-
-
-def goals_arguments(parser: ArgumentParser) -> None:
-    """Add what `action goals` takes after the name."""
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `action goals` takes."""
+    ACTIONS.name_argument(parser)
     parser.add_argument('-a', '--all', action='store_true', help='Show goals that have ended, too')
     parser.add_argument('-c', '--count', action='store_true', help='Show only how many there are')
     timeout_argument(parser, LOOK_S, 'Seconds to wait for the server')
 
 
-def goals(arguments: Namespace, output: Output) -> Outcome:
+def run(arguments: Namespace, output: Output) -> Outcome:
     """Print the goals that the server knows."""
     name, _ = ACTIONS.name_and_type(arguments)
 
@@ -65,93 +53,3 @@ def _print_goals(found: list[ReportedGoal], arguments: Namespace, output: Output
             output.line(
                 f'{each.goal_id}  {each.status:9}  accepted at {when}, {time() - each.accepted:.1f} s ago'
             )
-
-
-# -- cancel --------------------------------------------------------------------------------------------------
-
-
-def cancel_arguments(parser: ArgumentParser) -> None:
-    """Add what `action cancel` takes after the name."""
-    what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument('goal_id', nargs='?', metavar='ID', help='The goal, by its id or the beginning of that')
-    what.add_argument('--all', action='store_true', help='All goals of the action, whoever has sent them')
-    what.add_argument(
-        '--before',
-        metavar='TIME',
-        help='Goals accepted at that time or earlier: seconds since 1970, an ISO time, or how long ago '
-        '(10s, 5m, 1h)',
-    )
-    timeout_argument(parser, PATIENCE_S, 'Seconds to wait')
-
-
-def cancel(arguments: Namespace, output: Output) -> Outcome:
-    """Have goals cancelled, and print which."""
-    before = _time(arguments.before) if arguments.before else 0.0
-    name, _ = ACTIONS.name_and_type(arguments)
-
-    async def ask(node: goalwire.Node) -> Outcome:
-        from action_msgs.srv import CancelGoal
-
-        goal_id = ''
-        if arguments.goal_id:
-            goal_id = await _full_id(node, name, arguments.goal_id, arguments.timeout)
-        client = node.client(CancelGoal, f'{name}/_action/cancel_goal')
-        response = await client.call(cancel_request(goal_id, before), timeout=arguments.timeout)
-        canceling = goals_canceling(response)
-        if output.json:
-            output.data({'return_code': response.return_code, 'goals_canceling': canceling})
-        for each in () if output.json else canceling:
-            output.line(f'Canceling goal {each}')
-        if canceling:
-            return Outcome.OK
-        outcome, problem = CODES.get(response.return_code, (Outcome.NOT_FOUND, 'there is no goal to cancel'))
-        raise CommandError(outcome, f"action '{name}': {problem}", f'see: ros2 action goals {name} --all')
-
-    return live(ask)
-
-
-async def _full_id(node: goalwire.Node, name: str, given: str, patience: float) -> str:
-    """Return the id that begins so; raises CommandError where there is none, or more than one."""
-    text = given.replace('-', '').lower()
-    if not text or text.strip('0123456789abcdef') or len(text) > 32:
-        raise CommandError(
-            Outcome.BAD_VALUE, f"'{given}' is no id of a goal", f'see: ros2 action goals {name}'
-        )
-    if len(text) == 32:
-        return text
-    return only_id(
-        text, name, (goal.goal_id for goal in await known_goals(node, name, patience) if goal.is_active)
-    )
-
-
-def only_id(text: str, name: str, ids: Iterable[str]) -> str:
-    """Return the one id that begins so; raises CommandError."""
-    found = [each for each in ids if each.startswith(text)]
-    if len(found) == 1:
-        return found[0]
-    problem = (
-        f"{len(found)} goals of '{name}' begin with '{text}'" if found else f"no goal begins with '{text}'"
-    )
-    raise CommandError(
-        Outcome.BAD_VALUE if found else Outcome.NOT_FOUND, problem, f'see: ros2 action goals {name}'
-    )
-
-
-def _time(text: str) -> float:
-    """Return seconds since the epoch; raises CommandError."""
-    try:
-        if text[-1:] in _UNITS_S:
-            seconds = time() - float(text[:-1]) * _UNITS_S[text[-1]]
-        elif text.replace('.', '', 1).isdigit():
-            seconds = float(text)
-        else:
-            seconds = datetime.fromisoformat(text).timestamp()
-    except ValueError:
-        seconds = 0.0
-    if not 0 < seconds < 2**31:
-        raise CommandError(
-            Outcome.BAD_VALUE,
-            f"'{text}' is no time",
-            'write 1700000000.5, 2026-01-31T12:00:00, or how long ago: 10s, 5m, 1h',
-        )
-    return seconds

@@ -6,8 +6,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.framework.named import ACTIONS
-from goalwire.apps.cli.framework.outcome import Outcome
-from goalwire.apps.cli.framework.verbs import Noun, Verb
+from goalwire.apps.cli.framework.verbs import Noun, Verb, lazy
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -41,91 +40,23 @@ def _info(arguments: Namespace, output: Output) -> None:
             output.line(f'    {each.node.qualified}{kind}')
 
 
-# -- what takes part in the graph; imported when it is called for -------------------------------------------
-
-
-def _send_goal_arguments(parser: ArgumentParser) -> None:
-    from goalwire.apps.cli.commands.action.send_goal import send_goal_arguments
-
-    ACTIONS.name_argument(parser)
-    send_goal_arguments(parser)
-
-
-def _send_goal(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.apps.cli.commands.action.send_goal import send_goal
-
-    return send_goal(arguments, output)
-
-
-def _echo_arguments(parser: ArgumentParser) -> None:
-    from goalwire.apps.cli.commands.action.echo import echo_arguments
-
-    ACTIONS.name_argument(parser)
-    echo_arguments(parser)
-
-
-def _echo(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.apps.cli.commands.action.echo import echo
-
-    return echo(arguments, output)
-
-
-def _goals_arguments(parser: ArgumentParser) -> None:
-    from goalwire.apps.cli.commands.action.goals import goals_arguments
-
-    ACTIONS.name_argument(parser)
-    goals_arguments(parser)
-
-
-def _goals(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.apps.cli.commands.action.goals import goals
-
-    return goals(arguments, output)
-
-
-def _cancel_arguments(parser: ArgumentParser) -> None:
-    from goalwire.apps.cli.commands.action.goals import cancel_arguments
-
-    ACTIONS.name_argument(parser)
-    cancel_arguments(parser)
-
-
-def _cancel(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.apps.cli.commands.action.goals import cancel
-
-    return cancel(arguments, output)
-
-
-def _watch_arguments(parser: ArgumentParser) -> None:
-    from goalwire.apps.cli.commands.action.watch import watch_arguments
-
-    ACTIONS.name_argument(parser)
-    watch_arguments(parser)
-
-
-def _watch(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.apps.cli.commands.action.watch import watch
-
-    return watch(arguments, output)
-
-
 NOUN = Noun(
     'action',
     'Various action related sub-commands',
     (
-        Verb('cancel', 'Cancel goals of an action', _cancel, _cancel_arguments),
-        Verb('echo', 'Echo what happens to the goals of an action', _echo, _echo_arguments),
+        Verb('cancel', 'Cancel goals of an action', *lazy('action.cancel')),
+        Verb('echo', 'Echo what happens to the goals of an action', *lazy('action.echo')),
         Verb(
             'find',
             'Output a list of available actions of a given type',
             ACTIONS.print_of_type,
             ACTIONS.find_arguments,
         ),
-        Verb('goals', 'Output a list of the goals of an action', _goals, _goals_arguments),
+        Verb('goals', 'Output a list of the goals of an action', *lazy('action.goals')),
         Verb('info', 'Print information about an action', _info, _info_arguments),
         Verb('list', 'Output a list of action names', ACTIONS.print_all, ACTIONS.list_arguments),
-        Verb('send_goal', 'Send an action goal', _send_goal, _send_goal_arguments),
+        Verb('send_goal', 'Send an action goal', *lazy('action.send_goal')),
         Verb('type', "Print an action's type", ACTIONS.print_types, ACTIONS.name_argument),
-        Verb('watch', 'Show the goals of an action as they go on', _watch, _watch_arguments),
+        Verb('watch', 'Show the goals of an action as they go on', *lazy('action.watch')),
     ),
 )

@@ -28,8 +28,9 @@ CANCEL_S = 30.0
 _OUTCOMES = {'SUCCEEDED': Outcome.OK, 'ABORTED': Outcome.ABORTED, 'CANCELED': Outcome.CANCELED}
 
 
-def send_goal_arguments(parser: ArgumentParser) -> None:
-    """Add what `action send_goal` takes after the name."""
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `action send_goal` takes."""
+    ACTIONS.name_argument(parser)
     parser.add_argument(
         'words',
         nargs='*',
@@ -201,7 +202,7 @@ def _yaml(message: Any) -> str:
     return message_to_yaml(message)
 
 
-def send_goal(arguments: Namespace, output: Output) -> Outcome:
+def run(arguments: Namespace, output: Output) -> Outcome:
     """Send a goal; raises CommandError and goalwire's own errors."""
     goal = _Goal(arguments, output)
     return live(goal.perform)

@@ -28,8 +28,9 @@ ENDED_SHOWN = 10
 """How many goals that have ended stay in the table."""
 
 
-def watch_arguments(parser: ArgumentParser) -> None:
-    """Add what `action watch` takes after the name."""
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `action watch` takes."""
+    ACTIONS.name_argument(parser)
     progress_argument(parser)
 
 
@@ -97,7 +98,7 @@ class _Screen:
         return self._output.styled(row[: columns - 1], STATUS_STYLES.get(goal.status, ''))
 
 
-def watch(arguments: Namespace, output: Output) -> Outcome:
+def run(arguments: Namespace, output: Output) -> Outcome:
     """Show goals until Ctrl-C."""
     name, type_name = ACTIONS.name_and_type(arguments)
     cls = lookup.interface(type_name)

@@ -30,8 +30,9 @@ _BAR = 40
 """Characters of the longest bar of a histogram."""
 
 
-def call_arguments(parser: ArgumentParser) -> None:
-    """Add what `service call` takes after the name."""
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `service call` takes."""
+    SERVICES.name_argument(parser)
     parser.add_argument(
         'words',
         nargs='*',
@@ -191,7 +192,7 @@ def histogram_lines(latencies: Latencies) -> list[str]:
     ]
 
 
-def call(arguments: Namespace, output: Output) -> Outcome:
+def run(arguments: Namespace, output: Output) -> Outcome:
     """Call a service; raises CommandError and goalwire's own errors."""
     name = lookup.full_name(arguments.service_name, 'service')
     type_name, words = lookup.split_type(arguments.words, 'srv')

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
 import goalwire
 from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.discovery import discovered
 from goalwire.apps.cli.framework.live import live
-from goalwire.apps.cli.framework.messages import message_yaml, style_of
+from goalwire.apps.cli.framework.messages import add_style_arguments, message_yaml, style_of
 from goalwire.apps.cli.framework.named import SERVICES
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.apps.cli.framework.output import tell
-from goalwire.apps.cli.framework.qos import chosen_qos
+from goalwire.apps.cli.framework.qos import add_qos_arguments, chosen_qos
 from goalwire.observe.messages import as_dict
 from goalwire.observe.service_calls import POSTFIX, STEPS
 from goalwire.transport.contract import EndpointKind
@@ -25,7 +25,15 @@ QUEUE = 1000
 """Steps that wait at most where no depth is asked for."""
 
 
-def echo(arguments: Namespace, output: Output) -> Outcome:
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `service echo` takes."""
+    SERVICES.name_argument(parser)
+    parser.add_argument('service_type', nargs='?', help='Type of the service, if the graph does not know it')
+    add_style_arguments(parser)
+    add_qos_arguments(parser, 'subscribe', 'reliable, with a long queue')
+
+
+def run(arguments: Namespace, output: Output) -> Outcome:
     """Print events until Ctrl-C."""
     name = lookup.full_name(arguments.service_name, 'service')
     if arguments.service_type:

@@ -6,8 +6,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.framework.named import SERVICES
-from goalwire.apps.cli.framework.outcome import Outcome
-from goalwire.apps.cli.framework.verbs import Noun, Verb
+from goalwire.apps.cli.framework.verbs import Noun, Verb, lazy
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -50,44 +49,12 @@ def _info(arguments: Namespace, output: Output) -> None:
                 output.block(as_text(each), end='\n\n')
 
 
-# -- call, echo ----------------------------------------------------------------------------------------------
-
-
-def _call_arguments(parser: ArgumentParser) -> None:
-    from goalwire.apps.cli.commands.service.call import call_arguments
-
-    SERVICES.name_argument(parser)
-    call_arguments(parser)
-
-
-def _call(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.apps.cli.commands.service.call import call
-
-    return call(arguments, output)
-
-
-def _echo_arguments(parser: ArgumentParser) -> None:
-    from goalwire.apps.cli.framework.messages import add_style_arguments
-    from goalwire.apps.cli.framework.qos import add_qos_arguments
-
-    SERVICES.name_argument(parser)
-    parser.add_argument('service_type', nargs='?', help='Type of the service, if the graph does not know it')
-    add_style_arguments(parser)
-    add_qos_arguments(parser, 'subscribe', 'reliable, with a long queue')
-
-
-def _echo(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.apps.cli.commands.service.echo import echo
-
-    return echo(arguments, output)
-
-
 NOUN = Noun(
     'service',
     'Various service related sub-commands',
     (
-        Verb('call', 'Call a service', _call, _call_arguments),
-        Verb('echo', 'Echo the steps of the calls of a service', _echo, _echo_arguments),
+        Verb('call', 'Call a service', *lazy('service.call')),
+        Verb('echo', 'Echo the steps of the calls of a service', *lazy('service.echo')),
         Verb(
             'find',
             'Output a list of available services of a given type',

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.framework.discovery import discovered
 from goalwire.apps.cli.framework.named import TOPICS
-from goalwire.apps.cli.framework.outcome import Outcome
-from goalwire.apps.cli.framework.verbs import AddArguments, Noun, Run, Verb
+from goalwire.apps.cli.framework.verbs import Noun, Verb, lazy
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -78,36 +76,21 @@ def _info(arguments: Namespace, output: Output) -> None:
             output.block(as_text(each), end=end)
 
 
-def _lazy(name: str) -> tuple[Run, AddArguments]:
-    """Return a verb's two functions, of a module that is imported when they are called."""
-
-    def arguments_of(parser: ArgumentParser) -> None:
-        import_module(f'goalwire.apps.cli.commands.topic.{name}').add_arguments(parser)
-
-    def run(arguments: Namespace, output: Output) -> Outcome | None:
-        outcome: Outcome | None = import_module(f'goalwire.apps.cli.commands.topic.{name}').run(
-            arguments, output
-        )
-        return outcome
-
-    return run, arguments_of
-
-
 NOUN = Noun(
     'topic',
     'Various topic related sub-commands',
     (
-        Verb('bw', 'Display bandwidth used by topic', *_lazy('bw')),
-        Verb('delay', 'Display delay of topic from timestamp in header', *_lazy('delay')),
-        Verb('echo', 'Output messages from a topic', *_lazy('echo')),
+        Verb('bw', 'Display bandwidth used by topic', *lazy('topic.bw')),
+        Verb('delay', 'Display delay of topic from timestamp in header', *lazy('topic.delay')),
+        Verb('echo', 'Output messages from a topic', *lazy('topic.echo')),
         Verb(
             'find', 'Output a list of available topics of a given type', TOPICS.print_of_type, _find_arguments
         ),
-        Verb('hz', 'Print the average receiving rate to screen', *_lazy('hz')),
+        Verb('hz', 'Print the average receiving rate to screen', *lazy('topic.hz')),
         Verb('info', 'Print information about a topic', _info, _info_arguments),
         Verb('list', 'Output a list of available topics', _list, _list_arguments),
-        Verb('plot', 'Draw fields of messages in the terminal', *_lazy('plot'), has_json=False),
-        Verb('pub', 'Publish a message to a topic', *_lazy('pub')),
+        Verb('plot', 'Draw fields of messages in the terminal', *lazy('topic.plot'), has_json=False),
+        Verb('pub', 'Publish a message to a topic', *lazy('topic.pub')),
         Verb('type', "Print a topic's type", TOPICS.print_types, TOPICS.name_argument),
     ),
     TOPICS.noun_arguments,
