@@ -49,7 +49,8 @@ def test_plot_draws_fields_and_needs_a_terminal(
         shown.expect(r'/point\.point\.y: 0')
         shown.press(CTRL_C)
         assert shown.wait() == 130
-    assert 'this is none; use: ros2 topic echo' in ros2.fails('topic', 'plot', '/point.point.x', code=10)
+    told = ros2.fails('topic', 'plot', '/point.point.x', code=10)
+    assert 'needs a terminal that it can draw on; use: ros2 topic echo' in told
     with screen(world, 'topic', 'plot', '/point.nothing') as shown:
         shown.expect("there is no 'nothing'; its fields are: header, point")
         assert shown.wait() == 4

@@ -148,11 +148,11 @@ def test_a_goal_that_goes_on_is_told_when_it_is_ended_by_a_signal(robot: dict[st
 def test_without_a_terminal_it_says_what_else_there_is(world: dict[str, str]) -> None:
     ros2 = CommandLine(world)
     assert ros2.fails('top', code=10) == (
-        'ros2: top draws on a terminal, and this is none; '
+        'ros2: top needs a terminal that it can draw on; '
         'use: ros2 node list, topic hz, service list, action watch'
     )
     with screen(world, 'top', TERM='dumb') as shown:
-        shown.expect('this is none')
+        shown.expect('needs a terminal')
         assert shown.wait() == 10
 
 

@@ -46,7 +46,7 @@ def _top(arguments: Namespace, output: Output) -> Outcome:
     if not (output.is_terminal and sys.stdin.isatty()) or os.environ.get('TERM') == 'dumb':
         raise CommandError(
             Outcome.UNAVAILABLE,
-            'goalwire top needs a terminal, and its output is redirected',
+            'top needs a terminal that it can draw on',
             'use: ros2 node list, topic hz, service list, action watch',
         )
     check_field(arguments.progress)

@@ -131,7 +131,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
     if not output.is_terminal:
         raise CommandError(
             Outcome.UNAVAILABLE,
-            'topic plot draws on a terminal, and this is none',
+            'topic plot needs a terminal that it can draw on',
             'use: ros2 topic echo --field',
         )
     curves = [_curve(arguments, each) for each in arguments.fields]
