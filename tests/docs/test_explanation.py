@@ -73,7 +73,7 @@ def test_the_glossary_names_files_that_there_are() -> None:
 @pytest.mark.parametrize('folder', ['zenoh/protocol', 'zenoh/io', 'transport/zenoh/settings'])
 def test_the_list_of_a_folders_modules_names_each_once(folder: str) -> None:
     package = ROOT / 'src' / 'goalwire' / folder
-    text = ast.get_docstring(ast.parse((package / '__init__.py').read_text(encoding='utf-8'))) or ''
+    text = (package / '__init__.py').read_text(encoding='utf-8')
     modules = {file.stem for file in package.glob('*.py')} - {'__init__'}
     assert sorted(re.findall(r'^    (\w+) {2,}\S', text, re.MULTILINE)) == sorted(modules)
 
