@@ -34,6 +34,7 @@ JAZZY = {
     'bag': {
         'burst': '-s --storage --read-ahead-queue-size --topics --services --qos-profile-overrides-path '
         '-m --remap --storage-config-file --start-offset -n --num-messages',
+        'convert': '-i --input -o --output-options',
         'info': '-s --storage -t --topic-name -v --verbose --sort',
         'list': '-v --verbose',
         'play': '-s --storage --read-ahead-queue-size -r --rate --topics --services -e --regex '
@@ -42,6 +43,7 @@ JAZZY = {
         '--playback-duration --playback-until-sec --playback-until-nsec --disable-keyboard-controls '
         '-p --start-paused --start-offset --wait-for-all-acked --disable-loan-message '
         '--publish-service-requests --service-requests-source',
+        'reindex': '-s --storage',
         'record': '-o --output -s --storage -f --serialization-format -b --max-bag-size -d '
         '--max-bag-duration --max-cache-size --start-paused --use-sim-time --node-name '
         '--custom-data --snapshot-mode --topics --services --topic-types -a --all --all-topics '

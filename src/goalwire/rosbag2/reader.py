@@ -6,7 +6,7 @@ import heapq
 import os
 import shutil
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack
 from functools import cached_property
 from itertools import count
@@ -81,13 +81,16 @@ class Reader:
     Not for several threads.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        """Open the bag; raises BagError, FileNotFoundError."""
+    def __init__(self, path: str | os.PathLike[str], *, files: Sequence[str] = ()) -> None:
+        """Open the bag; raises BagError, FileNotFoundError.
+
+        With `files` its folder has these files, whatever its metadata says.
+        """
         self.path = os.fspath(path)
         self._resources = ExitStack()
         self._files: dict[str, FileReader] = {}
         try:
-            folder, names, told = _find(self.path)
+            folder, names, told = (self.path, list(files), None) if files else _find(self.path)
             self._compression = told.compression_mode if told else ''
             for name in names:
                 self._open(folder, name)
@@ -267,8 +270,8 @@ def _find(path: str) -> tuple[str, list[str], BagFacts | None]:
         if not os.path.exists(path):
             raise FileNotFoundError(f"there is no bag '{shown(path)}'")
         return os.path.dirname(path), [os.path.basename(path)], None
-    there = sorted(os.listdir(path), key=_natural)
-    stored = [name for name in there if _is_stored(name)]
+    there = os.listdir(path)
+    stored = stored_files(path)
     told = None
     if METADATA_FILE in there:
         told = read_metadata(os.path.join(path, METADATA_FILE))
@@ -283,6 +286,11 @@ def _find(path: str) -> tuple[str, list[str], BagFacts | None]:
             f'{shown(path)}: no bag is there: a bag has files that end with {" or ".join(SUFFIXES)}'
         )
     return path, stored, told
+
+
+def stored_files(folder: str) -> list[str]:
+    """Return the names of the files of a bag in a folder, in their order."""
+    return sorted(filter(_is_stored, os.listdir(folder)), key=_natural)
 
 
 def _is_stored(name: str) -> bool:

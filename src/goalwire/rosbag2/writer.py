@@ -116,9 +116,9 @@ class Writer:
         """The path of the file that is being written."""
         return self._file.path
 
-    def has_topic(self, name: str) -> bool:
-        """Return whether a topic has been added."""
-        return name in self._topics
+    def topic(self, name: str) -> Topic | None:
+        """Return a topic that was added; None for any other."""
+        return self._topics.get(name)
 
     def add_topic(
         self,

@@ -31,9 +31,14 @@ NOUN = Noun(
     'Various rosbag related commands',
     (
         _verb('burst', 'Burst data from a bag'),
+        _verb('check', 'Read every byte of a bag, and say what is wrong with it'),
+        _verb('convert', 'Given an input bag, write out a new bag with different settings'),
+        _verb('export', 'Write the messages of a bag as CSV or JSON lines'),
         _verb('info', 'Print information about a bag to the screen', has_json=True),
         _verb('list', 'Print information about available plugins to the screen', has_json=True),
         _verb('play', 'Play back ROS data from a bag'),
         _verb('record', 'Record ROS data to a bag'),
+        _verb('reindex', 'Reconstruct metadata file for a bag'),
+        _verb('repair', 'Write whatever can be read of a bag into a new one'),
     ),
 )

@@ -1,0 +1,26 @@
+"""ros2 bag reindex: write the metadata of a bag anew."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from goalwire.apps.bag.rewriting import reindex
+from goalwire.apps.cli.commands.bag.reading import bag_argument
+from goalwire.apps.cli.framework.output import tell
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `bag reindex` takes."""
+    bag_argument(parser)
+
+
+def run(arguments: Namespace, output: Output) -> None:
+    """Write it, and say what is in the bag."""
+    with reindex(arguments.bag_path) as bag:
+        for problem in bag.problems:
+            tell(problem)
+        output.line(f'{bag.facts.count:,} messages in {len(bag.facts.files)} files')
