@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from helpers.patience import COMMAND
 from helpers.processes import Program
 
 Begin: TypeAlias = Callable[..., Program]
 """`begin(*arguments)` starts a command that goes on; what it prints and complains of is one stream."""
-
-PATIENCE_S = 30.0
 
 
 def executable(name: str = 'ros2') -> Path:
@@ -59,7 +58,7 @@ class CommandLine:
             capture_output=True,
             text=True,
             encoding='utf-8',
-            timeout=PATIENCE_S,
+            timeout=COMMAND,
             check=False,
         )
         assert 'Traceback' not in done.stderr, done.stderr

@@ -13,11 +13,10 @@ from typing import Any
 
 from helpers.isolation import isolated_env
 from helpers.markdown import ROOT
+from helpers.patience import BROWSER
 from helpers.processes import Program
 
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
-PATIENCE_MS = 90_000
-"""How long the page may take for what must happen: only a failure takes it."""
 DATA = ROOT / 'tests' / 'data'
 PROGRAMS = ROOT / 'tests' / 'apps' / 'console' / 'programs'
 CONSOLE = """
@@ -51,7 +50,7 @@ class Stage:
             env=self.env,
             capture_output=True,
             text=True,
-            timeout=PATIENCE_MS / 1000,
+            timeout=BROWSER,
             check=False,
         )
         assert done.returncode == 0, done.stdout + done.stderr
@@ -70,7 +69,7 @@ class Stage:
         console = self.program(
             first + hurry + CONSOLE, 'console', '--no-open', '--json', '--port', '0', *arguments
         )
-        url = json.loads(console.expect(r'^\{.*\}$', PATIENCE_MS / 1000)[0])['url']
+        url = json.loads(console.expect(r'^\{.*\}$', BROWSER)[0])['url']
         return console, url
 
     def close(self) -> None:

@@ -9,9 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from helpers.patience import NOTEBOOK
 from jupyter_client.manager import KernelManager
-
-PATIENCE_S = 60.0
 
 
 class Notebook:
@@ -24,7 +23,7 @@ class Notebook:
         self._pid: int = provisioner.pid
         self._client = self._manager.blocking_client()
         self._client.start_channels()
-        self._client.wait_for_ready(timeout=PATIENCE_S)
+        self._client.wait_for_ready(timeout=NOTEBOOK)
 
     def __enter__(self) -> Self:
         return self
@@ -52,5 +51,5 @@ class Notebook:
                 case 'error':
                     output.append(f'{content["ename"]}: {content["evalue"]}\n')
 
-        self._client.execute_interactive(cell, output_hook=take, timeout=PATIENCE_S)
+        self._client.execute_interactive(cell, output_hook=take, timeout=NOTEBOOK)
         return ''.join(output)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from helpers.console import PATIENCE_MS
-from helpers.patience import wait_for
+from helpers.patience import BROWSER_MS, wait_for
 
 
 def until(page: Any, expression: str, argument: object = None) -> Any:
     """Wait until an expression of the page's is true, and return it."""
-    return page.wait_for_function(expression, arg=argument, timeout=PATIENCE_MS, polling=50).json_value()
+    return page.wait_for_function(expression, arg=argument, timeout=BROWSER_MS, polling=50).json_value()
 
 
 def copied(page: Any, button: str, *parts: str) -> str:

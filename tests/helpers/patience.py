@@ -1,4 +1,7 @@
-"""How long a test waits for what must happen, and the waits that nothing more particular is there for."""
+"""How long a test waits for what must happen, and the waits that nothing more particular is there for.
+
+Only a failure takes that long, on a busy machine too. A test's time limit is well above its waits.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,15 @@ from collections.abc import Callable
 from time import monotonic
 
 PATIENCE = 20.0
-"""Seconds that only a failure takes, on a busy machine too; well below the time limit of a test."""
+"""Seconds for what programs that run do, and for the start and the end of one."""
+COMMAND = 30.0
+"""Seconds for a command line from its start to its end."""
+NOTEBOOK = 60.0
+"""Seconds for a kernel of Jupyter: its start, and a cell."""
+BROWSER = 90.0
+"""Seconds for a page in a browser, and for the console that serves it."""
+BROWSER_MS = 1000 * BROWSER
+"""The same as Playwright takes it."""
 
 _LOOK_AGAIN_S = 0.002
 

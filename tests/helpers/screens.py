@@ -15,7 +15,8 @@ from time import monotonic
 from typing import Any
 
 import pytest
-from helpers.command_line import PATIENCE_S, executable
+from helpers.command_line import executable
+from helpers.patience import COMMAND
 
 if sys.platform == 'win32':
     pytest.skip('terminals of POSIX', allow_module_level=True)
@@ -58,7 +59,7 @@ class Screen:
         self._read_until(rf'\A(?![\s\S]*(?:{pattern}))', lambda: self.seen)
 
     def _read_until(self, pattern: str, text: Callable[[], str]) -> re.Match[str]:
-        end = monotonic() + PATIENCE_S
+        end = monotonic() + COMMAND
         while (found := re.search(pattern, text())) is None:
             left = end - monotonic()
             assert left > 0, f'no {pattern!r} in {text()}'
@@ -84,7 +85,7 @@ class Screen:
 
     def wait(self) -> int:
         """Wait for the command's end; what it writes meanwhile is read."""
-        end = monotonic() + PATIENCE_S
+        end = monotonic() + COMMAND
         while self._master is not None and (left := end - monotonic()) > 0:
             if select([self._master], [], [], left)[0] and not self._read():
                 break

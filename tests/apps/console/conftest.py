@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from helpers.console import CHROMIUM, PATIENCE_MS, Stage
+from helpers.console import CHROMIUM, Stage
+from helpers.patience import BROWSER_MS
 
 from tools import console_picture
 
@@ -49,7 +50,7 @@ def open_page(chromium: Any) -> Iterator[Callable[[str], Any]]:
             viewport={'width': 1100, 'height': 700}, accept_downloads=True, reduced_motion='reduce'
         )
         contexts.append(context)
-        context.set_default_timeout(PATIENCE_MS)
+        context.set_default_timeout(BROWSER_MS)
         page = context.new_page()
         page.on('pageerror', lambda error: errors.append(str(error)))
         page.on('request', lambda request: _only_from(url, request.url, errors))

@@ -9,7 +9,8 @@ from threading import Thread
 from typing import Any
 
 import pytest
-from helpers.console import PATIENCE_MS, Stage, picture
+from helpers.console import Stage, picture
+from helpers.patience import BROWSER_MS
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
@@ -65,7 +66,7 @@ def chat(url: str) -> Iterator[str]:
 def page(chromium: Any) -> Iterator[Any]:
     """A tab of a browser that has been nowhere."""
     context = chromium.new_context(viewport={'width': 1100, 'height': 700}, reduced_motion='reduce')
-    context.set_default_timeout(PATIENCE_MS)
+    context.set_default_timeout(BROWSER_MS)
     yield context.new_page()
     context.close()
 

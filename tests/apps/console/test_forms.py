@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 import yaml
-from helpers.console import PATIENCE_MS, PROGRAMS, Stage, picture
+from helpers.console import PROGRAMS, Stage, picture
 from helpers.page import copied, row, view
-from helpers.patience import wait_for
+from helpers.patience import BROWSER_MS, wait_for
 
 OpenPage = Callable[[str], Any]
 
@@ -125,7 +125,7 @@ def add(page: Any, path: str, count: int = 1) -> None:
     for number in range(count):
         page.click(f'[data-add="{path}"]')
         first = page.wait_for_selector(f'[data-field^="{path}[{number}]"]')
-        page.wait_for_function('(field) => document.activeElement === field', arg=first, timeout=PATIENCE_MS)
+        page.wait_for_function('(field) => document.activeElement === field', arg=first, timeout=BROWSER_MS)
 
 
 def fill_in(page: Any) -> None:
@@ -289,7 +289,7 @@ def test_an_action_receives_what_was_filled_in_and_nothing_that_was_refused(
         page.click('[data-send-goal]')
         page.wait_for_selector(f'.q-notification:has-text("{path}")')
         page.wait_for_function(
-            '(path) => document.activeElement.dataset.field === path', arg=path, timeout=PATIENCE_MS
+            '(path) => document.activeElement.dataset.field === path', arg=path, timeout=BROWSER_MS
         )
         if path == 'few':
             picture(page, 'refused')
@@ -316,7 +316,7 @@ def test_an_action_receives_what_was_filled_in_and_nothing_that_was_refused(
     page.wait_for_function(
         '(field) => document.querySelector(field).value === "-1, 300"',
         arg=input_of('few'),
-        timeout=PATIENCE_MS,
+        timeout=BROWSER_MS,
     )
     page.click('[data-send-goal]')
     confirm(page)

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.console import PATIENCE_MS, Stage, screenshots
+from helpers.console import Stage, screenshots
+from helpers.patience import BROWSER
 from helpers.robot import humanoid, robot_env
 
 from tools import console_picture
@@ -52,8 +53,8 @@ def test_the_readmes_picture_shows_the_robot(stage: Stage, chromium: Any, tmp_pa
     stage.env = robot_env('rmw_zenoh_cpp') | {'BROWSER': 'true'}
     file = (screenshots() or tmp_path) / 'humanoid.png'
     with humanoid('up', '--view', env=stage.env) as up:
-        pid = int(up.expect(r'\[view\] pid (\d+)', PATIENCE_MS / 1000)[1])
-        url = up.expect(r'\[view\] the console is at (http://localhost:\d+/)', PATIENCE_MS / 1000)[1]
+        pid = int(up.expect(r'\[view\] pid (\d+)', BROWSER)[1])
+        url = up.expect(r'\[view\] the console is at (http://localhost:\d+/)', BROWSER)[1]
         page = console_picture.take(chromium, url, file)
         eye = chromium.new_page()
 

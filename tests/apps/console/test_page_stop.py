@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import pytest
-from helpers.console import DATA, PATIENCE_MS, PROGRAMS, Stage, picture
+from helpers.console import DATA, PROGRAMS, Stage, picture
 from helpers.page import confirm, row, until, view
+from helpers.patience import BROWSER_MS
 from helpers.processes import Program
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
@@ -54,7 +55,7 @@ def world(chromium: Any) -> Iterator[World]:
     bob.expect('ready')
     console, url = stage.console()
     context = chromium.new_context(viewport={'width': 1440, 'height': 800}, reduced_motion='reduce')
-    context.set_default_timeout(PATIENCE_MS)
+    context.set_default_timeout(BROWSER_MS)
     errors: list[str] = []
     page = context.new_page()
     page.on('pageerror', lambda error: errors.append(str(error)))
@@ -156,7 +157,7 @@ def test_a_finger_stops_although_a_menu_is_open(world: World, page: Any, chromiu
     context = chromium.new_context(
         viewport={'width': 390, 'height': 800}, has_touch=True, is_mobile=True, reduced_motion='reduce'
     )
-    context.set_default_timeout(PATIENCE_MS)
+    context.set_default_timeout(BROWSER_MS)
     phone = context.new_page()
     phone.goto(f'{world.url}?view=robot&robot=/alice')
     phone.wait_for_selector('[data-estop]')
