@@ -73,9 +73,9 @@ def _open_memory_sessions() -> int:
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """One more than there are cores: the tests spend two fifths of their time asleep."""
+    """Two more than there are cores: most of a test's time it waits for others."""
     cores = len(os.sched_getaffinity(0)) if sys.platform == 'linux' else os.cpu_count() or 1
-    return int(os.environ.get('PYTEST_XDIST_AUTO_NUM_WORKERS') or cores + 1)
+    return int(os.environ.get('PYTEST_XDIST_AUTO_NUM_WORKERS') or cores + 2)
 
 
 @pytest.hookimpl(wrapper=True)
