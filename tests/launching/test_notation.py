@@ -22,7 +22,7 @@ from launch.utilities import perform_substitutions
 
 from goalwire.errors import BadLaunchValueError, LaunchError, SubstitutionFailure
 from goalwire.launching.expressions import evaluate
-from goalwire.launching.ros.namespaces import joined_namespace
+from goalwire.launching.ros.namespaces import join_namespace
 from goalwire.launching.ros.parameters import as_rule, by_yaml, evaluate_dictionary
 
 
@@ -160,7 +160,7 @@ NAMESPACES = {
 
 @pytest.mark.parametrize(('base', 'own'), list(NAMESPACES))
 def test_namespaces_below_each_other(base: str | None, own: str | None) -> None:
-    assert joined_namespace(base, own) == NAMESPACES[base, own]
+    assert join_namespace(base, own) == NAMESPACES[base, own]
 
 
 def test_rules_for_the_command_line() -> None:

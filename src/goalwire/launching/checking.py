@@ -12,7 +12,7 @@ import goalwire.launching.catalog  # noqa: F401 - it imports what launch files m
 from goalwire.errors import LaunchError, NoSuchPackageError
 from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, shown
 from goalwire.launching.actions import DeclareLaunchArgument
-from goalwire.launching.errors import Location, located, sentence
+from goalwire.launching.errors import Location, as_sentence, locate
 from goalwire.launching.model import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from goalwire.launching.ros.node import Node
 from goalwire.launching.ros.parameters import Parameter, ParameterFile
@@ -34,7 +34,7 @@ def check_launch_file(path: str) -> list[str]:
     try:
         description = get_launch_description_from_any_launch_file(path)
     except Exception as error:
-        told = located(error, None)
+        told = locate(error, None)
         return [str(told) if told.located else f'{shown(os.path.abspath(path))}:1: {told}']
     return list(dict.fromkeys(_problems(description, _context(path), 0)))
 
@@ -147,4 +147,4 @@ def _problems_of_include(
 def _line(location: Location | None, error: Exception) -> str:
     if isinstance(error, LaunchError) and error.located:
         return str(error)
-    return f'{location}: {sentence(error)}' if location else sentence(error)
+    return f'{location}: {as_sentence(error)}' if location else as_sentence(error)

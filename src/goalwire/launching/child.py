@@ -50,7 +50,7 @@ class Child(asyncio.SubprocessProtocol):
         self._on_output(self, fd, data)
 
     def pipe_connection_lost(self, fd: int, exc: Exception | None) -> None:
-        self.stream_ended(fd)
+        self.on_stream_end(fd)
 
     def process_exited(self) -> None:
         code = self._transport.get_returncode() if self._transport else None
@@ -59,7 +59,7 @@ class Child(asyncio.SubprocessProtocol):
 
     # --- streams
 
-    def stream_ended(self, fd: int) -> None:
+    def on_stream_end(self, fd: int) -> None:
         """Say that nobody can write to a stream any more."""
         self._open_streams.discard(fd)
         if not self._open_streams and not self.streams_closed.done():
@@ -77,7 +77,7 @@ class Child(asyncio.SubprocessProtocol):
     def returncode(self) -> int | None:
         return self.exited.result() if self.exited.done() else None
 
-    async def ended(self) -> int:
+    async def wait_for_end(self) -> int:
         """Wait for the process's end and, if nothing of its group runs on, for its last output."""
         code = await asyncio.shield(self.exited)
         if not self.group_alive():
@@ -104,7 +104,7 @@ class Child(asyncio.SubprocessProtocol):
             return True
         return not sys.platform.startswith('linux') or _has_members(self.pid)
 
-    async def gone(self, seconds: float) -> bool:
+    async def wait_for_group(self, seconds: float) -> bool:
         """Wait at most so long until the process and its group have ended; whether they have."""
         deadline = time.monotonic() + seconds
         await asyncio.wait([self.exited], timeout=seconds)
@@ -155,7 +155,7 @@ class _TerminalReader(asyncio.Protocol):
         self._child.output(self._fd, data.replace(b'\r\n', b'\n'))
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._child.stream_ended(self._fd)
+        self._child.on_stream_end(self._fd)
 
 
 async def start_child(

@@ -31,19 +31,19 @@ def remember_launch_file(path: str) -> None:
     _launch_files.add(path)
 
 
-def located(error: Exception, location: Location | None, prefix: str = '') -> LaunchError:
+def locate(error: Exception, location: Location | None, prefix: str = '') -> LaunchError:
     """The error with its place in front: the line of a launch file that raised it, else `location`."""
     if isinstance(error, LaunchError) and error.located:
         return error
     place = _line_of_launch_file(error) or location
-    text = prefix + sentence(error)
+    text = prefix + as_sentence(error)
     kind = BadLaunchValueError if isinstance(error, BadLaunchValueError) else LaunchError
     told = kind(f'{place}: {text}' if place else text, located=place is not None)
     told.__cause__ = error
     return told
 
 
-def sentence(error: BaseException) -> str:
+def as_sentence(error: BaseException) -> str:
     """Return an error's message on one line, preceded by its type if the message alone would not tell."""
     text = ' '.join((error.msg if isinstance(error, SyntaxError) else str(error)).split())
     if isinstance(error, LaunchError) and text:

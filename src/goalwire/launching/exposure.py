@@ -12,7 +12,7 @@ from importlib.metadata import entry_points
 from typing import Any, TypeVar
 
 from goalwire.errors import LaunchError
-from goalwire.launching.errors import sentence
+from goalwire.launching.errors import as_sentence
 from goalwire.launching.model import Action, SomeSubstitutions, Substitution
 
 _Class = TypeVar('_Class')
@@ -23,15 +23,15 @@ _loaded: set[str] = set()
 
 def expose_action(*names: str) -> Callable[[_Class], _Class]:
     """Make a class with a classmethod `parse(entity, parser)`, or such a function, a tag of these names."""
-    return _exposing(_actions, names)
+    return _expose_in(_actions, names)
 
 
 def expose_substitution(*names: str) -> Callable[[_Class], _Class]:
     """Make a class with a classmethod `parse(data)`, or such a function, a $(name …)."""
-    return _exposing(_substitutions, names)
+    return _expose_in(_substitutions, names)
 
 
-def _exposing(table: dict[str, Any], names: tuple[str, ...]) -> Callable[[_Class], _Class]:
+def _expose_in(table: dict[str, Any], names: tuple[str, ...]) -> Callable[[_Class], _Class]:
     def expose(exposed: _Class) -> _Class:
         for name in names:
             table[name] = getattr(exposed, 'parse', exposed)
@@ -52,7 +52,7 @@ def load_extensions() -> None:
             from goalwire.launching.output import get_logger
 
             get_logger('launch').warning(
-                f'the launch extension {point.name} failed to load: {sentence(error)}'
+                f'the launch extension {point.name} failed to load: {as_sentence(error)}'
             )
 
 

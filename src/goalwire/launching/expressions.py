@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from goalwire.errors import SubstitutionFailure
-from goalwire.launching.errors import sentence
+from goalwire.launching.errors import as_sentence
 
 FUNCTIONS = frozenset(
     [
@@ -80,7 +80,7 @@ def evaluate(expression: str, modules: Iterable[str] = ('math',)) -> str:
 def _reason(error: Exception) -> str:
     if isinstance(error, NameError):
         return f'{error.args[0]} (a string needs quotes of its own)'
-    return error.msg if isinstance(error, SyntaxError) else sentence(error)
+    return error.msg if isinstance(error, SyntaxError) else as_sentence(error)
 
 
 def _check(tree: ast.AST) -> None:

@@ -18,7 +18,7 @@ from goalwire import xml_tree
 from goalwire.errors import BadLaunchValueError, InvalidFrontendLaunchFileError, LaunchError
 from goalwire.files import read_regular
 from goalwire.launching.conditions import IfCondition, UnlessCondition
-from goalwire.launching.errors import Location, located
+from goalwire.launching.errors import Location, locate
 from goalwire.launching.exposure import instantiate_action
 from goalwire.launching.model import Action, Condition, LaunchDescription, Substitution
 from goalwire.launching.notation import parse_if_substitutions, parse_substitution, replace_escaped_characters
@@ -192,7 +192,7 @@ class Parser:
         try:
             action = instantiate_action(entity, self)
         except Exception as error:
-            raise located(error, entity.location) from error
+            raise locate(error, entity.location) from error
         action.location = entity.location
         return action
 
@@ -234,7 +234,7 @@ class Parser:
             actions = self.parse_children(entity)
             entity.assert_entity_completely_parsed()
         except Exception as error:
-            raise located(error, entity.location) from error
+            raise locate(error, entity.location) from error
         return LaunchDescription(actions, deprecated_reason=reason)
 
 
@@ -344,7 +344,7 @@ def _absolute(name: str) -> str:
     return name if name.startswith('<') else str(Path(name).absolute())
 
 
-def substituted(entity: Entity, parser: Parser, *names: str, **renamed: str) -> dict[str, Any]:
+def parse_texts(entity: Entity, parser: Parser, *names: str, **renamed: str) -> dict[str, Any]:
     """Arguments of an action from attributes of its tag, as texts with $(…) in them.
 
     `renamed` has those that the tag calls otherwise: src='from'.

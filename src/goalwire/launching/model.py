@@ -21,7 +21,7 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeAlias
 
 from goalwire.errors import BadLaunchValueError, LaunchError
-from goalwire.launching.errors import HERE, OVERLAY, Location, located
+from goalwire.launching.errors import HERE, OVERLAY, Location, locate
 
 
 class Event:
@@ -477,7 +477,7 @@ def visit_tree(
     try:
         entities = entity_list(entity.visit(context))
     except Exception as error:
-        raise located(error, entity.location) from error
+        raise locate(error, entity.location) from error
     future = entity.get_asyncio_future()
     if future is not None:
         yield entity, future

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 from goalwire.errors import LaunchError
 from goalwire.launching.actions import Shutdown as ShutdownAction
 from goalwire.launching.child import Child, start_child
-from goalwire.launching.errors import located
+from goalwire.launching.errors import locate
 from goalwire.launching.event_handlers import Answer, OnActionEventBase
 from goalwire.launching.events import (
     ProcessExited,
@@ -78,8 +78,8 @@ class Executable:
         self._has_own_prefix = prefix is not None
         self.name = None if name is None else normalize_to_list_of_substitutions(name)
         self.cwd = None if cwd is None else normalize_to_list_of_substitutions(cwd)
-        self.env = None if env is None else _normalized(env)
-        self.additional_env = None if additional_env is None else _normalized(additional_env)
+        self.env = None if env is None else _normalize_variables(env)
+        self.additional_env = None if additional_env is None else _normalize_variables(additional_env)
         self.final_name: str | None = None
         self.final_cmd: list[str] | None = None
         self.final_cwd: str | None = None
@@ -99,21 +99,21 @@ class Executable:
         self.final_name = f'{name}-{next(_numbers)}'
         self.final_cmd = cmd
         self.final_cwd = None if self.cwd is None else perform_substitutions(context, self.cwd)
-        env = dict(context.environment) if self.env is None else _performed(context, self.env)
-        self.final_env = env | _performed(context, self.additional_env or [])
+        env = dict(context.environment) if self.env is None else _perform_variables(context, self.env)
+        self.final_env = env | _perform_variables(context, self.additional_env or [])
 
     def command(self, context: LaunchContext) -> list[str]:
         return [perform_substitutions(context, part) for part in self.cmd]
 
 
-def _normalized(variables: Variables) -> NormalizedVariables:
+def _normalize_variables(variables: Variables) -> NormalizedVariables:
     return [
         (normalize_to_list_of_substitutions(name), normalize_to_list_of_substitutions(value))
         for name, value in variables.items()
     ]
 
 
-def _performed(context: LaunchContext, variables: NormalizedVariables) -> dict[str, str]:
+def _perform_variables(context: LaunchContext, variables: NormalizedVariables) -> dict[str, str]:
     return {
         perform_substitutions(context, name): perform_substitutions(context, value)
         for name, value in variables
@@ -324,12 +324,12 @@ class ExecuteLocal(Action):
                 on_output=on_output,
             )
         except (OSError, ValueError) as error:
-            logger.error(str(located(error, self.location, f"cannot start '{cmd[0]}': ")))
+            logger.error(str(locate(error, self.location, f"cannot start '{cmd[0]}': ")))
             context.extend_globals({'launch_failed': True})
             return False
         if self._stopping is not None and self._stopping.is_set():
             self._begin_ending(context)  # the end was asked for while the process was being started
-        code = await child.ended()
+        code = await child.wait_for_end()
         context.running_processes -= 1
         for lines in (self._stdout, self._stderr):
             if lines is not None:
@@ -391,7 +391,7 @@ class ExecuteLocal(Action):
         sent = signal.SIGINT
         self._signal(sent)
         for wait, following in zip(seconds, ('SIGTERM', 'SIGKILL'), strict=True):
-            if await child.gone(wait):
+            if await child.wait_for_group(wait):
                 break
             get_logger(name).error(
                 f"process[{name}] failed to terminate '{wait:g}' seconds after receiving '{sent.name}', "
@@ -400,7 +400,7 @@ class ExecuteLocal(Action):
             sent = getattr(signal, following, signal.SIGTERM)
             self._signal(sent)
         else:
-            await child.gone(1.0)
+            await child.wait_for_group(1.0)
         if child.exited.done():
             child.close()
 

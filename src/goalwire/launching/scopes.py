@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, ClassVar
 
 from goalwire.launching.exposure import expose_action
-from goalwire.launching.frontend import Entity, Parser, substituted
+from goalwire.launching.frontend import Entity, Parser, parse_texts
 from goalwire.launching.model import (
     Action,
     LaunchContext,
@@ -37,7 +37,7 @@ class _Naming(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        return cls, arguments | substituted(entity, parser, *cls.TAGGED)
+        return cls, arguments | parse_texts(entity, parser, *cls.TAGGED)
 
     def describe(self) -> str:
         return f'{type(self).__name__}({describe_text(self.name)})'

@@ -13,7 +13,7 @@ from collections.abc import Coroutine, Iterable, Iterator
 from typing import Any
 
 from goalwire.errors import LaunchError
-from goalwire.launching.errors import located
+from goalwire.launching.errors import locate
 from goalwire.launching.event_handlers import OnIncludeLaunchDescription
 from goalwire.launching.events import IncludeLaunchDescription, Shutdown, SignalProcess
 from goalwire.launching.model import (
@@ -121,7 +121,7 @@ class LaunchService:
         self._shutting_down = False
         self._context.is_shutdown = self._context.is_aborted = False
         self._context.attach(self._loop, self._news.set)
-        launch_config.screen_handler.on_closed = self._screen_closed
+        launch_config.screen_handler.on_closed = self._on_screen_closed
         try:
             with self._signals():
                 try:
@@ -195,9 +195,9 @@ class LaunchService:
     def _wait_for(self, future: asyncio.Future[Any]) -> None:
         if not future.done():
             self._futures.add(future)
-        future.add_done_callback(self._ended)
+        future.add_done_callback(self._on_end)
 
-    def _ended(self, future: asyncio.Future[Any]) -> None:
+    def _on_end(self, future: asyncio.Future[Any]) -> None:
         self._futures.discard(future)
         if not future.cancelled() and (error := future.exception()) is not None:
             self._fail(error if isinstance(error, Exception) else RuntimeError(str(error)))
@@ -211,12 +211,12 @@ class LaunchService:
         self._context.is_aborted = True
         if self._context.running_processes and not self._shutting_down:
             self._logger.warning('ending what runs, because of the error that is told below')
-        self._shut_down(f'an error: {located(error, None)}')
+        self._shut_down(f'an error: {locate(error, None)}')
 
     def _tell_errors(self) -> None:
         for error in self._errors:
             self._logger.debug(''.join(traceback.format_exception(error)))
-        for text in dict.fromkeys(str(located(error, None)) for error in self._errors):
+        for text in dict.fromkeys(str(locate(error, None)) for error in self._errors):
             self._logger.error(text)
         self._errors.clear()
 
@@ -243,7 +243,7 @@ class LaunchService:
                 continue  # nohup means it
             with contextlib.suppress(NotImplementedError, ValueError, RuntimeError):
                 before[number] = signal.getsignal(number)
-                loop.add_signal_handler(number, self._interrupted, number)
+                loop.add_signal_handler(number, self._on_interrupt, number)
         try:
             yield
         finally:
@@ -252,7 +252,7 @@ class LaunchService:
                     loop.remove_signal_handler(number)
                     signal.signal(number, handler)
 
-    def _interrupted(self, number: signal.Signals) -> None:
+    def _on_interrupt(self, number: signal.Signals) -> None:
         """The first signal asks for the end, a second sends SIGTERM to what is left, a third SIGKILL."""
         now = time.monotonic()
         if now - self._interrupted_at < SAME_S:
@@ -277,7 +277,7 @@ class LaunchService:
             )
         )
 
-    def _screen_closed(self) -> None:
+    def _on_screen_closed(self) -> None:
         """Nobody reads the launch's output any more, as with `ros2 launch … | head`: end."""
         if self._loop is not None:
             self._shut_down('standard output was closed')

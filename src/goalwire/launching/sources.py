@@ -23,7 +23,7 @@ from goalwire.launching.actions import (
     DeclareLaunchArgument,
     OpaqueFunction,
 )
-from goalwire.launching.errors import Location, located, remember_launch_file
+from goalwire.launching.errors import Location, locate, remember_launch_file
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.frontend import Entity, Parser, XMLParser, YAMLParser
 from goalwire.launching.model import (
@@ -75,7 +75,7 @@ def load_python_launch_file_as_module(launch_file_path: str) -> ModuleType:
     try:
         loader.exec_module(module)
     except Exception as error:
-        raise located(error, None) from error
+        raise locate(error, None) from error
     finally:
         sys.dont_write_bytecode = before
     return module
@@ -92,7 +92,7 @@ def get_launch_description_from_python_launch_file(launch_file_path: str) -> Lau
     try:
         description = function()
     except Exception as error:
-        raise located(error, None) from error
+        raise locate(error, None) from error
     if not isinstance(description, LaunchDescription):
         raise InvalidLaunchFileError(
             f'{shown(launch_file_path)}: generate_launch_description() returned '

@@ -13,7 +13,7 @@ from typing import Any
 
 from goalwire.errors import CallError, LaunchError, NoServerError
 from goalwire.launching.actions import OpaqueFunction
-from goalwire.launching.errors import sentence
+from goalwire.launching.errors import as_sentence
 from goalwire.launching.event_handlers import OnShutdown
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.frontend import Entity, Parser
@@ -76,19 +76,19 @@ class ComposableNodeContainer(Node):
 
     def _load_python(self, context: LaunchContext, error: LaunchError) -> list[LaunchDescriptionEntity]:
         """Say what is skipped for want of the container's program, and load the Python components."""
-        python, others = divided(context, self.composable_node_descriptions)
+        python, others = divide(context, self.composable_node_descriptions)
         if others or not python:
             which = ', '.join(_plugin(context, item) for item in others)
             get_logger('launch_ros').warning(
                 f'container {self.node_name}: skipped{" " + which if which else ""} '
-                f'({sentence(error)}). {CPP_ADVICE}'
+                f'({as_sentence(error)}). {CPP_ADVICE}'
             )
         if python:
             stand_in(context, self)
         return loading(python, self)
 
 
-def divided(
+def divide(
     context: LaunchContext, components: Iterable[ComposableNode]
 ) -> tuple[list[ComposableNode], list[ComposableNode]]:
     """Divide components whose conditions hold into those in Python and the others."""
@@ -149,7 +149,7 @@ class LoadComposableNodes(Action):
     def describe(self) -> str:
         target = self._target
         name = target.describe() if isinstance(target, Node) else describe_text(target)
-        return f'{type(self).__name__}({", ".join([name, *_described(self.composable_node_descriptions)])})'
+        return f'{type(self).__name__}({", ".join([name, *_describe(self.composable_node_descriptions)])})'
 
     def get_asyncio_future(self) -> asyncio.Future[None] | None:
         return self._task
@@ -182,7 +182,7 @@ class LoadComposableNodes(Action):
         """Return the components to load: only those in Python if the container in C++ was skipped."""
         if skipped is None or self._target is skipped:
             return self.composable_node_descriptions
-        python, others = divided(context, self.composable_node_descriptions)
+        python, others = divide(context, self.composable_node_descriptions)
         for item in others:
             get_logger('launch_ros').info(
                 f'{_plugin(context, item)} is skipped with its container {skipped.node_name}'
@@ -198,7 +198,7 @@ class LoadComposableNodes(Action):
         return name if name.startswith('/') else f'/{name}'
 
 
-def _described(components: Iterable[ComposableNode]) -> list[str]:
+def _describe(components: Iterable[ComposableNode]) -> list[str]:
     return [component.describe() for component in components]
 
 

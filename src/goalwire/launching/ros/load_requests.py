@@ -7,7 +7,7 @@ from typing import Any
 
 from goalwire.launching.model import LaunchContext
 from goalwire.launching.ros.components import ComposableNode
-from goalwire.launching.ros.namespaces import joined_namespace
+from goalwire.launching.ros.namespaces import join_namespace
 from goalwire.launching.ros.parameter_lists import to_parameters_list
 from goalwire.launching.ros.parameters import ParameterFile, evaluate_parameters, normalize_parameter_dict
 from goalwire.launching.values import perform_substitutions, perform_text
@@ -32,7 +32,7 @@ def get_composable_node_load_request(
     if node.node_name is not None:
         request.node_name = perform_substitutions(context, node.node_name)
     own = None if node.node_namespace is None else perform_substitutions(context, node.node_namespace)
-    namespace = joined_namespace(context.launch_configurations.get('ros_namespace'), own)
+    namespace = join_namespace(context.launch_configurations.get('ros_namespace'), own)
     if namespace is not None:
         request.node_namespace = namespace or '/'
     remaps = list(context.launch_configurations.get('ros_remaps', ()))

@@ -39,7 +39,7 @@ def make_namespace_absolute(ns: str | None) -> str | None:
     return None if ns is None else absolute_namespace(ns)
 
 
-def joined_namespace(base: str | None, own: str | None) -> str | None:
+def join_namespace(base: str | None, own: str | None) -> str | None:
     """Join both and make the result absolute; None if there is neither."""
     joined = prefix_namespace(base, own)
     return None if joined is None else make_namespace_absolute(joined.rstrip('/'))

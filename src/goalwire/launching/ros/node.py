@@ -13,7 +13,7 @@ from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions, S
 from goalwire.launching.output import get_logger
 from goalwire.launching.process import ExecuteProcess, parse_command_line
 from goalwire.launching.ros.missing_containers import CPP_ADVICE, CPP_CONTAINERS, note_missing_container
-from goalwire.launching.ros.namespaces import joined_namespace
+from goalwire.launching.ros.namespaces import join_namespace
 from goalwire.launching.ros.node_names import add_node_name, get_node_name_count
 from goalwire.launching.ros.parameters import (
     Parameter,
@@ -211,7 +211,7 @@ class Node(ExecuteProcess):
                 self._expanded_name = perform_text(context, self._name)
                 validate_node_name(self._expanded_name)
             own = None if self._namespace is None else perform_text(context, self._namespace)
-            namespace = joined_namespace(context.launch_configurations.get('ros_namespace'), own)
+            namespace = join_namespace(context.launch_configurations.get('ros_namespace'), own)
             if namespace is not None:
                 self._expanded_namespace = namespace
                 validate_namespace(namespace)

@@ -11,7 +11,7 @@ from collections.abc import Coroutine
 from typing import Any
 
 from goalwire.errors import LaunchError
-from goalwire.launching.errors import sentence
+from goalwire.launching.errors import as_sentence
 from goalwire.launching.model import LaunchContext
 
 _GLOBAL = 'launch_node'
@@ -47,7 +47,7 @@ class LaunchNode:
                 await self._stop.wait()
         except Exception as error:
             if not self._node.done():
-                self._node.set_exception(LaunchError(f"the launch's own node: {sentence(error)}"))
+                self._node.set_exception(LaunchError(f"the launch's own node: {as_sentence(error)}"))
 
     async def opened(self) -> Any:
         """Return the `goalwire.Node` once it is open. Raises LaunchError if it cannot be opened."""

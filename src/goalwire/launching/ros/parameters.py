@@ -190,15 +190,15 @@ def normalize_parameter_dict(parameters: Mapping[Any, Any]) -> dict[tuple[Substi
     return {
         tuple(normalize_to_list_of_substitutions(name)): normalize_parameter_dict(value)
         if isinstance(value, Mapping)
-        else _checked_named(name, value)
+        else _check_named(name, value)
         for name, value in parameters.items()
     }
 
 
-def _checked_named(name: Any, value: Any) -> Any:
+def _check_named(name: Any, value: Any) -> Any:
     """Return a value that may become a parameter. Raises BadLaunchValueError with the parameter's name."""
     try:
-        return _checked(value)
+        return _check(value)
     except TypeError as error:
         shown_name = (
             name if isinstance(name, str) else describe_text(normalize_to_list_of_substitutions(name))
@@ -210,15 +210,15 @@ def _is_text(item: Sequence[Any]) -> bool:
     return all(isinstance(part, str | Substitution) for part in item)
 
 
-def _checked(value: Any) -> Any:
+def _check(value: Any) -> Any:
     """Return a value that may become a parameter. Raises TypeError for others."""
     if isinstance(value, bool | int | float | str | bytes | Path | Substitution | ParameterValue):
         return value
     if hasattr(value, 'tolist'):  # numpy's
-        return _checked(value.tolist())
+        return _check(value.tolist())
     if isinstance(value, Sequence):
         if all(not isinstance(item, list | tuple) or _is_text(item) for item in value):
-            return [item if isinstance(item, list | tuple) else _checked(item) for item in value]
+            return [item if isinstance(item, list | tuple) else _check(item) for item in value]
         raise TypeError(f'{value!r:.100} has lists in it, which no parameter has')
     raise TypeError(f'{value!r:.100} is neither a number, a boolean, a string, bytes nor a list of them')
 

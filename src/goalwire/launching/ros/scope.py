@@ -9,10 +9,10 @@ from typing import Any
 from goalwire.errors import LaunchError
 from goalwire.launching.actions import TimerAction
 from goalwire.launching.exposure import expose_action
-from goalwire.launching.frontend import Entity, Parser, substituted
+from goalwire.launching.frontend import Entity, Parser, parse_texts
 from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.output import logging_directory
-from goalwire.launching.ros.namespaces import joined_namespace
+from goalwire.launching.ros.namespaces import join_namespace
 from goalwire.launching.ros.own_node import LaunchNode
 from goalwire.launching.ros.parameters import ParameterFile, evaluate_dictionary
 from goalwire.launching.values import (
@@ -35,7 +35,7 @@ class PushROSNamespace(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        return cls, arguments | substituted(entity, parser, 'namespace')
+        return cls, arguments | parse_texts(entity, parser, 'namespace')
 
     @property
     def namespace(self) -> list[Substitution]:
@@ -46,7 +46,7 @@ class PushROSNamespace(Action):
 
     def execute(self, context: LaunchContext) -> None:
         pushed = perform_substitutions(context, self._namespace)
-        found = joined_namespace(context.launch_configurations.get('ros_namespace'), pushed)
+        found = join_namespace(context.launch_configurations.get('ros_namespace'), pushed)
         try:
             validate_namespace(found or '/')
         except ValueError as error:
@@ -69,7 +69,7 @@ class SetParameter(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        return cls, arguments | substituted(entity, parser, 'name', 'value')
+        return cls, arguments | parse_texts(entity, parser, 'name', 'value')
 
     @property
     def name(self) -> tuple[Substitution, ...]:
@@ -103,7 +103,7 @@ class SetParametersFromFile(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        return cls, arguments | substituted(entity, parser, 'filename')
+        return cls, arguments | parse_texts(entity, parser, 'filename')
 
     def execute(self, context: LaunchContext) -> None:
         path = self._file.evaluate(context)
@@ -122,7 +122,7 @@ class SetUseSimTime(SetParameter):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = Action.parse(entity, parser)
-        return cls, arguments | substituted(entity, parser, 'value')
+        return cls, arguments | parse_texts(entity, parser, 'value')
 
 
 @expose_action('set_remap')
@@ -137,7 +137,7 @@ class SetRemap(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        return cls, arguments | substituted(entity, parser, src='from', dst='to')
+        return cls, arguments | parse_texts(entity, parser, src='from', dst='to')
 
     @property
     def src(self) -> list[Substitution]:
@@ -166,7 +166,7 @@ class SetROSLogDir(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        return cls, arguments | substituted(entity, parser, 'new_log_dir')
+        return cls, arguments | parse_texts(entity, parser, 'new_log_dir')
 
     @property
     def log_dir(self) -> list[Substitution]:
