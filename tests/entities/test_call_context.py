@@ -35,7 +35,7 @@ def test_what_is_no_number_is_no_timeout() -> None:
 
 def test_an_error_is_retold_with_name_and_time() -> None:
     attempt = CallContext(Context(), 'service', '/x', None)
-    told = attempt.retold(NoServerError('nobody'))
+    told = attempt.retell(NoServerError('nobody'))
     assert isinstance(told, NoServerError)
     assert str(told).startswith("service '/x': nobody; waited 0.0")
     assert (told.name, told.peers) == ('/x', ())

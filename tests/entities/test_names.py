@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from goalwire.entities.names import resolved_action
+from goalwire.entities.names import resolve_action_names
 from goalwire.errors import InvalidTopicNameException
 from goalwire.rules.names import RemapRules, parse_remap_rule
 from goalwire.transport.contract import NodeName
@@ -17,7 +17,7 @@ def rules(*texts: str) -> RemapRules:
 
 
 def test_an_action_has_five_parts() -> None:
-    assert resolved_action('fib', NODE, rules()) == (
+    assert resolve_action_names('fib', NODE, rules()) == (
         '/ns/fib',
         '/ns/fib/_action/send_goal',
         '/ns/fib/_action/cancel_goal',
@@ -28,7 +28,7 @@ def test_an_action_has_five_parts() -> None:
 
 
 def test_the_name_of_an_action_is_remapped_with_all_its_parts() -> None:
-    found = resolved_action('fib', NODE, rules('fib:=/robot/count'))
+    found = resolve_action_names('fib', NODE, rules('fib:=/robot/count'))
     assert found.name == '/robot/count'
     assert all(part.startswith('/robot/count/_action/') for part in found[1:])
 
@@ -37,11 +37,11 @@ def test_parts_may_be_remapped_one_by_one() -> None:
     """What users of Jazzy write, which does not remap the name."""
     parts = ('send_goal', 'cancel_goal', 'get_result', 'feedback', 'status')
     one_by_one = rules(*(f'fib/_action/{part}:=/count/_action/{part}' for part in parts))
-    found = resolved_action('fib', NODE, one_by_one)
-    assert found == resolved_action('/count', NODE, rules())
+    found = resolve_action_names('fib', NODE, one_by_one)
+    assert found == resolve_action_names('/count', NODE, rules())
 
 
 @pytest.mark.parametrize('name', ['', 'a b', '1a', 'a//b', 'a/'])
 def test_a_bad_action_name_is_refused(name: str) -> None:
     with pytest.raises(InvalidTopicNameException):
-        resolved_action(name, NODE, rules())
+        resolve_action_names(name, NODE, rules())

@@ -123,16 +123,16 @@ def _answer(node: Node, support: ServiceSupport, start: bytes) -> Port:
 
 
 @pytest.mark.also_on_dds
-@pytest.mark.parametrize('way', ['call', 'result', 'exception', 'retold'])
+@pytest.mark.parametrize('way', ['call', 'result', 'exception', 'retell'])
 def test_replies_that_are_none(node: Node, held: Held, way: str) -> None:
     server = _answer(node, service_support(Trigger), b'\0\1\0\0\1\0\0\0\xff\xff\xff\x7f')
     client = node.create_client(Trigger, 'big')
     assert client.wait_for_service(10)
-    if way == 'retold':
+    if way == 'retell':
         client.call_timeout = 10.0
 
     def ask() -> None:
-        if way in ('call', 'retold'):
+        if way in ('call', 'retell'):
             with suppress(DecodeError, CallError):
                 client.call(Trigger.Request())
             return

@@ -18,7 +18,7 @@ from goalwire.execution.executor import Executor
 from goalwire.execution.monotonic import STEADY, Sleeper, SteadyClock
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.timer import Rate, Timer, TimerInfo, taking_info
+from goalwire.execution.timer import Rate, Timer, TimerInfo, adapt_to_info
 from goalwire.rules.time import ClockType, Duration, Time
 
 if TYPE_CHECKING:
@@ -696,7 +696,7 @@ def anything(*args: object, **kwargs: object) -> None: ...
     ],
 )
 def test_a_callback_that_asks_for_nothing_gets_nothing(callback: object) -> None:
-    assert taking_info(callback) is None
+    assert adapt_to_info(callback) is None
 
 
 @pytest.mark.parametrize(
@@ -714,7 +714,7 @@ def test_a_callback_that_asks_gets_the_info(
     callback: object, expected: Callable[[TimerInfo], object]
 ) -> None:
     info = TimerInfo(expected_call_time=1, actual_call_time=2)
-    given = taking_info(callback)
+    given = adapt_to_info(callback)
     assert given is not None
     assert given(info) == expected(info)
 

@@ -17,7 +17,7 @@ KINDS = {'native': 'eclipse', 'eclipse': 'native'}
 
 
 @pytest.fixture(params=['the rendezvous', 'a router'])
-def met_by(request: pytest.FixtureRequest, world: dict[str, str]) -> Iterator[dict[str, str]]:
+def is_met_by(request: pytest.FixtureRequest, world: dict[str, str]) -> Iterator[dict[str, str]]:
     """The world, in which somebody's rendezvous is offered, or in which there is a router of its own."""
     if request.param == 'the rendezvous':
         yield world
@@ -30,12 +30,12 @@ def met_by(request: pytest.FixtureRequest, world: dict[str, str]) -> Iterator[di
 
 
 @pytest.mark.parametrize('servers', KINDS)
-def test_the_ten_steps_end_well(met_by: dict[str, str], servers: str) -> None:
-    serving = met_by | {'GOALWIRE_ZENOH': servers}
+def test_the_ten_steps_end_well(is_met_by: dict[str, str], servers: str) -> None:
+    serving = is_met_by | {'GOALWIRE_ZENOH': servers}
     with ExitStack() as running:
         for name in AT_FIRST:
             running.enter_context(humanoid(name, env=serving))
-        asking = met_by | {'GOALWIRE_ZENOH': KINDS[servers], 'COLUMNS': '160'}
+        asking = is_met_by | {'GOALWIRE_ZENOH': KINDS[servers], 'COLUMNS': '160'}
         mission = running.enter_context(humanoid('mission', '--battery-starts-late', env=asking))
         mission.expect('attempt 1')
         running.enter_context(humanoid('battery_service', env=serving))

@@ -96,16 +96,16 @@ def test_the_warning_is_ros_2s_own_and_true_on_every_wire(
 def test_gaps_are_counted_for_each_publisher() -> None:
     gaps = SequenceGaps()
     arrived = [(b'a', 1), (b'a', 2), (b'b', 7), (b'a', 5), (b'b', 8)]
-    assert [gaps.missed_before(*each) for each in arrived] == [0, 0, 0, 2, 0]
+    assert [gaps.count_missed(*each) for each in arrived] == [0, 0, 0, 2, 0]
 
 
 def test_what_comes_late_or_twice_is_not_lost() -> None:
     gaps = SequenceGaps()
-    assert [gaps.missed_before(b'a', number) for number in (10, 7, 8, 10, 11)] == [0, 0, 0, 0, 0]
+    assert [gaps.count_missed(b'a', number) for number in (10, 7, 8, 10, 11)] == [0, 0, 0, 0, 0]
 
 
 def test_a_publisher_that_went_is_forgotten() -> None:
     gaps = SequenceGaps()
-    gaps.missed_before(b'a', 1)
+    gaps.count_missed(b'a', 1)
     gaps.discard(b'a')
-    assert gaps.missed_before(b'a', 9) == 0
+    assert gaps.count_missed(b'a', 9) == 0

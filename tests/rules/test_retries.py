@@ -23,7 +23,7 @@ def delays(policy: Retry, chance: float = 0.5) -> list[float | None]:
     found: list[float | None] = []
     while not found or found[-1] is not None:
         counted.begin(0)
-        delay = counted.failed(LOST, 0, None)
+        delay = counted.on_failure(LOST, 0, None)
         found.append(None if delay is None else delay / S)
     return found
 
@@ -47,10 +47,10 @@ def test_jitter_spreads_a_delay_both_ways(chance: float, factor: float) -> None:
 def test_only_failures_that_may_pass_are_worth_another_attempt(error: Any, again: bool) -> None:
     counted = attempts(Retry())
     counted.begin(0)
-    assert (counted.failed(error, 0, None) is not None) is again
+    assert (counted.on_failure(error, 0, None) is not None) is again
     asked_for = attempts(Retry(on=(ServerFailedError,)))
     asked_for.begin(0)
-    assert (asked_for.failed(error, 0, None) is not None) is (error is FAILED)
+    assert (asked_for.on_failure(error, 0, None) is not None) is (error is FAILED)
 
 
 def test_no_attempt_begins_at_the_deadline_or_after_it() -> None:
@@ -58,7 +58,7 @@ def test_no_attempt_begins_at_the_deadline_or_after_it() -> None:
     for deadline, delay in ((S, None), (S + 1, S), (None, S)):
         counted = attempts(policy)
         counted.begin(0)
-        assert counted.failed(LOST, 0, deadline) == delay
+        assert counted.on_failure(LOST, 0, deadline) == delay
 
 
 def test_a_budget_that_is_half_empty_stops_retries_until_answers_fill_it() -> None:
@@ -68,16 +68,16 @@ def test_a_budget_that_is_half_empty_stops_retries_until_answers_fill_it() -> No
     def fail_once() -> bool:
         counted = attempts(policy, budget)
         counted.begin(0)
-        return counted.failed(LOST, 0, None) is not None
+        return counted.on_failure(LOST, 0, None) is not None
 
     assert [fail_once() for _ in range(6)] == [True, False, False, False, False, False]
     assert budget.tokens == 0.0
     for _ in range(6):
-        attempts(policy, budget).answered()
+        attempts(policy, budget).on_answer()
     assert budget.tokens == 3.0
     assert not fail_once()
     for _ in range(20):
-        budget.answered()
+        budget.on_answer()
     assert budget.tokens == policy.budget
     assert fail_once()
 

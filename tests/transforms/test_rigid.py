@@ -15,7 +15,7 @@ from goalwire.transforms.rigid import (
     Quaternion,
     Rigid,
     canonical,
-    normalized,
+    normalize,
     rotate,
     slerp,
 )
@@ -24,7 +24,7 @@ numbers = st.floats(-10, 10)
 vectors = st.tuples(numbers, numbers, numbers)
 parts = st.floats(-1, 1)
 quaternions = (
-    st.tuples(parts, parts, parts, parts).filter(lambda q: sum(x * x for x in q) > 0.01).map(normalized)
+    st.tuples(parts, parts, parts, parts).filter(lambda q: sum(x * x for x in q) > 0.01).map(normalize)
 )
 motions = st.builds(Rigid, vectors, quaternions)
 
@@ -103,4 +103,4 @@ def test_between_a_rotation_and_itself_is_itself(rotation: Quaternion, ratio: fl
 
 
 def test_a_quaternion_of_length_zero_is_no_rotation() -> None:
-    assert normalized((0.0, 0.0, 0.0, 0.0)) == NO_ROTATION
+    assert normalize((0.0, 0.0, 0.0, 0.0)) == NO_ROTATION

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING, TypeVar
 
-from goalwire.entities.graph_waiting import graph_shows
+from goalwire.entities.graph_waiting import await_graph
 from goalwire.errors import CallError, DeadlineError, NoServerError, ShutDownError
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.transport.contract import EndpointKind
@@ -103,7 +103,7 @@ class CallContext:
         left = deadline - self.context.shutdown_signal.clock.now()
         return max(left, 0) + int(margin_s * 1e9)
 
-    def retold(self, error: CallError) -> CallError:
+    def retell(self, error: CallError) -> CallError:
         """Add what is known here to an error of a client; one that tells it already stays as it is."""
         return error if error.name else self.error(type(error), str(error))
 
@@ -138,14 +138,14 @@ class CallContext:
 
     async def until(self, is_there: Callable[[], bool], served_as: str) -> None:
         """Wait for a server; see `see_servers`. Raises NoServerError at the deadline, ShutDownError."""
-        if not await graph_shows(self.context, is_there, self.deadline):
+        if not await await_graph(self.context, is_there, self.deadline):
             self.check_alive()
             raise self.no_server()
         self.see_servers(served_as)
 
     async def shows(self, predicate: Callable[[], bool], problem: str) -> None:
         """Wait until the graph looks as wanted. Raises DeadlineError, ShutDownError."""
-        if not await graph_shows(self.context, predicate, self.deadline):
+        if not await await_graph(self.context, predicate, self.deadline):
             self.check_alive()
             raise self.error(DeadlineError, problem)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.graph_waiting import ServerWaitQueue, graph_shows, tell_near_misses, wait_for_graph
+from goalwire.entities.graph_waiting import ServerWaitQueue, await_graph, tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import (
     NO_REASON,
@@ -148,13 +148,13 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
             if future.pending() and not shutdown_signal.alive:
                 raise ShutDownError(self.what_fails())
             if future.pending() and timeout_sec is not None:
-                raise self._late(timeout_sec)
+                raise self._late_error(timeout_sec)
         try:
             return future.result()
         finally:
             del future  # its exception's traceback holds this frame
 
-    def _late(self, timeout_sec: float) -> CallError:
+    def _late_error(self, timeout_sec: float) -> CallError:
         served = self._port is not None and self.server_is_there()
         what = 'no response came' if served else 'no server came'
         text = f"service '{self.full_name}': {what} within {timeout_sec:g} s"
@@ -267,7 +267,7 @@ class AwaitedCalls:
     async def until_served(self) -> None:
         """Wait until there is a server. Raises InvalidHandle if the client is destroyed, ShutDownError."""
         client = self._client
-        if not await graph_shows(client.node.context, client.server_is_there):
+        if not await await_graph(client.node.context, client.server_is_there):
             raise ShutDownError(f"no server of '{client.full_name}' came")
 
     def cancel(self) -> None:

@@ -156,7 +156,7 @@ class Context:
         if self.is_inherited and self._session is not None:
             self._end_in_child()
             return
-        for complaint in self.override_use.complaints() if self.override_use else ():
+        for complaint in self.override_use.describe_unused() if self.override_use else ():
             logging.get_logger('rcl').warning(complaint)
         try:
             self.shutdown_signal.end('shutdown')

@@ -60,7 +60,7 @@ def tell_near_misses(node: NodeCore, kind: str, name: str, told: str) -> str:
     return hint
 
 
-async def graph_shows(context: Context, predicate: Callable[[], bool], deadline: int | None = None) -> bool:
+async def await_graph(context: Context, predicate: Callable[[], bool], deadline: int | None = None) -> bool:
     """Wait, in a coroutine under any asyncio loop, until `predicate()` holds (True).
 
     False if the context ends, or its steady clock shows `deadline`.

@@ -57,7 +57,7 @@ def node_names(name: str, namespace: str | None, remaps: RemapRules, enclave: st
     return NodeName(remapped, absolute, enclave)
 
 
-def expanded_name(name: str, node: NodeName, *, is_service: bool) -> str:
+def expand_name(name: str, node: NodeName, *, is_service: bool) -> str:
     """Return the fully-qualified form of a topic or service name of `node`, not remapped.
 
     Raises InvalidTopicNameException or InvalidServiceNameException, TopicExpansionError (a ValueError) for an
@@ -68,7 +68,7 @@ def expanded_name(name: str, node: NodeName, *, is_service: bool) -> str:
         return names.qualify_topic_name(name, node.name, node.namespace, is_service=is_service)
 
 
-def remapped_name(full_name: str, node: NodeName, remaps: RemapRules, *, is_service: bool) -> str:
+def remap_name(full_name: str, node: NodeName, remaps: RemapRules, *, is_service: bool) -> str:
     """Return what the remap rules make of a fully-qualified name."""
     remap = remaps.service if is_service else remaps.topic
     with rclpy_exceptions():
@@ -88,19 +88,19 @@ class ResolvedAction(NamedTuple):
     status: str
 
 
-def resolved_action(name: str, node: NodeName, remaps: RemapRules) -> ResolvedAction:
+def resolve_action_names(name: str, node: NodeName, remaps: RemapRules) -> ResolvedAction:
     """Resolve an action's name, as ROS 2 does from Kilted on, and then its parts one by one, as before.
 
     Raises InvalidTopicNameException.
     """
-    full = expanded_name(name, node, is_service=False)
-    parts = ActionNames(remapped_name(full, node, remaps, is_service=False))
+    full = expand_name(name, node, is_service=False)
+    parts = ActionNames(remap_name(full, node, remaps, is_service=False))
     send_goal, cancel_goal, get_result = (
-        remapped_name(part, node, remaps, is_service=True)
+        remap_name(part, node, remaps, is_service=True)
         for part in (parts.send_goal, parts.cancel_goal, parts.get_result)
     )
     feedback, status = (
-        remapped_name(part, node, remaps, is_service=False) for part in (parts.feedback, parts.status)
+        remap_name(part, node, remaps, is_service=False) for part in (parts.feedback, parts.status)
     )
     served = send_goal.removesuffix(ActionNames('').send_goal)
     return ResolvedAction(served, send_goal, cancel_goal, get_result, feedback, status)

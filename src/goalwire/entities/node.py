@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 from goalwire.entities.arguments import node_arguments
 from goalwire.entities.names import (
     ResolvedAction,
-    expanded_name,
+    expand_name,
     node_names,
-    remapped_name,
-    resolved_action,
+    remap_name,
+    resolve_action_names,
 )
 from goalwire.errors import InvalidHandle, ShutDownError
 from goalwire.execution.clock import ROSClock
@@ -108,12 +108,12 @@ class NodeCore:
 
         Raises InvalidTopicNameException or InvalidServiceNameException.
         """
-        full = expanded_name(name, self.name, is_service=is_service)
-        return full if only_expand else remapped_name(full, self.name, self.remaps, is_service=is_service)
+        full = expand_name(name, self.name, is_service=is_service)
+        return full if only_expand else remap_name(full, self.name, self.remaps, is_service=is_service)
 
     def resolve_action(self, name: str) -> ResolvedAction:
         """Return the names of an action of this node and its parts; raises InvalidTopicNameException."""
-        return resolved_action(name, self.name, self.remaps)
+        return resolve_action_names(name, self.name, self.remaps)
 
     def parameter_overrides(self) -> dict[str, ParameterValue]:
         """Return the values that the arguments give to this node's parameters, its own arguments last."""

@@ -227,7 +227,7 @@ class PendingCall(Future[Any]):
         """End it with `error`, unless it is over."""
         attempts = self._attempts
         if attempts is not None and attempts.take_back() and isinstance(error, CallError):
-            attempts.failed(error, is_last=True)  # the time of the whole call is up
+            attempts.on_failure(error, is_last=True)  # the time of the whole call is up
         if self.end():
             self.discard_request()
             if self.pending():
@@ -266,7 +266,7 @@ class PendingCall(Future[Any]):
             queue.discard(self)
         if attempts is not None:
             if is_answered and attempts.take_back():
-                attempts.answered()
+                attempts.on_answer()
             attempts.discard_alarms()
 
     # -- the deadline --------------------------------------------------------------------------------------
@@ -301,7 +301,7 @@ class PendingCall(Future[Any]):
     def _send_attempt(self, attempts: CallAttempts, client: RequestClient) -> None:
         attempts.begin()
         client.send(self.encoded, self)
-        early = attempts.sent()
+        early = attempts.on_send()
         if early is not None:
             self._attempt_failed(early)
         if self.end_lock.locked():
@@ -325,7 +325,7 @@ class PendingCall(Future[Any]):
             return
         context.context.deadlines.discard(attempts.patience)
         self.discard_request()
-        delay = attempts.failed(error) if isinstance(error, CallError) else None
+        delay = attempts.on_failure(error) if isinstance(error, CallError) else None
         if delay is None:
             self.fail(error)
             return

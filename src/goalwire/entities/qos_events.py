@@ -169,7 +169,7 @@ class EndpointEvents:
     def _note_arrival(self, sample: Sample) -> None:
         """Count the messages before this one that never came; on the transport's thread."""
         with self.lock:
-            missed = self._gaps.missed_before(sample.gid, sample.sequence)
+            missed = self._gaps.count_missed(sample.gid, sample.sequence)
         if missed:
             self._add(SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST, total_count=missed)
 
@@ -317,13 +317,13 @@ def _warn_of_qos(endpoint: TopicEndpoint, event: EventType, topic: str, status: 
     get_logger(endpoint.node.logger_name).warning(text)
 
 
-def _told_by_graph(*_: object) -> None:
+def _leave_to_graph(*_: object) -> None:
     """Of another type the graph warns, once for both sides, and of services and actions too."""
 
 
 _WARNINGS: dict[EventType, Callable[..., None]] = {
     PublisherEvent.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: _warn_of_qos,
     SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS: _warn_of_qos,
-    PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE: _told_by_graph,
-    SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: _told_by_graph,
+    PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE: _leave_to_graph,
+    SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: _leave_to_graph,
 }

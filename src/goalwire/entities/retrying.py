@@ -114,7 +114,7 @@ class CallAttempts:
         if timeout is not None:
             context.context.deadlines.set(self.patience, now + timeout_ns(timeout))
 
-    def sent(self) -> Exception | None:
+    def on_send(self) -> Exception | None:
         """The request has its number: return how the attempt has failed meanwhile, if it has."""
         with self._lock:
             self._is_sending, early = False, self._early
@@ -134,16 +134,16 @@ class CallAttempts:
             was_out, self._is_out = self._is_out, False
         return was_out
 
-    def failed(self, error: CallError, *, is_last: bool = False) -> int | None:
+    def on_failure(self, error: CallError, *, is_last: bool = False) -> int | None:
         """Return the ns until the next attempt; None if there is none, because the call's time is up, say."""
         now = self._context.now()
-        delay = self._counted.failed(error, now, now if is_last else self._context.deadline)
+        delay = self._counted.on_failure(error, now, now if is_last else self._context.deadline)
         self._tell(error, now, delay)
         return delay
 
-    def answered(self) -> None:
+    def on_answer(self) -> None:
         """The attempt was answered."""
-        self._counted.answered()
+        self._counted.on_answer()
         self._tell(None, self._context.now(), None)
 
     def discard_alarms(self) -> None:

@@ -11,7 +11,7 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import message_support
 from goalwire.errors import InvalidHandle, RemoteError
 from goalwire.execution.callback_groups import CallbackGroup, ReentrantCallbackGroup
-from goalwire.execution.callbacks import accepts, what_was_given
+from goalwire.execution.callbacks import accepts, describe_given
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future, block_on
 from goalwire.execution.monotonic import deadline_after
@@ -225,7 +225,7 @@ def _takes_info(callback: object) -> bool:
         '(to get only the message) or two (to get message and message info)'
     )
     if not callable(callback):
-        error.add_note(what_was_given(callback))
+        error.add_note(describe_given(callback))
     raise error
 
 

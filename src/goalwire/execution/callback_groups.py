@@ -17,7 +17,7 @@ __all__ = [
     'CallbackGroup',
     'MutuallyExclusiveCallbackGroup',
     'ReentrantCallbackGroup',
-    'checked_group',
+    'check_group',
 ]
 
 
@@ -102,7 +102,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
                 return
 
 
-def checked_group(group: object) -> CallbackGroup:
+def check_group(group: object) -> CallbackGroup:
     """Return `group`; raises AttributeError, as rclpy does, for anything but a callback group."""
     if not isinstance(group, CallbackGroup):
         raise AttributeError(  # noqa: TRY004 - as rclpy

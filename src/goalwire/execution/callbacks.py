@@ -43,14 +43,14 @@ def advise_callback(callback: object, arguments: tuple[str, ...], what: str, log
 def _problem(callback: object, arguments: tuple[str, ...], what: str) -> str | None:
     """Say why `callback` cannot be called with so many arguments; None if it can."""
     if not callable(callback):
-        return f'{what} must be a function: {what_was_given(callback)}'
+        return f'{what} must be a function: {describe_given(callback)}'
     if accepts(callback, len(arguments)):
         return None
     name = getattr(callback, '__qualname__', None) or repr(callback)
     return f'{what} is called as {name}({", ".join(arguments)}), and does not take that'
 
 
-def what_was_given(callback: object) -> str:
+def describe_given(callback: object) -> str:
     """Say what was given in place of a function, and the usual reason."""
     if isinstance(callback, CoroutineType):
         callback.close()  # it will never be awaited

@@ -6,7 +6,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypedDict
 
 from goalwire.errors import LocalError, NotInitializedException
-from goalwire.execution.current import capacity_added
+from goalwire.execution.current import add_capacity
 from goalwire.execution.handle import handle_of
 from goalwire.execution.monotonic import STEADY, SteadyClock
 from goalwire.execution.timer_heap import TimerEntry
@@ -55,7 +55,7 @@ class JumpThreshold:
         self.min_backward = min_backward
         self.on_clock_change = on_clock_change
 
-    def met_by(self, jump: TimeJump) -> bool:
+    def is_met_by(self, jump: TimeJump) -> bool:
         """Whether `jump` is large enough."""
         if jump.clock_change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED):
             return self.on_clock_change
@@ -351,7 +351,7 @@ class ROSClock(Clock):
     """rclpy's name for it."""
 
     def _concerned(self, jump: TimeJump) -> list[JumpHandle]:
-        return [handle for handle in tuple(self.jump_handles) if handle.threshold.met_by(jump)]
+        return [handle for handle in tuple(self.jump_handles) if handle.threshold.is_met_by(jump)]
 
     def _tell_before(self, jump: TimeJump) -> list[JumpHandle]:
         told = self._concerned(jump)
@@ -380,7 +380,7 @@ class ROSClock(Clock):
         if not self.overridden:
             super()._wait_on_lock(waiter, missing_ns)
         elif not any(help_on() for help_on in self.before_sleep):
-            with capacity_added():  # the publisher of /clock may be among this executor's callbacks
+            with add_capacity():  # the publisher of /clock may be among this executor's callbacks
                 self.source.wait(waiter, None)
 
 
@@ -445,7 +445,7 @@ def block_on_clock(future: Future[Any], clock: Clock, until_ns: int, shutdown_si
     is_over = clock.has_passed(until_ns - clock.now_ns())
     future.add_waker(waiter.wake)
     try:
-        with capacity_added():
+        with add_capacity():
             clock.wait_until(until_ns, waiter, shutdown_signal, lambda: future.settled() or is_over())
         return future.settled()
     finally:

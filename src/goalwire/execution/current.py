@@ -44,7 +44,7 @@ def current_executor() -> Driven | None:
 
 
 @contextmanager
-def capacity_added() -> Iterator[None]:
+def add_capacity() -> Iterator[None]:
     """Give the executor of the calling callback a thread more, while this one waits for others."""
     executor = current_executor()
     if executor is None:

@@ -22,7 +22,7 @@ from goalwire.execution.ready_queue import NodeWorkQueue
 from goalwire.execution.spinning import (
     NEVER,
     StopWhen,
-    released_groups,
+    release_groups,
     settled,
     stop_condition_of,
 )
@@ -309,7 +309,7 @@ class Executor(CallbackRunner):
 
     def _run_nested(self, stop: StopCondition, deadline: int | None, *, once: bool) -> None:
         """Spin inside a callback of this very executor, on its thread."""
-        with released_groups(self.work_queue, self._drive_until_free):
+        with release_groups(self.work_queue, self._drive_until_free):
             self._drive(self._new_waiter(), stop, deadline, once=once)
 
     def _drive_until_free(self, ticket: Future[None]) -> None:

@@ -98,7 +98,7 @@ class StopConditionScope:
 
 
 @contextmanager
-def released_groups(work_queue: NodeWorkQueue, spin_until: Callable[[Future[None]], None]) -> Iterator[None]:
+def release_groups(work_queue: NodeWorkQueue, spin_until: Callable[[Future[None]], None]) -> Iterator[None]:
     """Release the exclusive group of a callback that spins, as a monitor's wait() gives up its lock.
 
     So the callback may wait for what only its own group can do. At the end of the block it goes on when the

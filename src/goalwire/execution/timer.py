@@ -55,7 +55,7 @@ class TimerInfo:
         return self._actual
 
 
-def taking_info(callback: object) -> Callable[[TimerInfo], object] | None:
+def adapt_to_info(callback: object) -> Callable[[TimerInfo], object] | None:
     """Return how to call `callback` with a TimerInfo; None if it asks for none.
 
     It asks with a parameter that is annotated as TimerInfo, as in rclpy, or with one that has no default.
@@ -230,7 +230,7 @@ class Timer(CallbackSource):
     @callback.setter
     def callback(self, value: Callable[..., object] | None) -> None:
         self._callback = value
-        self._with_info = taking_info(value)
+        self._with_info = adapt_to_info(value)
 
     @property
     def callback_group(self) -> CallbackGroup | None:

@@ -41,7 +41,7 @@ def checked(name: str, type_: FieldType, message: type | None, value: object) ->
     return value
 
 
-def checks_asked(message: Message, keywords: dict[str, object], usual: bool) -> object:
+def find_checks(message: Message, keywords: dict[str, object], usual: bool) -> object:
     """Return the value of a constructor's keyword check_fields, `usual` if it was not given.
 
     Raises UnknownFieldError for further keywords, which name no field; its text begins as rosidl's.

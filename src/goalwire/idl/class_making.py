@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from functools import partial
 from types import MappingProxyType
 
-from goalwire.idl.checks import checked, checks_asked
+from goalwire.idl.checks import checked, find_checks
 from goalwire.idl.class_source import class_source, copied_default
 from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition, module_name
 from goalwire.idl.runtime import (
@@ -82,7 +82,7 @@ def make_message_class(message: MessageDefinition, nested: dict[str, type]) -> t
         '_array': array,
         '_arrays_equal': arrays_equal,
         '_bytes': bytes,
-        '_checks_asked': checks_asked,
+        '_checks_asked': find_checks,
         '_isinstance': isinstance,
         '_list': list,
         '_property': builtins.property,

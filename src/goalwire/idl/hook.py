@@ -60,14 +60,14 @@ class InterfaceFinder:
         if path is not None:
             package, _, rest = fullname.partition('.')
             if package in self._served or fullname.rpartition('.')[0] in self._served:
-                return _carefully(self._inner_spec, fullname)
+                return _search_carefully(self._inner_spec, fullname)
             if rest not in KINDS or _is_regular(self._ask_behind(fullname, target, path)):
                 return None
-            return _carefully(lambda name: self._kind_spec(name, path), fullname)
+            return _search_carefully(lambda name: self._kind_spec(name, path), fullname)
         found = self._module_spec(fullname, target)
         if _is_regular(found):
             return found
-        return _carefully(lambda name: self._package_spec(name, found), fullname) or found
+        return _search_carefully(lambda name: self._package_spec(name, found), fullname) or found
 
     def invalidate_caches(self) -> None:
         """Part of importlib.invalidate_caches(): search for packages afresh."""
@@ -171,7 +171,7 @@ def install() -> None:
     sys.meta_path.insert(place, InterfaceFinder())
 
 
-def _carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -> 'ModuleSpec | None':
+def _search_carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -> 'ModuleSpec | None':
     """Search; what goes wrong, but for ImportError, is warned about and nothing is found."""
     try:
         return search(name)

@@ -40,7 +40,7 @@ def get_logger_effective_level(name: str) -> LoggingSeverity:
     cache = _effective
     level = cache.get(name)
     if level is None:
-        level = _inherited(name)
+        level = _inherit_level(name)
         with _lock:
             if len(cache) >= _CACHE_LIMIT:
                 _forget_inherited()
@@ -56,7 +56,7 @@ def reset_levels() -> None:
         _forget_inherited()
 
 
-def _inherited(name: str) -> LoggingSeverity:
+def _inherit_level(name: str) -> LoggingSeverity:
     levels = _levels
     while name:
         if name in levels:

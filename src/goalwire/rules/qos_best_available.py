@@ -48,10 +48,10 @@ def for_subscription(qos: QoS, publishers: Sequence[QoS]) -> QoS:
         reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if lasting else DurabilityPolicy.VOLATILE,
         liveliness=LivelinessPolicy.MANUAL_BY_TOPIC if manual else LivelinessPolicy.AUTOMATIC,
-        deadline_ns=_chosen(max, (each.deadline_ns for each in publishers)),
-        lease_ns=_chosen(max, (each.lease_ns for each in publishers)),
+        deadline_ns=_choose_duration(max, (each.deadline_ns for each in publishers)),
+        lease_ns=_choose_duration(max, (each.lease_ns for each in publishers)),
     )
-    return _filled_in(qos, offer)
+    return _fill_in(qos, offer)
 
 
 def for_publisher(qos: QoS, subscriptions: Sequence[QoS]) -> QoS:
@@ -61,24 +61,24 @@ def for_publisher(qos: QoS, subscriptions: Sequence[QoS]) -> QoS:
         reliability=ReliabilityPolicy.RELIABLE,
         durability=DurabilityPolicy.TRANSIENT_LOCAL,
         liveliness=LivelinessPolicy.MANUAL_BY_TOPIC if manual else LivelinessPolicy.AUTOMATIC,
-        deadline_ns=_chosen(min, (each.deadline_ns for each in subscriptions)),
-        lease_ns=_chosen(min, (each.lease_ns for each in subscriptions)),
+        deadline_ns=_choose_duration(min, (each.deadline_ns for each in subscriptions)),
+        lease_ns=_choose_duration(min, (each.lease_ns for each in subscriptions)),
     )
-    return _filled_in(qos, request)
+    return _fill_in(qos, request)
 
 
 def for_service(qos: QoS) -> QoS:
     """Return the QoS of a service or client: the services' default for what is open."""
-    return _filled_in(qos, SERVICES_DEFAULT)
+    return _fill_in(qos, SERVICES_DEFAULT)
 
 
-def _chosen(choose: Callable[[Iterable[int]], int], durations: Iterable[int]) -> int:
+def _choose_duration(choose: Callable[[Iterable[int]], int], durations: Iterable[int]) -> int:
     """Return the greatest or smallest of the durations that somebody has set."""
     stated = [each for each in durations if each not in _UNSET]
     return choose(stated) if stated else UNSPECIFIED_NS
 
 
-def _filled_in(qos: QoS, found: QoS) -> QoS:
+def _fill_in(qos: QoS, found: QoS) -> QoS:
     """Take from `found` what `qos` leaves open."""
     return replace(
         qos,

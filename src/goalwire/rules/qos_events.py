@@ -211,7 +211,7 @@ class SequenceGaps:
     def __init__(self) -> None:
         self._newest: dict[bytes, int] = {}
 
-    def missed_before(self, publisher: bytes, sequence: int) -> int:
+    def count_missed(self, publisher: bytes, sequence: int) -> int:
         """Note a message of the publisher with that gid; return how many before it never came."""
         newest = self._newest.get(publisher)
         if newest is not None and sequence <= newest:

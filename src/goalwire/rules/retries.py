@@ -108,11 +108,11 @@ class RetryBudget:
         self._policy = policy
         self.tokens = policy.budget
 
-    def failed(self) -> None:
+    def on_failure(self) -> None:
         """An attempt has failed."""
         self.tokens = max(self.tokens - 1.0, 0.0)
 
-    def answered(self) -> None:
+    def on_answer(self) -> None:
         """A call was answered."""
         self.tokens = min(self.tokens + self._policy.refund, self._policy.budget)
 
@@ -140,16 +140,16 @@ class Attempts:
         self.number += 1
         self.began = now
 
-    def answered(self) -> None:
+    def on_answer(self) -> None:
         """The attempt was answered."""
-        self._budget.answered()
+        self._budget.on_answer()
 
-    def failed(self, error: CallError, now: int, deadline: int | None) -> int | None:
+    def on_failure(self, error: CallError, now: int, deadline: int | None) -> int | None:
         """The attempt has failed: return the ns until the next one, or None if the call is to end.
 
         It ends if the policy, its count, the budget or the call's deadline leave no room for another.
         """
-        self._budget.failed()
+        self._budget.on_failure()
         policy = self.policy
         if not isinstance(error, policy.on) or self.number >= policy.attempts or not self._budget.allows:
             return None

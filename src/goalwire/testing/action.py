@@ -11,7 +11,7 @@ from goalwire.entities.actions.server_goal import ActionCallbacks, CancelRespons
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.future import Future
-from goalwire.testing.log import PATIENCE, Log, differing
+from goalwire.testing.log import PATIENCE, Log, describe_differences
 from goalwire.testing.spinning import host
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
         """Raise AssertionError unless the last goal that was accepted has these values in its fields."""
         if not self.goals:
             raise AssertionError(f"action '{self.name}' got no goal")
-        wrong = differing(self.goals[-1], fields)
+        wrong = describe_differences(self.goals[-1], fields)
         if wrong:
             raise AssertionError(f"action '{self.name}', last goal: {'; '.join(wrong)}")
 

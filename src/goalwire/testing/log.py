@@ -87,7 +87,7 @@ class Log(Generic[T]):
         return f'<{self._what}: {self}>'
 
 
-def differing(message: object, fields: dict[str, object]) -> list[str]:
+def describe_differences(message: object, fields: dict[str, object]) -> list[str]:
     """Say which fields of a message are not what they should be."""
     return [
         f'{name} is {getattr(message, name)!r}, not {value!r}'

@@ -9,7 +9,7 @@ from goalwire.entities.service import ServiceCore
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.testing.answers import NEVER, After, Script
-from goalwire.testing.log import PATIENCE, Log, differing
+from goalwire.testing.log import PATIENCE, Log, describe_differences
 from goalwire.testing.spinning import host
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class FakeService(Generic[RequestT, ResponseT]):
     def assert_called_with(self, **fields: object) -> None:
         """Raise AssertionError unless the last request has these values in its fields."""
         self.assert_called()
-        wrong = differing(self.requests[-1], fields)
+        wrong = describe_differences(self.requests[-1], fields)
         if wrong:
             raise AssertionError(f"service '{self.name}', last call: {'; '.join(wrong)}")
 

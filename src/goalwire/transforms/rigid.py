@@ -77,7 +77,7 @@ def difference(left: Vector, right: Vector) -> Vector:
     return left[0] - right[0], left[1] - right[1], left[2] - right[2]
 
 
-def scaled(vector: Vector, factor: float) -> Vector:
+def scale(vector: Vector, factor: float) -> Vector:
     """Return a vector, longer by a factor."""
     return vector[0] * factor, vector[1] * factor, vector[2] * factor
 
@@ -102,7 +102,7 @@ def norm_squared(rotation: Quaternion) -> float:
     return x * x + y * y + z * z + w * w
 
 
-def normalized(rotation: Quaternion) -> Quaternion:
+def normalize(rotation: Quaternion) -> Quaternion:
     """Return a quaternion scaled to length 1; that of no rotation for one of length 0."""
     length = sqrt(norm_squared(rotation))
     if length == 0:
@@ -116,7 +116,7 @@ def canonical(rotation: Quaternion) -> Quaternion:
 
     tf2 makes it from a matrix: w is positive for turns of less than 120 degrees, else the largest of x, y, z.
     """
-    x, y, z, w = normalized(rotation)
+    x, y, z, w = normalize(rotation)
     leading = w if 4 * w * w > 1 else max(x, y, z, key=abs)
     sign = copysign(1.0, leading)
     return sign * x, sign * y, sign * z, sign * w
@@ -132,7 +132,7 @@ def slerp(start: Quaternion, end: Quaternion, ratio: float) -> Quaternion:
         angle = acos(abs(cosine))
         one, two = sin((1.0 - ratio) * angle) / sin(angle), sign * sin(ratio * angle) / sin(angle)
     (a, b, c, d), (e, f, g, h) = start, end
-    return normalized((one * a + two * e, one * b + two * f, one * c + two * g, one * d + two * h))
+    return normalize((one * a + two * e, one * b + two * f, one * c + two * g, one * d + two * h))
 
 
 def _add(left: Vector, right: Vector) -> Vector:

@@ -27,10 +27,10 @@ from goalwire.transforms.rigid import (
     difference,
     multiply,
     norm_squared,
-    normalized,
+    normalize,
     rotate,
     rotation_vector,
-    scaled,
+    scale,
 )
 
 NORM_TOLERANCE = 0.01  # of a quaternion's square, as in tf2
@@ -85,7 +85,7 @@ class TransformTree:
         """
         parent, child = parent.removeprefix('/'), child.removeprefix('/')
         _check(parent, child, motion, authority)
-        link = Link(parent, Rigid(motion.translation, normalized(motion.rotation)))
+        link = Link(parent, Rigid(motion.translation, normalize(motion.rotation)))
         with self._lock:
             known = self._links.get(child)
             if known is None or isinstance(known, FixedLink) is not static:
@@ -172,7 +172,7 @@ class TransformTree:
         if axes is not None:
             back = self.lookup(axes, observer, end).motion.rotation
             linear, turn = rotate(back, linear), rotate(back, turn)
-        return Velocity(scaled(linear, 1 / seconds_between), scaled(turn, 1 / seconds_between))
+        return Velocity(scale(linear, 1 / seconds_between), scale(turn, 1 / seconds_between))
 
     def names(self) -> list[str]:
         """Return every frame ever named, in that order."""

@@ -139,7 +139,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
             await attempt.settle(asked)
             response: Any = asked.result()
         except CallError as error:
-            raise attempt.retold(error) from None
+            raise attempt.retell(error) from None
         finally:
             if asked.pending():
                 asked.cancel()

@@ -267,7 +267,7 @@ class Run(Generic[ResultT, FeedbackT]):
                 )
             response: Any = answer.result()
         except CallError as error:
-            raise attempt.retold(error) from None
+            raise attempt.retell(error) from None
         if response.status == GoalStatus.SUCCEEDED:
             result: ResultT = response.result
             return result

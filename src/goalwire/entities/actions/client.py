@@ -416,7 +416,7 @@ class ActionClientCore(TimedCalls):
         elif not self.node.context.ok():
             end_with(future, ShutDownError(call_context.title))
         else:
-            end_with(future, call_context.retold(error) if isinstance(error, CallError) else error)
+            end_with(future, call_context.retell(error) if isinstance(error, CallError) else error)
 
     # -- cancelling ----------------------------------------------------------------------------------------
 

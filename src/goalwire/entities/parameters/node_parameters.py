@@ -62,7 +62,7 @@ class NodeParameters:
         self._parameters = ParameterTable(values, allow_undeclared=allow_undeclared)
         self._ros_set_callbacks = SetCallbacks()
         if (use := self.handle.override_use) is not None:
-            use.node_made(self.handle.name.qualified)
+            use.note_node(self.handle.name.qualified)
 
     def _ros_declare_overrides(self) -> None:
         values = self._parameters.overrides.items()

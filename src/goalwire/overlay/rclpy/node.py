@@ -9,8 +9,8 @@ from weakref import ReferenceType, ref
 
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import NodeNameNonExistentError
-from goalwire.execution.callback_groups import checked_group
-from goalwire.execution.callbacks import advise_callback, what_was_given
+from goalwire.execution.callback_groups import check_group
+from goalwire.execution.callbacks import advise_callback, describe_given
 from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
@@ -72,7 +72,7 @@ class Node(BaseNode):
             self._ros_executor = ref(new_executor)
 
     def _ros_group(self, given: CallbackGroup | None) -> CallbackGroup:
-        return self._default_callback_group if given is None else checked_group(given)
+        return self._default_callback_group if given is None else check_group(given)
 
     # -- what it makes -------------------------------------------------------------------------------------
 
@@ -292,7 +292,7 @@ class Node(BaseNode):
         period_ns = timer_period_ns(timer_period_sec)
         given: object = callback
         if not callable(given):
-            problem = f'the callback of a timer must be a function: {what_was_given(given)}'
+            problem = f'the callback of a timer must be a function: {describe_given(given)}'
             self.get_logger().warning(f'{problem}; the call will fail')
         return self._ros_timer(period_ns, callback, callback_group, clock, autostart=autostart)
 

@@ -22,7 +22,7 @@ from geometry_msgs.msg import (
 )
 from tf2_ros import ConvertRegistration, TransformRegistration
 
-from goalwire.transforms.rigid import Rigid, normalized, rotate
+from goalwire.transforms.rigid import Rigid, normalize, rotate
 
 if TYPE_CHECKING:
     import numpy as np
@@ -47,7 +47,7 @@ def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -
 def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
     """Return a pose in the frame that the transform leads to; its orientation has w >= 0."""
     position, orientation = pose.position, pose.orientation
-    quaternion = normalized((orientation.x, orientation.y, orientation.z, orientation.w))
+    quaternion = normalize((orientation.x, orientation.y, orientation.z, orientation.w))
     inner = Rigid((position.x, position.y, position.z), quaternion)
     (x, y, z), (qx, qy, qz, qw) = _rigid(transform).after(inner)
     sign = -1.0 if qw < 0 else 1.0
@@ -102,7 +102,7 @@ def _rigid(transform: TransformStamped) -> Rigid:
     translation, rotation = transform.transform.translation, transform.transform.rotation
     return Rigid(
         (translation.x, translation.y, translation.z),
-        normalized((rotation.x, rotation.y, rotation.z, rotation.w)),
+        normalize((rotation.x, rotation.y, rotation.z, rotation.w)),
     )
 
 

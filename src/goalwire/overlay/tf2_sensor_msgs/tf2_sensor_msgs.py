@@ -8,7 +8,7 @@ from geometry_msgs.msg import Transform, TransformStamped
 from sensor_msgs.msg import PointCloud2
 from tf2_ros import ConvertRegistration, TransformRegistration
 
-from goalwire.transforms.rigid import normalized, rotate
+from goalwire.transforms.rigid import normalize, rotate
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,7 +23,7 @@ def transform_points(point_cloud: ArrayLike, transform: Transform | TransformSta
 
     motion = transform.transform if isinstance(transform, TransformStamped) else transform
     rotation, translation = motion.rotation, motion.translation
-    unit = normalized((rotation.x, rotation.y, rotation.z, rotation.w))
+    unit = normalize((rotation.x, rotation.y, rotation.z, rotation.w))
     axes = [rotate(unit, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
     moved: Points = np.asarray(point_cloud) @ np.array(axes) + (translation.x, translation.y, translation.z)
     return moved

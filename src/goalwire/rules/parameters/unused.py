@@ -30,7 +30,7 @@ class OverrideUse:
         self._declared: dict[str, set[str]] = {}
         self._lock = Lock()
 
-    def node_made(self, full_name: str) -> None:
+    def note_node(self, full_name: str) -> None:
         """Note a node by its fully qualified name."""
         with self._lock:
             self._declared.setdefault(full_name, set())
@@ -40,7 +40,7 @@ class OverrideUse:
         with self._lock:
             self._declared.setdefault(full_name, set()).add(parameter)
 
-    def complaints(self) -> list[str]:
+    def describe_unused(self) -> list[str]:
         """Return a sentence for each override that nothing used; none if there never was a node."""
         if not self._declared:
             return []

@@ -17,7 +17,7 @@ from goalwire.entities.actions.types import (
     ResultT,
 )
 from goalwire.entities.type_support import action_support
-from goalwire.execution.callback_groups import checked_group
+from goalwire.execution.callback_groups import check_group
 from goalwire.execution.waitable import EventQueueWaitable
 from rclpy._reexports import reexport
 from rclpy.action._making import action_qos, refusing_bad_names
@@ -63,7 +63,7 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
             feedback_sub_qos_profile,
             status_sub_qos_profile,
         )
-        group = node.default_callback_group if callback_group is None else checked_group(callback_group)
+        group = node.default_callback_group if callback_group is None else check_group(callback_group)
         support = action_support(action_type)
         EventQueueWaitable.__init__(self, group)
         with refusing_bad_names('client', action_name):

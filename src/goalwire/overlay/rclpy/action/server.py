@@ -15,8 +15,8 @@ from goalwire.entities.actions.server_goal import (
 from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
 from goalwire.entities.type_support import action_support
 from goalwire.errors import RCLError
-from goalwire.execution.callback_groups import checked_group
-from goalwire.execution.callbacks import advise_callback, what_was_given
+from goalwire.execution.callback_groups import check_group
+from goalwire.execution.callbacks import advise_callback, describe_given
 from goalwire.execution.waitable import EventQueueWaitable
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
 from goalwire.rules.goals.server import GoalServer
@@ -136,7 +136,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
             feedback_pub_qos_profile,
             status_pub_qos_profile,
         )
-        group = node.default_callback_group if callback_group is None else checked_group(callback_group)
+        group = node.default_callback_group if callback_group is None else check_group(callback_group)
         support = action_support(action_type)
         EventQueueWaitable.__init__(self, group)
         with refusing_bad_names('server', action_name):
@@ -213,7 +213,7 @@ def _nanoseconds(result_timeout: object) -> int:
 def _check_callable(execute_callback: object, action_name: str, logger: RcutilsLogger) -> None:
     if not callable(execute_callback):
         error = TypeError('Failed to register goal execution callback: not callable')
-        error.add_note(what_was_given(execute_callback))
+        error.add_note(describe_given(execute_callback))
         raise error
     what = f"the execute callback of the action '{action_name}'"
     advise_callback(execute_callback, ('goal_handle',), what, logger)

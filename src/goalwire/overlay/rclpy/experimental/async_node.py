@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
 from goalwire.entities.client import AwaitedCalls
-from goalwire.entities.graph_waiting import graph_shows
+from goalwire.entities.graph_waiting import await_graph
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import DestroyedError, RCLError, ShutDownError
 from goalwire.execution.asyncio.clock import AsyncClock
@@ -104,7 +104,7 @@ class AsyncNode(BaseNode):
         namespace, _, name = fully_qualified_node_name.rpartition('/')
         namespace = '/' + namespace.strip('/')
         graph = self.handle.graph
-        if not await graph_shows(self.context, lambda: graph.node_exists(name, namespace)):
+        if not await await_graph(self.context, lambda: graph.node_exists(name, namespace)):
             raise ShutDownError(f"the node '{fully_qualified_node_name}' did not come")
 
     # -- what it makes -------------------------------------------------------------------------------------
