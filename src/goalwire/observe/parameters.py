@@ -16,6 +16,16 @@ if TYPE_CHECKING:
     import goalwire
 
 LIST = '/list_parameters'
+STANDARD_SERVICES = (
+    '/describe_parameters',
+    '/get_parameter_types',
+    '/get_parameters',
+    LIST,
+    '/set_parameters',
+    '/set_parameters_atomically',
+    '/get_type_description',
+)
+"""How the names of the services end that every node has."""
 _NOT_SET = Type.NOT_SET.value
 
 

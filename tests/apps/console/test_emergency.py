@@ -8,7 +8,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from std_msgs.msg import Bool
 
-from goalwire.apps.console.emergency import (
+from goalwire.apps.console.state.emergency import (
     BOOL,
     DIAGNOSTIC_STATUS,
     REPEATS,
@@ -21,7 +21,7 @@ from goalwire.apps.console.emergency import (
     stop_services,
     word_of,
 )
-from goalwire.apps.console.ownership import may_move, may_stop, owner
+from goalwire.apps.console.state.ownership import may_move, may_stop, owner
 
 STATE = '/emergency_stopped'
 STATUS = '/emergency_stop_status'

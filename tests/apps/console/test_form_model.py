@@ -8,7 +8,7 @@ import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 
-from goalwire.apps.console.form_model import (
+from goalwire.apps.console.state.form_model import (
     FormField,
     check,
     completed,

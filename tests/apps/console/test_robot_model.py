@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from helpers.console import DATA
 
-from goalwire.apps.console.form_model import form_of
-from goalwire.apps.console.robot_model import as_scene, likely_prefix, mesh_file, read_urdf, root_pose
-from goalwire.apps.console.robot_watch import (
+from goalwire.apps.console.state.form_model import form_of
+from goalwire.apps.console.state.robot_model import as_scene, likely_prefix, mesh_file, read_urdf, root_pose
+from goalwire.apps.console.state.robot_watch import (
     RobotWatch,
     namespaces,
     navigation_target,

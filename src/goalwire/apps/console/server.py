@@ -23,8 +23,8 @@ import goalwire
 from goalwire.apps.console.addresses import is_every_interface
 from goalwire.apps.console.guard import MOST_BYTES, Guard
 from goalwire.apps.console.page.shell import install, is_full
-from goalwire.apps.console.session import Session
 from goalwire.apps.console.settings import Settings
+from goalwire.apps.console.state.session import Session
 from goalwire.errors import TransportError, peer_text
 
 _GRACE_S = 2

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import Action, ArgumentParser, Namespace
+from argparse import Action, Namespace
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,6 @@ from goalwire.patterns import Pattern
 
 if TYPE_CHECKING:
     import goalwire
-    from goalwire.apps.cli.framework.output import Output
     from goalwire.graph.graph import Graph
 
 PATIENCE_S = 2.0
@@ -196,18 +195,3 @@ def _interfaces(kinds: Sequence[str]) -> list[str]:
         for name in names
         if name.split('/')[0] in kinds
     ]
-
-
-def _arguments(parser: ArgumentParser) -> None:
-    parser.add_argument('shell', choices=sorted(SCRIPTS), help='Which shell')
-    parser.epilog = (
-        'bash, zsh: eval "$(ros2 completion bash)" in ~/.bashrc; fish: ros2 completion fish | source'
-    )
-
-
-def _completion(arguments: Namespace, output: Output) -> None:
-    output.block(SCRIPTS[arguments.shell], end='')
-
-
-_SUMMARY = 'Print what makes a shell complete these commands'
-NOUN = Noun('completion', _SUMMARY, (Verb('completion', _SUMMARY, _completion, _arguments, has_json=False),))

@@ -12,7 +12,7 @@ NOUNS = {
     'action': ('commands.action.noun', 'Various action related sub-commands'),
     'bag': ('commands.bag.noun', 'Various rosbag related commands'),
     'check': ('commands.check', 'Check interface files and launch files'),
-    'completion': ('framework.completion', 'Print what makes a shell complete these commands'),
+    'completion': ('commands.completion', 'Print what makes a shell complete these commands'),
     'component': ('commands.component.noun', 'Various component related sub-commands'),
     'console': ('commands.console', 'Show the robot in the browser, and operate it there'),
     'doctor': ('commands.doctor.noun', 'Check what works here, and say what to do next'),

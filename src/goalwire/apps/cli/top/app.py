@@ -1,4 +1,4 @@
-"""The screen of `top`: tabs, a pane for details, and keys. What it shows comes from top_data."""
+"""The screen of `top`: tabs, a pane for details, and keys. What it shows comes from data.py."""
 
 from __future__ import annotations
 
@@ -126,16 +126,8 @@ class Top(App[Outcome]):
 
     def _repaint(self) -> None:
         graph = self._graph
-        found = (
-            (sum(self._view.nodes(graph).values()), 'nodes'),
-            (len(self._view.topics(graph)), 'topics'),
-            (len(self._view.services(graph)), 'services'),
-            (len(self._view.actions(graph)), 'actions'),
-        )
-        head = f'goalwire top  {", ".join(f"{n} {what}" for n, what in found)}'
-        if self._view.filter:
-            head += f'  filter: {self._view.filter}'
-        self.query_one('#head', Static).update(Text(spelt(head)))
+        head = spelt(f'goalwire top  {self._view.summary(graph)}')
+        self.query_one('#head', Static).update(Text(head))
         tab = self._tab
         if isinstance(tab, TableTab):
             tab.refresh_rows(graph, self._view)

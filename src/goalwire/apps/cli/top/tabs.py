@@ -24,6 +24,7 @@ from goalwire.graph.names import SEND_GOAL, NamesAndTypes, without_hidden
 from goalwire.observe.goals import Goal
 from goalwire.observe.latencies import shown_seconds
 from goalwire.observe.log import LogLine
+from goalwire.observe.parameters import STANDARD_SERVICES
 from goalwire.observe.service_calls import POSTFIX
 from goalwire.transport.contract import EndpointKind
 
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
 
 Rows: TypeAlias = 'dict[str, list[Text]]'
-_PARAMETER_SERVICES = ('/describe_parameters', '/get_parameter_types', '/get_parameters', '/list_parameters')
-_MORE_BUILT_IN = ('/set_parameters', '/set_parameters_atomically', '/get_type_description')
 _LEVEL_STYLES = {'WARN': 'yellow', 'ERROR': 'red', 'FATAL': 'bold red'}
 
 
@@ -70,7 +69,7 @@ class View(NamedTuple):
     def services(self, graph: Graph) -> NamesAndTypes:
         """Return the services; those that every node has are hidden."""
         found = self.names(graph.service_names_and_types())
-        return found if self.hidden else [each for each in found if not _is_built_in(each[0])]
+        return found if self.hidden else [each for each in found if not each[0].endswith(STANDARD_SERVICES)]
 
     def topics(self, graph: Graph) -> NamesAndTypes:
         """Return the topics."""
@@ -79,6 +78,16 @@ class View(NamedTuple):
     def actions(self, graph: Graph) -> NamesAndTypes:
         """Return the actions."""
         return self.names(graph.action_names_and_types())
+
+    def summary(self, graph: Graph) -> str:
+        """Return how much there is to be seen, on one line."""
+        counts = (
+            f'{sum(self.nodes(graph).values())} nodes',
+            f'{len(self.topics(graph))} topics',
+            f'{len(self.services(graph))} services',
+            f'{len(self.actions(graph))} actions',
+        )
+        return ', '.join(counts) + (f'  filter: {self.filter}' if self.filter else '')
 
     def endpoints(self, graph: Graph, kind: EndpointKind, name: str) -> int:
         """Return how many endpoints there are of a name, without those of `top`."""
@@ -379,10 +388,6 @@ class LogTab(TabPane):
 def _log_text(line: LogLine) -> Text:
     text = f'[{line.level_name}] [{line.stamp:.3f}] [{spelt(line.node)}]: {escaped(line.text)}'
     return Text(text, _LEVEL_STYLES.get(line.level_name, ''))
-
-
-def _is_built_in(name: str) -> bool:
-    return name.endswith(_PARAMETER_SERVICES + _MORE_BUILT_IN)
 
 
 def _size(bytes_a_second: float) -> str:

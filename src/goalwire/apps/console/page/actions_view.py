@@ -10,7 +10,7 @@ from nicegui import ui
 
 from goalwire.apps.console.page.parts import LiveTable, SwimLanes, ValueTree, head
 from goalwire.apps.console.page.send_form import SendForm
-from goalwire.apps.console.page.view import View, duration
+from goalwire.apps.console.page.view import Page, View, duration
 from goalwire.errors import GoalwireError, peer_text
 from goalwire.observe.clock import time_of_day
 from goalwire.observe.goals import Goal, lanes
@@ -38,7 +38,8 @@ class ActionsView(View):
     icon = 'flag'
     period = 0.2
 
-    def build(self) -> None:
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
         self._form: SendForm | None = None
         self._span = 60
         self._goal: tuple[str, str] | None = None
@@ -46,6 +47,8 @@ class ActionsView(View):
         self._feedback_shown: object = None
         self._version = -1
         self._put_at = 0.0
+
+    def build(self) -> None:
         self._build_lanes()
         with ui.element('div').classes('gw-side'):
             with ui.element('div').classes('gw-card flush'):

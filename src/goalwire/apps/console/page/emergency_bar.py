@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui.element import Element
 
-from goalwire.apps.console.emergency import Standing
-from goalwire.apps.console.stopping import Answer
+from goalwire.apps.console.state.emergency import Standing
+from goalwire.apps.console.state.stopping import Answer
 from goalwire.errors import GoalwireError, peer_text
 
 if TYPE_CHECKING:
     from goalwire.apps.console.page.view import Page
-    from goalwire.apps.console.vitals import Vitals
+    from goalwire.apps.console.state.vitals import Vitals
 
 _NOTHING: dict[str, Any] = {'key': '', 'name': '', 'stop': 'none', 'services': [], 'why': '', 'all': []}
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.apps.console.form_model import (
+from goalwire.apps.console.state.form_model import (
     FormField,
     check,
     completed,

@@ -7,9 +7,11 @@ from typing import Any
 from nicegui import ui
 
 from goalwire.aio.graph import EndpointKind, GraphEntity
-from goalwire.apps.console.graph_layout import Place, arranged
+from goalwire.apps.console.page.charts import graph_options, graph_point, mark_as_bad
 from goalwire.apps.console.page.parts import LiveTable, head
-from goalwire.apps.console.page.view import View
+from goalwire.apps.console.page.view import Page, View
+from goalwire.apps.console.state.graph_layout import Place, arranged
+from goalwire.observe.parameters import STANDARD_SERVICES
 
 _MOST_DRAWN = 150
 """Nodes and topics that a drawing shows; with more, nobody could read it."""
@@ -20,15 +22,6 @@ _KINDS = {
     EndpointKind.SERVICE: 'service',
     EndpointKind.CLIENT: 'client',
 }
-PARAMETER_SERVICES = (
-    '/describe_parameters',
-    '/get_parameter_types',
-    '/get_parameters',
-    '/list_parameters',
-    '/set_parameters',
-    '/set_parameters_atomically',
-    '/get_type_description',
-)
 
 
 def qos_text(endpoint: GraphEntity) -> str:
@@ -50,12 +43,15 @@ class GraphViewPage(View):
     icon = 'hub'
     period = 0.5
 
-    def build(self) -> None:
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
         self._version = -1
         self._filter = ''
         self._chosen = ''
         self._hidden = False
         self._places: dict[str, Place] = {}
+
+    def build(self) -> None:
         with ui.element('div').classes('gw-card flush').props('data-problems') as self._problem_card:
             with ui.element('div').classes('gw-head'):
                 head('What does not go together', 'error_outline')
@@ -74,7 +70,7 @@ class GraphViewPage(View):
                     'dense size=sm'
                 ).classes('gw-small')
             self._chart = ui.echart(
-                _chart_options([], [], dark=self.page.is_dark), on_point_click=self._on_point
+                graph_options([], [], dark=self.page.is_dark), on_point_click=self._on_point
             )
             self._chart.style('height: 400px; width: 100%').props('data-chart')
             self._too_many = ui.label('').classes('gw-empty')
@@ -137,7 +133,7 @@ class GraphViewPage(View):
     def _is_shown(self, each: GraphEntity) -> bool:
         if each.node.name.startswith('_') or each.node.qualified == self.node.name:
             return False
-        return each.name not in _QUIET and not each.name.endswith(PARAMETER_SERVICES)
+        return each.name not in _QUIET and not each.name.endswith(STANDARD_SERVICES)
 
     def _passes(self, each: GraphEntity) -> bool:
         text = f'{each.node.qualified} {each.name} {each.type_name} {_KINDS[each.kind]}'
@@ -158,14 +154,13 @@ class GraphViewPage(View):
             )
             node = f'n {each.node.qualified}'
             thing = f'{kind} {name}'
-            points.setdefault(node, _point(node, each.node.qualified, 'node', dark=self.page.is_dark))
-            points.setdefault(thing, _point(thing, name, kind, dark=self.page.is_dark))
+            points.setdefault(node, graph_point(node, each.node.qualified, 'node', dark=self.page.is_dark))
+            points.setdefault(thing, graph_point(thing, name, kind, dark=self.page.is_dark))
             offers = each.kind in {EndpointKind.PUBLISHER, EndpointKind.CLIENT}
             way = (node, thing) if offers else (thing, node)
             link = links.setdefault(way, {'source': way[0], 'target': way[1]})
             if each.gid in bad:
-                link['lineStyle'] = {'color': '#ef4444', 'width': 2.5}
-                points[thing]['itemStyle'] = {'color': '#ef4444'}
+                mark_as_bad(points[thing], link)
         drawn = len(points) <= _MOST_DRAWN
         self._chart.set_visibility(drawn)
         self._too_many.set_visibility(not drawn)
@@ -173,7 +168,7 @@ class GraphViewPage(View):
             self._places = arranged(list(points), links, self._places)
             for name, point in points.items():
                 point['x'], point['y'] = self._places[name]
-            options = _chart_options(list(points.values()), list(links.values()), dark=self.page.is_dark)
+            options = graph_options(list(points.values()), list(links.values()), dark=self.page.is_dark)
             self._chart.options.clear()
             self._chart.options.update(options)
             self._chart.update()
@@ -195,67 +190,3 @@ def _row(each: GraphEntity, bad: set[bytes]) -> dict[str, Any]:
     if each.gid in bad:
         row['tone'] = 'bad'
     return row
-
-
-_COLOURS = {'node': '#6366f1', 'topic': '#94a3b8', 'service': '#14b8a6', 'action': '#f59e0b'}
-_SHAPES = {'node': 'circle', 'topic': 'roundRect', 'service': 'diamond', 'action': 'triangle'}
-
-
-def _point(key: str, name: str, kind: str, *, dark: bool) -> dict[str, Any]:
-    return {
-        'id': key,
-        'name': name,
-        'category': kind,
-        'symbol': _SHAPES[kind],
-        'symbolSize': 22 if kind == 'node' else 13,
-        'itemStyle': {'color': _COLOURS[kind]},
-        'label': {
-            'fontWeight': 600 if kind == 'node' else 400,
-            'color': ('#e6ebf4' if dark else '#0f172a')
-            if kind == 'node'
-            else ('#93a1b8' if dark else '#64748b'),
-        },
-    }
-
-
-def _chart_options(
-    points: list[dict[str, Any]], links: list[dict[str, Any]], *, dark: bool
-) -> dict[str, Any]:
-    return {
-        'animation': False,
-        'backgroundColor': 'transparent',
-        'tooltip': {'renderMode': 'richText'},
-        'legend': [
-            {
-                'data': [
-                    {'name': kind, 'icon': _SHAPES[kind], 'itemStyle': {'color': _COLOURS[kind]}}
-                    for kind in _COLOURS
-                ],
-                'top': 0,
-                'left': 0,
-                'textStyle': {'color': '#93a1b8' if dark else '#64748b'},
-                'itemHeight': 10,
-            }
-        ],
-        'series': [
-            {
-                'type': 'graph',
-                'layout': 'none',
-                'left': 90,
-                'right': 90,
-                'top': 44,
-                'bottom': 34,
-                'roam': True,
-                'draggable': True,
-                'labelLayout': {'hideOverlap': True},
-                'label': {'show': True, 'position': 'bottom', 'fontSize': 11, 'formatter': '{b}'},
-                'edgeSymbol': ['none', 'arrow'],
-                'edgeSymbolSize': 6,
-                'lineStyle': {'color': '#475569' if dark else '#cbd5e1', 'width': 1.2, 'curveness': 0.06},
-                'emphasis': {'focus': 'adjacency'},
-                'categories': [{'name': kind} for kind in _COLOURS],
-                'data': points,
-                'links': links,
-            }
-        ],
-    }

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from goalwire.apps.console.page.parts import head
-from goalwire.apps.console.robot_model import Joint
-from goalwire.apps.console.series import signed
+from goalwire.apps.console.state.robot_model import Joint
+from goalwire.apps.console.state.series import signed
 from goalwire.errors import GoalwireError
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from goalwire.apps.console.page.parts import LiveTable, head
-from goalwire.apps.console.page.view import View
+from goalwire.apps.console.page.view import Page, View
 from goalwire.observe.log import LEVELS, LogLine
 
 _SHOWN = 300
@@ -23,11 +23,14 @@ class LogsView(View):
     icon = 'subject'
     period = 0.3
 
-    def build(self) -> None:
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
         self._level, self._node, self._text = 0, '', ''
         self._version = -1
         self._paused = False
         self._nodes: list[str] = []
+
+    def build(self) -> None:
         with ui.element('div').classes('gw-card flush gw-fill'):
             with ui.element('div').classes('gw-head'):
                 head('Logs', 'subject')

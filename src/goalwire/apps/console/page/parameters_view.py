@@ -6,9 +6,9 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.apps.console.form_model import in_one_line
 from goalwire.apps.console.page.parts import LiveTable, head
-from goalwire.apps.console.page.view import View
+from goalwire.apps.console.page.view import Page, View
+from goalwire.apps.console.state.form_model import in_one_line
 from goalwire.errors import FieldValueError, GoalwireError, RemoteError, peer_text
 from goalwire.observe.parameters import (
     NodeParameters,
@@ -30,8 +30,11 @@ class ParametersView(View):
     icon = 'tune'
     period = 1.0
 
-    def build(self) -> None:
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
         self._chosen = ''
+
+    def build(self) -> None:
         with ui.element('div').classes('gw-side gw-fill').style('grid-template-rows: minmax(0, 1fr)'):
             with ui.element('div').classes('gw-card flush'):
                 with ui.element('div').classes('gw-head'):

@@ -13,15 +13,15 @@ from nicegui.element import Element
 from goalwire.apps.console.page.joints import JointSliders
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.page.send_form import SendForm
-from goalwire.apps.console.page.view import View
-from goalwire.apps.console.robot_model import as_scene
-from goalwire.apps.console.robot_watch import NavigationTarget, navigation_target, place_values
-from goalwire.apps.console.series import signed
+from goalwire.apps.console.page.view import Page, View
+from goalwire.apps.console.state.robot_model import as_scene
+from goalwire.apps.console.state.robot_watch import NavigationTarget, navigation_target, place_values
+from goalwire.apps.console.state.series import signed
 from goalwire.errors import GoalwireError, RemoteError, UnknownInterfaceError
 
 if TYPE_CHECKING:
-    from goalwire.apps.console.robot_model import RobotModel
-    from goalwire.apps.console.robot_watch import RobotWatch
+    from goalwire.apps.console.state.robot_model import RobotModel
+    from goalwire.apps.console.state.robot_watch import RobotWatch
 
 _THREE = Path(nicegui.__file__).parent / 'elements' / 'scene' / 'dist'
 _TIMES = ('timeout', 'time_allowance', 'max_duration', 'time_limit')
@@ -46,7 +46,8 @@ class RobotView(View):
     icon = 'smart_toy'
     period = 1 / 15
 
-    def build(self) -> None:
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
         self._watch: RobotWatch | None = None
         self._version = -1
         self._model: RobotModel | None = None
@@ -57,6 +58,8 @@ class RobotView(View):
         self._seen: object = None
         self._targets: dict[str, NavigationTarget] = {}
         self._joints: JointSliders | None = None
+
+    def build(self) -> None:
         with ui.element('div').classes('gw-fill gw-robot-view'):
             with ui.element('div').classes('gw-card flush').style('position: relative; min-height: 400px'):
                 self._scene = RobotScene().style('position: absolute; inset: 0')

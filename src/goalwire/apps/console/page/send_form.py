@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from goalwire.apps.console.form_model import in_one_line
 from goalwire.apps.console.page.forms import Form
 from goalwire.apps.console.page.parts import LiveTable, copy_buttons
 from goalwire.apps.console.page.view import duration
-from goalwire.apps.console.snippets import Sending, as_command, as_python
+from goalwire.apps.console.state.form_model import in_one_line
+from goalwire.apps.console.state.snippets import Sending, as_command, as_python
 from goalwire.errors import FieldValueError
 from goalwire.observe.clock import time_of_day
 
 if TYPE_CHECKING:
     from goalwire.apps.console.page.view import Page
-    from goalwire.apps.console.sending import Sent, Target
+    from goalwire.apps.console.state.sending import Sent, Target
 
 
 class SendForm:

@@ -8,16 +8,17 @@ from nicegui import ui
 
 import goalwire
 from goalwire.aio.graph import EndpointKind
-from goalwire.apps.console.form_model import in_one_line
-from goalwire.apps.console.page.graph_view import PARAMETER_SERVICES
+from goalwire.apps.console.page.charts import histogram_options
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, head
 from goalwire.apps.console.page.send_form import SendForm
-from goalwire.apps.console.page.view import View, duration
-from goalwire.apps.console.sending import Sent
-from goalwire.apps.console.topics import Reading
+from goalwire.apps.console.page.view import Page, View, duration
+from goalwire.apps.console.state.form_model import in_one_line
+from goalwire.apps.console.state.sending import Sent
+from goalwire.apps.console.state.topics import Reading
 from goalwire.errors import GoalwireError, peer_text
 from goalwire.observe.clock import time_of_day
 from goalwire.observe.messages import as_data
+from goalwire.observe.parameters import STANDARD_SERVICES
 from goalwire.observe.service_calls import POSTFIX, SeenCall, ServiceCalls
 
 _CALLS_SHOWN = 100
@@ -32,13 +33,16 @@ class ServicesView(View):
     icon = 'settings_remote'
     period = 1.0
 
-    def build(self) -> None:
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
         self._filter = ''
         self._all = False
         self._form: SendForm | None = None
         self._events = ServiceCalls()
         self._event_reading: Reading | None = None
         self._events_shown = -1
+
+    def build(self) -> None:
         with ui.element('div').classes('gw-side gw-fill').style('grid-template-rows: minmax(0, 1fr)'):
             with ui.element('div').classes('gw-card flush'):
                 with ui.element('div').classes('gw-head'):
@@ -82,7 +86,7 @@ class ServicesView(View):
         for name, types in self.node.graph.services():
             if '/_action/' in name or self._filter not in f'{name} {types[0]}'.lower():
                 continue
-            if not self._all and name.endswith(PARAMETER_SERVICES):
+            if not self._all and name.endswith(STANDARD_SERVICES):
                 continue
             is_served = bool(self.node.graph.servers(name))
             if not is_served and name not in called:
@@ -121,7 +125,7 @@ class ServicesView(View):
             with ui.element('div').classes('gw-two'):
                 with ui.element('div').classes('gw-card'):
                     self._latency_head = ui.element('div').classes('gw-head')
-                    self._chart = ui.echart(_bars([], dark=self.page.is_dark)).style(
+                    self._chart = ui.echart(histogram_options([], dark=self.page.is_dark)).style(
                         'height: 170px; width: 100%'
                     )
                 with ui.element('div').classes('gw-card flush'):
@@ -230,7 +234,7 @@ class ServicesView(View):
                     )
         bins = latencies.histogram() if latencies is not None else []
         self._chart.options.clear()
-        self._chart.options.update(_bars(bins, dark=self.page.is_dark))
+        self._chart.options.update(histogram_options(bins, dark=self.page.is_dark))
         self._chart.update()
 
 
@@ -245,33 +249,3 @@ def _event_row(call: SeenCall) -> dict[str, Any]:
         '' if call.took is None else duration(call.took),
     ]
     return {'key': f'{call.client} {call.number}', 'cells': cells}
-
-
-def _bars(bins: list[tuple[float, int]], *, dark: bool) -> dict[str, Any]:
-    dim, line = ('#93a1b8', '#243146') if dark else ('#64748b', '#e2e8f0')
-    return {
-        'animation': False,
-        'grid': {'left': 8, 'right': 8, 'top': 10, 'bottom': 4, 'containLabel': True},
-        'tooltip': {'renderMode': 'richText'},
-        'xAxis': {
-            'type': 'category',
-            'data': [f'< {duration(upper)}' for upper, _ in bins],
-            'axisLabel': {'color': dim, 'fontSize': 10},
-            'axisLine': {'lineStyle': {'color': line}},
-        },
-        'yAxis': {
-            'type': 'value',
-            'minInterval': 1,
-            'axisLabel': {'color': dim, 'fontSize': 10},
-            'splitLine': {'lineStyle': {'color': line}},
-        },
-        'series': [
-            {
-                'type': 'bar',
-                'data': [number for _, number in bins],
-                'color': '#6366f1',
-                'barCategoryGap': '12%',
-                'itemStyle': {'borderRadius': [3, 3, 0, 0]},
-            }
-        ],
-    }

@@ -23,7 +23,7 @@ from goalwire.apps.console.page.services_view import ServicesView
 from goalwire.apps.console.page.statistics_view import StatisticsView
 from goalwire.apps.console.page.topics_view import TopicsView
 from goalwire.apps.console.page.view import Page, View
-from goalwire.apps.console.session import Session
+from goalwire.apps.console.state.session import Session
 
 VIEWS: tuple[type[View], ...] = (
     RobotView,

@@ -7,19 +7,19 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.apps.console.images import COMPRESSED, IMAGE, as_data_url
+from goalwire.apps.console.page.charts import PALETTE, background, plot_line, plot_options
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, head
 from goalwire.apps.console.page.send_form import SendForm
-from goalwire.apps.console.page.view import View
-from goalwire.apps.console.series import Series, as_csv, numbers_in
-from goalwire.apps.console.topics import Reading
+from goalwire.apps.console.page.view import Page, View
+from goalwire.apps.console.state.images import COMPRESSED, IMAGE, as_data_url
+from goalwire.apps.console.state.series import Series, as_csv, numbers_in
+from goalwire.apps.console.state.topics import Reading
 from goalwire.errors import GoalwireError, RemoteError, peer_text
 from goalwire.observe.clock import wall_offset
 from goalwire.observe.messages import as_data
 from goalwire.records import record
 
 _SPANS = {10: '10 s', 30: '30 s', 60: '1 min', 300: '5 min'}
-_PALETTE = ['#6366f1', '#10b981', '#f59e0b', '#ef4444', '#06b6d4', '#a855f7', '#84cc16', '#ec4899']
 _MOST_SERIES = 16
 
 
@@ -41,8 +41,8 @@ class TopicsView(View):
     icon = 'podcasts'
     period = 0.2
 
-    def build(self) -> None:
-        self.session.topics.start_measuring()
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
         self._reading: Reading | None = None
         self._topic = ''
         self._type = ''
@@ -53,6 +53,9 @@ class TopicsView(View):
         self._paused_at: float | None = None
         self._span = 30
         self._form: SendForm | None = None
+
+    def build(self) -> None:
+        self.session.topics.start_measuring()
         with ui.element('div').classes('gw-two'):
             with ui.element('div').classes('gw-card flush').style('max-height: 47vh'):
                 with ui.element('div').classes('gw-head'):
@@ -92,7 +95,7 @@ class TopicsView(View):
                     'flat dense no-caps data-csv'
                 )
                 ui.button('PNG', icon='image', on_click=self._save_png).props('flat dense no-caps data-png')
-            self._chart = ui.echart(_plot_options(dark=self.page.is_dark)).classes('gw-fill')
+            self._chart = ui.echart(plot_options(dark=self.page.is_dark)).classes('gw-fill')
             self._chart.style('width: 100%; min-height: 220px').props('data-plot')
         self._put_names()
 
@@ -227,7 +230,7 @@ class TopicsView(View):
             if not self._plots:
                 ui.label('Press ∿ beside a number of a message to plot it.').classes('gw-dim gw-small')
             for at, each in enumerate(self._plots):
-                colour = _PALETTE[at % len(_PALETTE)]
+                colour = PALETTE[at % len(PALETTE)]
                 with ui.element('span').classes('gw-chip').props('data-series'):
                     ui.element('span').style(
                         f'width: 8px; height: 8px; border-radius: 4px; background: {colour}'
@@ -246,15 +249,11 @@ class TopicsView(View):
     def _put_plot(self, now: float) -> None:
         since, offset = now - self._span, wall_offset()
         series = [
-            {
-                'id': each.series.name,
-                'name': each.series.name,
-                'type': 'line',
-                'showSymbol': False,
-                'lineStyle': {'width': 1.8},
-                'color': _PALETTE[at % len(_PALETTE)],
-                'data': [[round((t + offset) * 1000), v] for t, v in each.series.points(since)],
-            }
+            plot_line(
+                each.series.name,
+                at,
+                [(round((t + offset) * 1000), v) for t, v in each.series.points(since)],
+            )
             for at, each in enumerate(self._plots)
         ]
         bounds = {'min': round((since + offset) * 1000), 'max': round((now + offset) * 1000)}
@@ -281,16 +280,16 @@ class TopicsView(View):
         )
 
     def _save_png(self) -> None:
-        background = '#131c2b' if self.page.is_dark else '#ffffff'
+        behind = background(dark=self.page.is_dark)
         ui.run_javascript(
             f"""const a = document.createElement('a');
             const chart = getElement({self._chart.id}).chart;
-            a.href = chart.getDataURL({{pixelRatio: 2, backgroundColor: '{background}'}});
+            a.href = chart.getDataURL({{pixelRatio: 2, backgroundColor: '{behind}'}});
             a.download = 'plot.png'; a.click();"""
         )
 
     def set_dark(self, dark: bool) -> None:
-        self._chart.run_chart_method('setOption', _plot_options(dark=dark))
+        self._chart.run_chart_method('setOption', plot_options(dark=dark))
 
     def close(self) -> None:
         self.session.topics.stop_measuring()
@@ -298,17 +297,3 @@ class TopicsView(View):
             self._reading.close()
         for each in self._plots:
             each.reading.close()
-
-
-def _plot_options(*, dark: bool) -> dict[str, Any]:
-    dim, line = ('#93a1b8', '#243146') if dark else ('#64748b', '#e2e8f0')
-    axis = {'axisLabel': {'color': dim, 'fontSize': 11}, 'axisLine': {'lineStyle': {'color': line}}}
-    return {
-        'animation': False,
-        'backgroundColor': 'transparent',
-        'grid': {'left': 12, 'right': 18, 'top': 12, 'bottom': 8, 'containLabel': True},
-        'tooltip': {'trigger': 'axis', 'renderMode': 'richText'},
-        'xAxis': {'type': 'time', 'splitLine': {'show': False}, **axis},
-        'yAxis': {'type': 'value', 'scale': True, 'splitLine': {'lineStyle': {'color': line}}, **axis},
-        'series': [],
-    }

@@ -12,7 +12,7 @@ from nicegui import Client, background_tasks, ui
 from goalwire.errors import FieldValueError, GoalwireError, peer_text
 
 if TYPE_CHECKING:
-    from goalwire.apps.console.session import Session
+    from goalwire.apps.console.state.session import Session
 
 Tone: TypeAlias = Literal['positive', 'negative', 'warning', 'info']
 

@@ -13,8 +13,8 @@ from goalwire.observe.messages import interface_class
 from goalwire.records import record
 
 if TYPE_CHECKING:
-    from goalwire.apps.console.emergency import StopService
-    from goalwire.apps.console.vitals import Vitals
+    from goalwire.apps.console.state.emergency import StopService
+    from goalwire.apps.console.state.vitals import Vitals
 
 CONFIRMED_S = 1.0
 """Within that time a stop is confirmed, or the page says that it is not."""

@@ -11,15 +11,15 @@ from typing import Self
 
 import goalwire
 from goalwire.aio.graph import GraphProblem
-from goalwire.apps.console.goal_watch import GoalWatch
-from goalwire.apps.console.ownership import may_move
-from goalwire.apps.console.robot_model import Meshes
-from goalwire.apps.console.robot_watch import RobotWatch, namespaces
-from goalwire.apps.console.sending import Sender
 from goalwire.apps.console.settings import Settings
-from goalwire.apps.console.stopping import Answer, Listener, release, stop
-from goalwire.apps.console.topics import Reading, Topics
-from goalwire.apps.console.vitals import Vitals
+from goalwire.apps.console.state.goal_watch import GoalWatch
+from goalwire.apps.console.state.ownership import may_move
+from goalwire.apps.console.state.robot_model import Meshes
+from goalwire.apps.console.state.robot_watch import RobotWatch, namespaces
+from goalwire.apps.console.state.sending import Sender
+from goalwire.apps.console.state.stopping import Answer, Listener, release, stop
+from goalwire.apps.console.state.topics import Reading, Topics
+from goalwire.apps.console.state.vitals import Vitals
 from goalwire.observe.goals import GoalTable
 from goalwire.observe.log import LogBook
 

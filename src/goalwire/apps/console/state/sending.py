@@ -14,9 +14,16 @@ from time import monotonic, perf_counter
 from typing import Any
 
 import goalwire
-from goalwire.apps.console.form_model import FormField, check, defaults_of, filled, form_of, without_defaults
 from goalwire.apps.console.settings import Settings
-from goalwire.apps.console.snippets import Sending
+from goalwire.apps.console.state.form_model import (
+    FormField,
+    check,
+    defaults_of,
+    filled,
+    form_of,
+    without_defaults,
+)
+from goalwire.apps.console.state.snippets import Sending
 from goalwire.errors import peer_text
 from goalwire.observe.goal_topics import cancel_request, goal_request, goals_canceling, result_request
 from goalwire.observe.goals import ACTIVE, Goal, GoalTable, status_name

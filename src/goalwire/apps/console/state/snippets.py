@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import goalwire
-from goalwire.apps.console.form_model import FormField, in_one_line, plain
+from goalwire.apps.console.state.form_model import FormField, in_one_line, plain
 from goalwire.idl.field_values import NOW
 from goalwire.records import record
 

@@ -10,7 +10,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.console.robot_model import RobotModel, likely_prefix, read_urdf, root_pose
+from goalwire.apps.console.state.robot_model import RobotModel, likely_prefix, read_urdf, root_pose
 from goalwire.errors import RemoteError, peer_text
 from goalwire.observe.parameters import NodeParameters
 from goalwire.records import record
@@ -18,8 +18,8 @@ from goalwire.rules.parameters.parameter import Type
 from goalwire.transforms.rigid import Rigid
 
 if TYPE_CHECKING:
-    from goalwire.apps.console.form_model import FormField
-    from goalwire.apps.console.topics import Reading, Topics
+    from goalwire.apps.console.state.form_model import FormField
+    from goalwire.apps.console.state.topics import Reading, Topics
 
 STRING = 'std_msgs/msg/String'
 JOINT_STATE = 'sensor_msgs/msg/JointState'

@@ -12,7 +12,7 @@ from goalwire.observe.goal_topics import follow_goals
 from goalwire.observe.messages import interface_class
 
 if TYPE_CHECKING:
-    from goalwire.apps.console.sending import Sender
+    from goalwire.apps.console.state.sending import Sender
     from goalwire.observe.goals import Goal, GoalTable
 
 

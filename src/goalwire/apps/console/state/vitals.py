@@ -8,10 +8,10 @@ from contextlib import suppress
 from typing import Any
 
 import goalwire
-from goalwire.apps.console.emergency import EmergencyState, Standing, says_state, stop_services, word_of
-from goalwire.apps.console.ownership import may_move, may_stop
-from goalwire.apps.console.robot_watch import BATTERY
-from goalwire.apps.console.topics import Reading, Topics
+from goalwire.apps.console.state.emergency import EmergencyState, Standing, says_state, stop_services, word_of
+from goalwire.apps.console.state.ownership import may_move, may_stop
+from goalwire.apps.console.state.robot_watch import BATTERY
+from goalwire.apps.console.state.topics import Reading, Topics
 from goalwire.observe.messages import interface_class
 from goalwire.rules.qos import suiting
 

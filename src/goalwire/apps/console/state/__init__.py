@@ -1,0 +1,1 @@
+"""What the console knows and sends, for all browsers, without a page."""
