@@ -1,1 +1,1 @@
-"""What the console knows and sends, for all browsers, without a page."""
+"""The console without its page: it knows the robots and sends to them, for all browsers."""
