@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.apps.cli.commands.bag.play import add_choice, selection
 from goalwire.apps.cli.commands.bag.reading import bag_argument, open_bag
-from goalwire.apps.cli.framework.messages import as_dict
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import json_text, tell
+from goalwire.observe.messages import as_dict
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
