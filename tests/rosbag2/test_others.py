@@ -53,7 +53,8 @@ def test_rosbags_reads_ours_while_it_is_written(tmp_path: Path) -> None:
         bag.add_topic(NUMBERS, 'std_msgs/msg/Int32')
         for value in range(30):
             bag.write(NUMBERS, number(value), START + value)
-            bag.flush()
+            if value:  # the first message is in the file at once
+                bag.flush()
             with TheirReader(tmp_path / 'bag') as read:
                 assert sum(1 for _ in read.messages()) == value + 1
 

@@ -95,6 +95,7 @@ class Writer:
         self._unsynced: deque[str] = deque()
         """Files that were closed, and that the disk need not have yet."""
         self._is_open = self._has_file = True
+        self._has_new_topics = False
         self.heads: Callable[[int], Iterable[Message]] | None = None
         """Returns messages that each further file begins with, given the time at which it begins."""
         try:
@@ -143,6 +144,7 @@ class Writer:
         topic = Topic(name, type_name, type_hash, tuple(dict.fromkeys(qos)), schema, serialization)
         self._topics[name] = topic
         self._file.add_topic(topic)
+        self._has_new_topics = True
 
     def write(self, topic: str, data: bytes, time: int, sent: int | None = None, sequence: int = 0) -> None:
         """Add a serialized message, recorded and sent at these times in ns since the UNIX epoch.
@@ -163,6 +165,8 @@ class Writer:
             self._counts[message.topic] += 1
             if self._file.wants_end():
                 self._file.flush(bag_text(self._facts()))
+                if self._has_new_topics:
+                    self._write_metadata()  # others look for topics there
         except OSError as error:
             raise self._failed(error) from error
 
@@ -247,6 +251,7 @@ class Writer:
             os.remove(os.path.join(self.path, facts.path))
 
     def _write_metadata(self) -> None:
+        self._has_new_topics = False
         write_metadata(self.path, self._facts(), METADATA_FILE)
 
     def _facts(self) -> BagFacts:
