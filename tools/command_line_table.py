@@ -123,8 +123,6 @@ BEFORE = {'service': '--include-hidden-services', 'topic': '--include-hidden-top
 """What Jazzy takes between a noun and its verb."""
 
 MISSING = {
-    'bag --publish-service-requests': 'not yet: events of services are played as they were recorded',
-    'bag --service-requests-source': 'not yet',
     'bag --storage-config-file': '`--storage-preset-profile` has what there is to choose',
     'bag --log-level': '`--ros-args --log-level` has it, as for every command with a node',
     'pkg create': '`new` makes a package for pip, uv and colcon at once',

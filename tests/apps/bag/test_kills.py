@@ -16,7 +16,7 @@ LOST_S = 1.5
 
 def assert_kills_cost_little(folder: Path, count: int, seed: int) -> None:
     pytest.importorskip('rosbags')
-    command = [sys.executable, PROGRAM, folder, str(count), str(seed)]
+    command = [sys.executable, str(PROGRAM), str(folder), str(count), str(seed)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     kills = [json.loads(line) for line in done.stdout.splitlines()]

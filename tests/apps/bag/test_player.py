@@ -274,3 +274,37 @@ def test_one_qos_serves_all_who_were_served() -> None:
     assert chosen.depth == 5
     assert offered_by_all([best_effort]) == best_effort
     assert offered_by_all([]) == QoS()
+
+
+def test_recorded_requests_are_sent_to_the_server(play: Play, tmp_path: Path) -> None:
+    from example_interfaces.srv import AddTwoInts
+
+    from goalwire.cdr.codec import encoder
+
+    asked: list[tuple[int, int]] = []
+
+    async def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        asked.append((request.a, request.b))
+        return AddTwoInts.Response(sum=request.a + request.b)
+
+    event = AddTwoInts.Event
+    with Writer(tmp_path / 'bag') as bag:
+        bag.add_topic('/add/_service_event', 'example_interfaces/srv/AddTwoInts_Event')
+        for number_of_call in range(3):
+            for step in range(4):  # sent, received, answered, the answer received
+                message = event(request=[AddTwoInts.Request(a=number_of_call, b=step)] if step < 2 else [])
+                message.info.event_type = step
+                bag.write('/add/_service_event', encoder(event)(message), START + number_of_call)
+
+    async def scenario() -> None:
+        async with goalwire.Node('server') as server, goalwire.Node('player') as node:
+            server.service(AddTwoInts, 'add', add)
+            for source in ('service_introspection', 'client_introspection'):
+                with Reader(tmp_path / 'bag') as bag:
+                    player = Player(node, bag, PlayOptions(requests_from=source))
+                    await player.play()
+                assert (player.requested, player.published) == (3, 0)
+
+    play(scenario)
+    assert sorted(asked[:3]) == [(0, 1), (1, 1), (2, 1)]
+    assert sorted(asked[3:]) == [(0, 0), (1, 0), (2, 0)]

@@ -58,3 +58,6 @@ class PlayOptions:
     clock_always: bool = False
     """Whether it is published before every message."""
     paused: bool = False
+    requests_from: str = ''
+    """Whose recorded events are sent to the servers as requests, instead of being published:
+    'service_introspection' or 'client_introspection'; '' for none."""

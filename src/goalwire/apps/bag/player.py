@@ -11,6 +11,8 @@ from rosgraph_msgs.msg import Clock
 from goalwire.aio import Node, Publisher
 from goalwire.aio.raw import RawPublisher
 from goalwire.apps.bag.options import PlayOptions
+from goalwire.apps.bag.selection import service_of
+from goalwire.apps.bag.service_requests import ServiceRequests
 from goalwire.errors import BagError
 from goalwire.records import replace
 from goalwire.rosbag2.model import Message, Topic
@@ -52,7 +54,10 @@ class Player:
         self._anchor = 0.0
         """When, on the loop's clock, the bag's time was `_position`."""
         self._messages: Iterator[Message] = iter(())
-        self._publishers = {topic.name: self._publisher(topic) for topic in self.topics}
+        called = [t for t in self.topics if options.requests_from and service_of(t.name)]
+        self._requests = ServiceRequests(node, called, options.requests_from) if called else None
+        self._called = {topic.name for topic in called}
+        self._publishers = {t.name: self._publisher(t) for t in self.topics if t not in called}
         self._clock: Publisher[Clock] | None = None
         if options.clock_hz or options.clock_topics or options.clock_always:
             self._clock = node.publisher(Clock, '/clock', qos=1)
@@ -86,6 +91,11 @@ class Player:
             return self._position
         passed = asyncio.get_running_loop().time() - self._anchor
         return min(self._position + int(passed * self._rate * _S), max(self.end, self._position))
+
+    @property
+    def requested(self) -> int:
+        """How many recorded requests were sent to servers."""
+        return 0 if self._requests is None else self._requests.sent
 
     @property
     def rate(self) -> float:
@@ -146,9 +156,13 @@ class Player:
     async def play(self) -> None:
         """Play to the end, again and again with `loop`. Raises BagError where the bag is broken."""
         await self._wait_for_known_subscribers()
+        if self._requests is not None:
+            await self._requests.wait_for_servers(DISCOVERY_S)
         ticking = asyncio.create_task(self._tick()) if self.options.clock_hz else None
         try:
             await self._play_rounds()
+            if self._requests is not None:
+                await self._requests.finish()
         finally:
             self._is_playing = False
             if ticking is not None:
@@ -205,6 +219,10 @@ class Player:
     def _publish(self, message: Message) -> None:
         if self.options.clock_always or message.topic in self.options.clock_topics:
             self._publish_clock(message.time)
+        if message.topic in self._called:
+            assert self._requests is not None
+            self._requests.send(message)
+            return
         self._publishers[message.topic].publish(message.data)
         self.published += 1
 

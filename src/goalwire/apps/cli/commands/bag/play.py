@@ -70,6 +70,15 @@ def add_arguments(parser: ArgumentParser) -> None:
         help='Wait at the end for reliable subscriptions (0: for ever)',
     )
     parser.add_argument('--disable-keyboard-controls', action='store_true', help=f'Read no keys ({_HELP})')
+    parser.add_argument(
+        '--publish-service-requests', action='store_true', help='Send the recorded requests to the servers'
+    )
+    parser.add_argument(
+        '--service-requests-source',
+        choices=('service_introspection', 'client_introspection'),
+        default='service_introspection',
+        help='Whose events the requests are taken from (default: those of the servers)',
+    )
     parser.add_argument('--disable-loan-message', action='store_true', help='Accepted as in ROS 2')
 
 
@@ -161,6 +170,7 @@ def _options(arguments: Namespace) -> PlayOptions:
         clock_topics=names(arguments.clock_topics, 'topic'),
         clock_always=arguments.clock_topics_all,
         paused=arguments.start_paused,
+        requests_from=arguments.service_requests_source if arguments.publish_service_requests else '',
     )
 
 
@@ -187,7 +197,8 @@ def play(bag: Reader, options: PlayOptions, arguments: Namespace, output: Output
         acked: int | None = getattr(arguments, 'wait_for_all_acked', None)
         if acked is not None:
             await asyncio.to_thread(player.wait_for_acknowledgements, acked * 1_000_000 or None)
-        tell(f'{player.published:,} messages were published')
+        requests = f', {player.requested:,} requests were sent' if options.requests_from else ''
+        tell(f'{player.published:,} messages were published{requests}')
 
     return live(run_player, NODE_NAME)
 

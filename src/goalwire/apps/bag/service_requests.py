@@ -1,0 +1,68 @@
+"""Sends the requests that a bag recorded to the live servers, in the place of publishing their events."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable
+from typing import Any
+
+from goalwire.aio import Client, Node
+from goalwire.apps.bag.selection import service_of
+from goalwire.cdr.codec import decoder
+from goalwire.errors import CallError, DecodeError
+from goalwire.idl import get_service
+from goalwire.rosbag2.model import Message, Topic
+from goalwire.rosbag2.types import class_of
+
+ANSWER_S = 10.0
+"""How long an answer may take; nobody waits for it meanwhile."""
+STEPS = {'service_introspection': 1, 'client_introspection': 0}
+"""Whose events are the source, and which step of a call that is (service_msgs/msg/ServiceEventInfo)."""
+
+
+class ServiceRequests:
+    """Calls the services of some topics; for the loop's thread alone."""
+
+    def __init__(self, node: Node, topics: Iterable[Topic], source: str) -> None:
+        """Make the clients; raises InterfaceError for a service that is unknown here."""
+        self._node = node
+        self._step = STEPS[source]
+        self._decoders: dict[str, Any] = {}
+        self._clients: dict[str, Client[Any, Any]] = {}
+        self._calls: set[asyncio.Task[None]] = set()
+        self.sent = 0
+        """How many requests were sent."""
+        for topic in topics:
+            service = service_of(topic.name)
+            kind = get_service(topic.type_name.removesuffix('_Event'))
+            self._decoders[topic.name] = decoder(class_of(topic))
+            self._clients[topic.name] = node.client(kind, service)
+
+    def send(self, message: Message) -> None:
+        """Send the request of an event, if it is one of the source and has its contents."""
+        try:
+            event = self._decoders[message.topic](message.data)
+        except DecodeError as error:
+            self._node.logger.warning(f"an event on '{message.topic}' cannot be read: {error}")
+            return
+        if event.info.event_type == self._step and event.request:
+            call = asyncio.create_task(self._call(self._clients[message.topic], event.request[0]))
+            self._calls.add(call)
+            call.add_done_callback(self._calls.discard)
+            self.sent += 1
+
+    async def _call(self, client: Client[Any, Any], request: Any) -> None:
+        try:
+            await client.call(request, timeout=ANSWER_S)
+        except CallError as error:
+            self._node.logger.warning(str(error))
+
+    async def finish(self) -> None:
+        """Wait for the answers that are outstanding."""
+        if self._calls:
+            await asyncio.wait(self._calls)
+
+    async def wait_for_servers(self, limit: float) -> None:
+        """Wait until the servers are there, or some time has passed."""
+        waits = [client.wait_for_server(timeout=limit) for client in self._clients.values()]
+        await asyncio.gather(*waits, return_exceptions=True)
