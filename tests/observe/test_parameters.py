@@ -12,7 +12,7 @@ from goalwire.errors import FieldValueError
 from goalwire.observe.parameters import (
     NodeParameters,
     RemoteParameter,
-    fitted_value,
+    fit_typed_value,
     kind_name,
     nodes_with_parameters,
 )
@@ -34,7 +34,7 @@ BOOL, INTEGER, DOUBLE, STRING, BYTES, INTEGERS = 1, 2, 3, 4, 5, 7
     ],
 )
 def test_what_fits_is_taken(number: int, typed: object, value: object) -> None:
-    assert fitted_value(RemoteParameter('p', number, None), typed) == value
+    assert fit_typed_value(RemoteParameter('p', number, None), typed) == value
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_what_fits_is_taken(number: int, typed: object, value: object) -> None:
 )
 def test_what_does_not_fit_is_refused_with_an_example(number: int, typed: object, problem: str) -> None:
     with pytest.raises(FieldValueError) as caught:
-        fitted_value(RemoteParameter('p', number, None, least=0.0, most=1.0), typed)
+        fit_typed_value(RemoteParameter('p', number, None, least=0.0, most=1.0), typed)
     assert str(caught.value).startswith(problem)
 
 

@@ -50,7 +50,7 @@ def _shortened(items: list[Any], count: int) -> list[Any]:
 
 
 def cut(text: str, most: int) -> str:
-    """Return a text of at most so many characters; where it was longer, its end says how long."""
+    """Return a text of at most so many characters; if it was longer, its end says how long."""
     return text if len(text) <= most else f'{text[:most]}… ({len(text)} characters)'
 
 

@@ -19,7 +19,7 @@ from sensor_msgs.msg import CompressedImage, Image, JointState
 
 import goalwire
 from goalwire.apps.cli.framework.values import fill, read_values
-from goalwire.apps.console.state.graph_layout import HEIGHT, WIDTH, arranged
+from goalwire.apps.console.state.graph_layout import HEIGHT, WIDTH, arrange
 from goalwire.apps.console.state.images import as_data_url, png
 from goalwire.apps.console.state.sending import Target
 from goalwire.apps.console.state.series import Series, as_csv, numbers_in, signed
@@ -176,14 +176,14 @@ def test_two_classes_of_one_name_are_copied_under_two_names() -> None:
 def test_a_drawing_has_room_for_all_and_keeps_its_places() -> None:
     names = ['robot', *(f'topic {number}' for number in range(40)), 'other', 'far']
     links = [('robot', name) for name in names[1:41]] + [('other', 'far')]
-    places = arranged(names, links, {})
+    places = arrange(names, links, {})
     assert all(0 <= x <= WIDTH and 0 <= y <= HEIGHT for x, y in places.values())
     assert len({(round(x, 2), round(y, 2)) for x, y in places.values()}) > 40
     assert math.dist(places['other'], places['far']) < math.dist(places['other'], places['robot'])
-    assert arranged(names, links, {}) == places
-    later = arranged([*names, 'new'], [*links, ('new', 'other')], places)
+    assert arrange(names, links, {}) == places
+    later = arrange([*names, 'new'], [*links, ('new', 'other')], places)
     assert max(math.dist(places[name], later[name]) for name in names) < 0.5
-    assert (arranged([], [], {}), len(arranged(['one'], [], {}))) == ({}, 1)
+    assert (arrange([], [], {}), len(arrange(['one'], [], {}))) == ({}, 1)
 
 
 # -- the pace ------------------------------------------------------------------------------------------------

@@ -171,10 +171,10 @@ def _split_ros_arguments(arguments: list[str]) -> tuple[list[str], list[str]]:
 
 def _report(program: str, error: Exception) -> Outcome:
     """Say in one line what went wrong, and return its code."""
-    from goalwire.apps.cli.framework.failures import explained
+    from goalwire.apps.cli.framework.failures import explain_error
     from goalwire.errors import peer_text
 
-    outcome, text = explained(error)
+    outcome, text = explain_error(error)
     if not text.startswith(program):
         text = f'{program}: {text}'
     if os.environ.get(FULL_TRACEBACKS) == '1':

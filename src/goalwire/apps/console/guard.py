@@ -109,7 +109,7 @@ class Guard:
             await self._application(scope, receive, send)
 
     def _refusal(self, headers: dict[str, str]) -> str:
-        """Return why a request is none of ours, '' where it is."""
+        """Return why a request is none of ours, '' if it is."""
         host = headers.get('host', '')
         if not self._settings.token and not is_loopback(_host_name(host)):
             return 'this page is served to this machine alone, under the name localhost'
@@ -185,7 +185,7 @@ class Guard:
 
 
 def _tells_that_it_left(error: Exception) -> bool:
-    """Return whether Starlette raises it where a browser leaves: it has a class for some places alone."""
+    """Return whether Starlette raises it when a browser leaves: it has a class for some places alone."""
     from starlette.requests import ClientDisconnect
 
     return isinstance(error, ClientDisconnect) or str(error) == 'No response returned.'

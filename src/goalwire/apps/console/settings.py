@@ -52,7 +52,7 @@ class Settings:
         return [f'{self.scheme}://{f"[{host}]" if ":" in host else host}:{port}/{query}' for host in hosts]
 
     def check_may_send(self, name: str) -> None:
-        """Raise NotAllowedError where a topic, service, action or node of that name is not to be sent to."""
+        """Raise NotAllowedError if a topic, service, action or node of that name is not to be sent to."""
         if self.read_only:
             raise NotAllowedError('this console is read-only (--read-only): nothing was sent')
         if self.allow and not any(fnmatchcase(name, pattern) for pattern in self.allow):

@@ -109,7 +109,7 @@ def _interface_problems(path: str) -> Iterator[str]:
 
 
 def _unknown_type(field: Field, package: str, folder: str) -> str:
-    """Say why the message type of a field is not there; '' where it is, or the field holds no message."""
+    """Say why the message type of a field is not there; '' if it is, or the field holds no message."""
     from goalwire.errors import InterfaceError, InterfaceSyntaxError
     from goalwire.idl import registry
 

@@ -117,7 +117,7 @@ def _tell_where(urls: list[str], settings: Settings, output: Output) -> None:
 
 
 def _open(url: str) -> None:
-    """Open the user's browser, where there is one; a thread, for some browsers hold up who starts them."""
+    """Open the user's browser, if there is one; a thread, for some browsers hold up who starts them."""
     import webbrowser
     from threading import Thread
 

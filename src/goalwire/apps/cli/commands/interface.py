@@ -101,7 +101,7 @@ def _show(arguments: Namespace, output: Output) -> None:
 
 
 def any_type_name(given: str) -> str:
-    """Return 'pkg/kind/Name' of an interface of any kind, the kind left out where it is plain.
+    """Return 'pkg/kind/Name' of an interface of any kind, the kind left out if it is plain.
 
     Raises CommandError where there is none.
     """
@@ -148,7 +148,7 @@ def _lines(name: str, *, comments: bool, nested: bool, level: int) -> Iterator[s
 
 
 def _parsed(line: str) -> tuple[str, str]:
-    """Return the type of a line's field, '' where it has none, and its comment with the #, '' likewise."""
+    """Return the type of a line's field, '' if it has none, and its comment with the #, '' likewise."""
     words = line.split('#', maxsplit=1)[0].split()
     if (
         len(words) < 2

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import goalwire
 from goalwire.apps.cli.framework.discovery import add_graph_arguments, discovered
 from goalwire.apps.cli.framework.live import live
-from goalwire.apps.cli.framework.nodes import add_node_argument, call, named_node, node_names
+from goalwire.apps.cli.framework.nodes import add_node_argument, call, find_node, node_names
 from goalwire.apps.cli.framework.numbers import positive
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell
@@ -29,8 +29,8 @@ def _lifecycle_nodes(arguments: Namespace, *, include_hidden: bool) -> list[str]
 
 
 def _named(arguments: Namespace) -> str:
-    """Return the node that is named; raises CommandError where it is none with a lifecycle."""
-    name = named_node(arguments)
+    """Return the node that is named; raises CommandError if it is none with a lifecycle."""
+    name = find_node(arguments)
     if name not in _lifecycle_nodes(arguments, include_hidden=True):
         raise CommandError(
             Outcome.NOT_FOUND, f"the node '{name}' has no lifecycle", 'see: ros2 lifecycle nodes'

@@ -162,10 +162,10 @@ def _of_graph(question: Callable[[Graph], Iterable[str]]) -> list[str]:
 def _parameters_of(given: str) -> list[str]:
     """Return the parameters of a node, which must say them itself."""
     from goalwire.apps.cli.framework.live import live
-    from goalwire.apps.cli.framework.nodes import named_node
+    from goalwire.apps.cli.framework.nodes import find_node
     from goalwire.observe.parameters import NodeParameters
 
-    name, found = named_node(Namespace(node_name=given)), list[str]()
+    name, found = find_node(Namespace(node_name=given)), list[str]()
 
     async def look(node: goalwire.Node) -> None:
         found.extend(await NodeParameters(node, name, PATIENCE_S).names())

@@ -1,4 +1,4 @@
-"""The graph as a command needs it: complete, and soon. No daemon, and no node where none is needed.
+"""The graph as a command needs it: complete, and soon. No daemon, and no node if none is needed.
 
 On Zenoh a session of goalwire's own is opened: it is complete once the router has told what it knows. On DDS,
 and with eclipse-zenoh, the graph comes piece by piece; so a command waits until nothing has come for a while,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SPIN_TIME_S = 1.0
 """How long discovery may take on a wire that does not know its end; `--spin-time` says otherwise."""
 FIRST_S = 0.12
-"""How long a look lasts there at least: others answer within some ms, or later where the network is busy."""
+"""How long a look lasts there at least: others answer within some ms, or later if the network is busy."""
 NOBODY_S = 0.5
 """How long the first answer may take: an empty graph is rare, and told later."""
 MISSING_S = 1.5
@@ -34,7 +34,7 @@ MISSING_S = 1.5
 QUIET_S = 0.05
 """After this long without a change, and with nothing outstanding, the graph counts as complete there."""
 LAST_S = 0.02
-"""The same where all who can answer are known. A process that has answered may be about to tell of a second
+"""The same if all who can answer are known. A process that has answered may be about to tell of a second
 context that it has."""
 
 

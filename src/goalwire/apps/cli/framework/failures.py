@@ -35,7 +35,7 @@ _NEXT: tuple[tuple[type[errors.CallError], str], ...] = (
 """What to do after a call or goal that did not end well."""
 
 
-def explained(error: Exception) -> tuple[Outcome, str]:
+def explain_error(error: Exception) -> tuple[Outcome, str]:
     """Return an error's outcome and its line."""
     while isinstance(error, ExceptionGroup):  # of a TaskGroup: the first one has ended the others
         error = error.exceptions[0]

@@ -11,7 +11,7 @@ MARK = 'GOALWIRE_ROS2'
 
 
 def hand_over(command: list[str]) -> None:
-    """Become the sourced ROS 2's `ros2`; returns where there is none, or goalwire is to come first."""
+    """Become the sourced ROS 2's `ros2`; returns if there is none, or goalwire is to come first."""
     own = str(os.getpid())
     if os.environ.get('GOALWIRE_FIRST') == '1' or os.environ.get(MARK) == own:
         return
@@ -25,7 +25,7 @@ def hand_over(command: list[str]) -> None:
 
 
 def real_ros2(prefixes: str, own: str) -> str | None:
-    """Return the `ros2` of a sourced installation; None where there is none but our own."""
+    """Return the `ros2` of a sourced installation; None if there is none but our own."""
     name = 'ros2.exe' if os.name == 'nt' else 'ros2'
     for prefix in prefixes.split(os.pathsep):
         candidate = os.path.join(prefix, 'bin', name)

@@ -16,7 +16,7 @@ from goalwire.apps.cli.framework.outcome import Outcome
 
 
 def end_at_once() -> None:
-    """Have Ctrl-C end the process with its code; where SIGINT is ignored, as under nohup, it stays so."""
+    """Have Ctrl-C end the process with its code; if SIGINT is ignored, as under nohup, it stays so."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)
 

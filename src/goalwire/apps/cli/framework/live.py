@@ -49,7 +49,7 @@ def live(main: Main, node_name: str | None = None, *, use_sim_time: bool = False
 
 
 def _watch_signals(signals: list[int]) -> None:
-    """Have signals cancel the task that runs; where that cannot be, Ctrl-C is left to asyncio."""
+    """Have signals cancel the task that runs; if that cannot be, Ctrl-C is left to asyncio."""
     task = asyncio.current_task()
     assert task is not None
 
@@ -83,7 +83,7 @@ def tell_types_ourselves() -> None:
 
 
 def refuse_other_type(name: str, type_name: str, types: list[str]) -> None:
-    """Raise CommandError where a name is there, with other types only."""
+    """Raise CommandError if a name is there, with other types only."""
     if types and type_name not in types:
         raise CommandError(
             Outcome.BAD_VALUE,

@@ -42,7 +42,7 @@ def unknown(what: str, name: str, known: Iterable[str], command: str) -> Command
 
 
 def types_of(found: NamesAndTypes, name: str) -> list[str] | None:
-    """Return the types of a name; None where it is not there."""
+    """Return the types of a name; None if it is not there."""
     return next((types for each, types in found if each == name), None)
 
 
@@ -81,7 +81,7 @@ def type_name(text: str, kind: str | None) -> str:
 
 
 def interface(name: str) -> Any:
-    """Return the class of 'pkg/kind/Name', of derived types, too. Raises CommandError where there is none."""
+    """Return the class of 'pkg/kind/Name', of derived types, too. Raises CommandError if there is none."""
     from rosidl_runtime_py.utilities import get_interface
 
     from goalwire.errors import InterfaceSyntaxError, UnknownInterfaceError
@@ -114,14 +114,14 @@ def _near_types(name: str) -> str:
 
 
 def split_type(words: Sequence[str], kind: str) -> tuple[str | None, list[str]]:
-    """Return the type, where the first word is one, and the other words."""
+    """Return the type, if the first word is one, and the other words."""
     if words and looks_like_type(words[0]):
         return type_name(words[0], kind), list(words[1:])
     return None, list(words)
 
 
 def only_type(types: Sequence[str], what: str, name: str, prog: str) -> str:
-    """Return the one type that a name has in the graph; raises CommandError where there are more."""
+    """Return the one type that a name has in the graph; raises CommandError if there are more."""
     if len(types) == 1:
         return types[0]
     raise CommandError(

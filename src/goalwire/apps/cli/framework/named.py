@@ -77,7 +77,7 @@ class Named:
     # -- looking -------------------------------------------------------------------------------------------
 
     def names(self, graph: Graph, arguments: Namespace) -> NamesAndTypes:
-        """Return names and types in the graph, hidden ones where they are asked for."""
+        """Return names and types in the graph, hidden ones if they are asked for."""
         from goalwire.graph.names import without_hidden
 
         found = self._all_names(graph)
@@ -107,7 +107,7 @@ class Named:
         return name, types, graph
 
     def name_and_type(self, arguments: Namespace) -> tuple[str, str]:
-        """Return name and type of what is named; raises CommandError where it is not in the graph."""
+        """Return name and type of what is named; raises CommandError if it is not in the graph."""
         name, types, _ = self.one(arguments)
         return name, lookup.only_type(types, self.what, name, arguments.prog)
 

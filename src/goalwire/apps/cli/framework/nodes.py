@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
 
 CALL_S = 5.0
-"""How long a service of a node may take to answer where nothing else is said."""
+"""How long a service of a node may take to answer if nothing else is said."""
 
 
 def is_hidden(full_name: str) -> bool:
@@ -31,7 +31,7 @@ def node_names(graph: Graph, *, include_hidden: bool) -> list[str]:
 
 
 def one_node(graph: Graph, given: str) -> str:
-    """Return the name of the node that is meant; raises CommandError where it is not there."""
+    """Return the name of the node that is meant; raises CommandError if it is not there."""
     name = lookup.full_name(given, 'node')
     known = node_names(graph, include_hidden=True)
     if name not in known:
@@ -67,8 +67,8 @@ def add_timeout_argument(parser: ArgumentParser) -> None:
     )
 
 
-def named_node(arguments: Namespace) -> str:
-    """Return the full name of the node of the command line; raises CommandError where it is not there."""
+def find_node(arguments: Namespace) -> str:
+    """Return the full name of the node of the command line; raises CommandError if it is not there."""
     name = lookup.full_name(arguments.node_name, 'node')
 
     def is_there(graph: Graph) -> bool:

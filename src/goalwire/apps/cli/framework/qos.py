@@ -1,4 +1,4 @@
-"""The flags that choose a QoS, and what is chosen where they say nothing."""
+"""The flags that choose a QoS, and what is chosen if they say nothing."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def add_qos_arguments(parser: ArgumentParser, what: str, default: str) -> None:
     )
 
 
-def chosen_qos(arguments: Namespace, base: goalwire.QoS) -> goalwire.QoS:
-    """Return the QoS that the flags ask for; `base` is what counts where no profile is named."""
+def choose_qos(arguments: Namespace, base: goalwire.QoS) -> goalwire.QoS:
+    """Return the QoS that the flags ask for; `base` is what counts if no profile is named."""
     from goalwire.records import replace
 
     qos = base if arguments.qos_profile is None else _profile(arguments.qos_profile)

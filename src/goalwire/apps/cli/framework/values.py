@@ -87,7 +87,7 @@ def _put(values: dict[str, Any], path: list[str], value: Any, pair: str) -> None
 
 
 def _typed(cls: Any, path: list[str], text: str) -> Any:
-    """Return a pair's value: the text itself where the field is a string, else what it is in YAML."""
+    """Return a pair's value: the text itself if the field is a string, else what it is in YAML."""
     kind = field_type(cls, path)
     if kind.startswith(('string', 'wstring')) and '[' not in kind:
         return text
@@ -98,7 +98,7 @@ def _typed(cls: Any, path: list[str], text: str) -> Any:
 
 
 def field_type(cls: Any, path: Sequence[str]) -> str:
-    """Return the type of a field, '' where there is none of that path."""
+    """Return the type of a field, '' if there is none of that path."""
     from goalwire.apps.cli.framework.lookup import interface
 
     for at, part in enumerate(path):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 AddArguments: TypeAlias = Callable[[argparse.ArgumentParser], None]
 Run: TypeAlias = Callable[[argparse.Namespace, Output], Outcome | None]
-"""Does the work; None means OK. Raises CommandError, or any error of goalwire's, where it fails."""
+"""Does the work; None means OK. Raises CommandError, or any error of goalwire's, if it fails."""
 
 
 class Verb(NamedTuple):
@@ -139,7 +139,7 @@ def verb_parser(program: str, noun: Noun, verb: Verb) -> Parser:
 
 
 def did_you_mean(word: str, known: Sequence[str]) -> str:
-    """Return "did you mean 'list'?", or '' where nothing known is written much like it."""
+    """Return "did you mean 'list'?", or '' if nothing known is written much like it."""
     from difflib import get_close_matches
 
     return errors.did_you_mean(get_close_matches(word, known, 3, 0.6))

@@ -14,7 +14,7 @@ from textual.css.query import NoMatches
 from textual.widgets import Footer, Input, Static, TabbedContent
 
 import goalwire
-from goalwire.apps.cli.framework.failures import explained
+from goalwire.apps.cli.framework.failures import explain_error
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.apps.cli.framework.output import escaped, spelt
 from goalwire.apps.cli.top.data import Echo, Goals, Log, ServiceLatencies, TopicRates
@@ -290,7 +290,7 @@ class Top(App[Outcome]):
         self.query_one('#details').display = False
 
     def action_leave(self) -> None:
-        """End; where goals of its own go on, ask whether to cancel them."""
+        """End; if goals of its own go on, ask whether to cancel them."""
         if not self.own_goals:
             self.exit(Outcome.OK)
             return
@@ -310,7 +310,7 @@ class Top(App[Outcome]):
         try:
             request: Request = make()
         except Exception as error:
-            self.say(explained(error)[1], 'red')
+            self.say(explain_error(error)[1], 'red')
             return
         text = request.template()
         while True:
@@ -339,7 +339,7 @@ class Top(App[Outcome]):
         try:
             await request.send(message, self.say)
         except Exception as error:
-            self.say(explained(error)[1], 'red')
+            self.say(explain_error(error)[1], 'red')
 
     async def _ask_before_leaving(self) -> None:
         goals = dict(self.own_goals)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import goalwire
 from goalwire.apps.cli.framework import lookup
-from goalwire.apps.cli.framework.failures import explained
+from goalwire.apps.cli.framework.failures import explain_error
 from goalwire.apps.cli.framework.output import json_text
 from goalwire.observe.goal_topics import follow_goals
 from goalwire.observe.goals import GoalTable
@@ -55,7 +55,7 @@ class Readers:
             self._tasks[key] = asyncio.create_task(self._run(key, wanted[key]))
 
     def again(self, key: str) -> None:
-        """Begin this one anew where it is wanted the next time."""
+        """Begin this one anew when it is wanted the next time."""
         if (task := self._tasks.pop(key, None)) is not None:
             task.cancel()
 
@@ -63,7 +63,7 @@ class Readers:
         try:
             await read()
         except Exception as error:
-            self.problems[key] = explained(error)[1]
+            self.problems[key] = explain_error(error)[1]
 
     async def close(self) -> None:
         """Read nothing any more."""
@@ -141,7 +141,7 @@ class TopicRates:
 
 
 class ServiceLatencies:
-    """Latencies of the calls that are made here, and of others' where introspection is on."""
+    """Latencies of the calls that are made here, and of others' if introspection is on."""
 
     def __init__(self, node: goalwire.Node) -> None:
         self._node = node
@@ -163,7 +163,7 @@ class ServiceLatencies:
             subscription.close()
 
     def best(self, name: str) -> tuple[str, Latencies] | None:
-        """Return latencies and whose they are: 'clients', 'server' or 'top'; None where there are none."""
+        """Return latencies and whose they are: 'clients', 'server' or 'top'; None if there are none."""
         calls = self.calls.get(name)
         found = [('clients', calls.clients), ('server', calls.server)] if calls is not None else []
         if name in self.own:
@@ -240,7 +240,7 @@ class Echo:
             finally:
                 subscription.close()
         except Exception as error:
-            self._show(explained(error)[1])
+            self._show(explain_error(error)[1])
 
 
 def one_line(message: Any) -> str:

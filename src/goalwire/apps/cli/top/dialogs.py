@@ -10,7 +10,7 @@ from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Footer, Static, TextArea
 
-from goalwire.apps.cli.framework.failures import explained
+from goalwire.apps.cli.framework.failures import explain_error
 from goalwire.apps.cli.framework.outcome import CommandError
 from goalwire.apps.cli.framework.output import escaped
 
@@ -28,7 +28,7 @@ _CSS = """
 
 
 class Form(ModalScreen[tuple[str, Any] | None]):
-    """Fills in a message as YAML; gives the text and the message, None where it is left."""
+    """Fills in a message as YAML; gives the text and the message, None if it is left."""
 
     CSS = f'Form {{ {_CSS} TextArea {{ height: auto; min-height: 5; max-height: 60vh; }} }}'
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -59,7 +59,7 @@ class Form(ModalScreen[tuple[str, Any] | None]):
         try:
             message = self._request.read(text)
         except CommandError as error:
-            self.query_one('#problem', Static).update(Text(escaped(explained(error)[1]), style='red'))
+            self.query_one('#problem', Static).update(Text(escaped(explain_error(error)[1]), style='red'))
             return
         _ = self.dismiss((text, message))
 

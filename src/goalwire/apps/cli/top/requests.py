@@ -31,7 +31,7 @@ class Request(Protocol):
     type_name: str
 
     def template(self) -> str | None:
-        """Return the YAML to begin with; None where there is nothing to fill in."""
+        """Return the YAML to begin with; None if there is nothing to fill in."""
 
     def read(self, text: str) -> Any:
         """Return the message that a YAML text is. Raises CommandError."""

@@ -246,7 +246,7 @@ class TopicsTab(TableTab):
 
 
 class ServicesTab(TableTab):
-    """Services, and how long their answers take: to calls from here, or to all where introspection is on."""
+    """Services, and how long their answers take: to calls from here, or to all if introspection is on."""
 
     COLUMNS = ('service', 'servers', 'clients', 'calls', 'p50', 'p99', 'max', 'failed', 'of', 'type')
 
@@ -330,7 +330,7 @@ class GoalsTab(TableTab):
 
     @property
     def chosen_action(self) -> tuple[str, str | None] | None:
-        """The action of the chosen row, and the goal where it is one."""
+        """The action of the chosen row, and its goal if the row is one."""
         if self.chosen is None:
             return None
         name, _, goal_id = self.chosen.partition(' ')
@@ -372,7 +372,7 @@ class LogTab(TabPane):
         yield RichLog(max_lines=1000, wrap=True, markup=False, highlight=False)
 
     def refresh_lines(self, log: Log, view: View) -> None:
-        """Show the lines that the filter wants: the new ones, or all where it or the width is another."""
+        """Show the lines that the filter wants: the new ones, or all if it or the width is another."""
         shown = self.query_one(RichLog)
         if not shown.size.width:
             return  # not laid out yet

@@ -57,7 +57,7 @@ class Form:
         self._build()
 
     def toggle_yaml(self) -> None:
-        """Show the form as YAML, or as a form again. Raises FieldValueError where a value does not fit."""
+        """Show the form as YAML, or as a form again. Raises FieldValueError if a value does not fit."""
         self._values = completed(self._fields, self.values(), self._defaults)
         self._as_yaml = not self._as_yaml
         self._build()
@@ -256,13 +256,13 @@ def _focus(box: ui.element, path: str) -> None:
 
 
 def _note(field: FormField) -> str:
-    """What stands below a field's name: its type, and the comment where that is more than the unit."""
+    """What stands below a field's name: its type, and the comment if that is more than the unit."""
     is_unit = field.comment.strip(' ()[].,') == field.unit
     return field.type_text if is_unit else f'{field.type_text} · {field.comment}'
 
 
 def _bounds(field: FormField) -> str:
-    """What the type allows, where that is worth words."""
+    """What the type allows, if that is worth words."""
     told = []
     if field.kind == 'text' and field.capacity is not None:
         told.append(f'{field.capacity} characters at most')

@@ -10,7 +10,7 @@ from goalwire.aio.graph import EndpointKind, GraphEntity
 from goalwire.apps.console.page.charts import graph_options, graph_point, mark_as_bad
 from goalwire.apps.console.page.parts import LiveTable, head
 from goalwire.apps.console.page.view import Page, View
-from goalwire.apps.console.state.graph_layout import Place, arranged
+from goalwire.apps.console.state.graph_layout import Place, arrange
 from goalwire.observe.parameters import STANDARD_SERVICES
 
 _MOST_DRAWN = 150
@@ -165,7 +165,7 @@ class GraphViewPage(View):
         self._chart.set_visibility(drawn)
         self._too_many.set_visibility(not drawn)
         if drawn:
-            self._places = arranged(list(points), links, self._places)
+            self._places = arrange(list(points), links, self._places)
             for name, point in points.items():
                 point['x'], point['y'] = self._places[name]
             options = graph_options(list(points.values()), list(links.values()), dark=self.page.is_dark)

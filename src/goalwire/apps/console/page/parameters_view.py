@@ -13,7 +13,7 @@ from goalwire.errors import FieldValueError, GoalwireError, RemoteError, peer_te
 from goalwire.observe.parameters import (
     NodeParameters,
     RemoteParameter,
-    fitted_value,
+    fit_typed_value,
     nodes_with_parameters,
 )
 from goalwire.rules.parameters.parameter import Type, value_message
@@ -116,7 +116,7 @@ class ParametersView(View):
 
     async def _set(self, node: str, parameter: RemoteParameter, typed: Any) -> None:
         try:
-            value = fitted_value(parameter, typed)
+            value = fit_typed_value(parameter, typed)
         except FieldValueError as error:
             self.page.tell(' '.join(str(error).split()), 'warning')
             return

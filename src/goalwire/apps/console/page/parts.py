@@ -88,7 +88,7 @@ def head(title: str, icon: str = '') -> None:
 
 
 def copy_buttons(python: Callable[[], str | None], command: Callable[[], str | None]) -> None:
-    """Two buttons that copy what `python` and `command` return; None where there is nothing to copy."""
+    """Two buttons that copy what `python` and `command` return; None if there is nothing to copy."""
 
     def copy(make: Callable[[], str | None], what: str) -> None:
         text = make()

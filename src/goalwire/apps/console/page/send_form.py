@@ -24,7 +24,7 @@ class SendForm:
     """The form of a service, action or topic. What does not fit is told, and neither sent nor copied."""
 
     def __init__(self, page: Page, target: Target, values: Mapping[str, Any] | None = None) -> None:
-        """`values`: what the form begins with, where that is not the message's defaults."""
+        """`values`: what the form begins with, if that is not the message's defaults."""
         self.target = target
         self._page = page
         self._form = Form(target.fields, target.defaults, values or {})
@@ -36,7 +36,7 @@ class SendForm:
     # -- its buttons -----------------------------------------------------------------------------------------
 
     def send_button(self, text: str, mark: str, press: Callable[[], Awaitable[None]]) -> None:
-        """Add the button that sends; it does nothing where the console may not send to that name."""
+        """Add the button that sends; it does nothing if the console may not send to that name."""
         button = ui.button(text, icon='send', on_click=press).props(
             f'unelevated dense no-caps color=primary {mark} padding="4px 14px"'
         )
@@ -53,7 +53,7 @@ class SendForm:
         )
 
     def attempts_field(self) -> None:
-        """Add the field for how often a request is sent where no answer comes."""
+        """Add the field for how often a request is sent if no answer comes."""
         self._attempts = (
             ui.number('Attempts', value=1, min=1, max=10, step=1, precision=0)
             .props('outlined dense data-attempts')
@@ -131,7 +131,7 @@ class SendForm:
         self._form.fill(values)
 
     def sending(self) -> Sending | None:
-        """Return what would be sent; None where a value does not fit, which the user is told."""
+        """Return what would be sent; None if a value does not fit, which the user is told."""
         deadline = self._deadline.value if self._deadline is not None else None
         attempts = self._attempts.value if self._attempts is not None else None
         try:
@@ -143,7 +143,7 @@ class SendForm:
             return None
 
     async def confirmed(self, title: str, button: str) -> Sending | None:
-        """Return what is to be sent, when the user has been asked once; None where it is not to be."""
+        """Return what is to be sent, when the user has been asked once; None if it is not to be."""
         sending = self.sending()
         if sending is None:
             return None

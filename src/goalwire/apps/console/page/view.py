@@ -43,7 +43,7 @@ class View:
         """Send what has changed."""
 
     def set_dark(self, dark: bool) -> None:
-        """Choose colours, where an element has its own."""
+        """Choose colours, if an element has its own."""
 
     def close(self) -> None:
         """Let go of what was subscribed to."""
@@ -115,7 +115,7 @@ class Page:
                 continue
 
     async def _has_answered(self) -> bool:
-        """Wait for the browser's next frame; True where it came in time, or is not wanted any more."""
+        """Wait for the browser's next frame; True if it came in time, or is not wanted any more."""
         try:
             await self.client.run_javascript(_ACKNOWLEDGE, timeout=_ANSWER_S)
         except TimeoutError:
@@ -183,7 +183,7 @@ class Page:
     async def confirm(
         self, kind: str, name: str, title: str, text: str, button: str = 'Send', *, may_trust: bool = True
     ) -> bool:
-        """Ask once before something is sent; True where it may be. `text` shows what it is.
+        """Ask once before something is sent; True if it may be. `text` shows what it is.
 
         With `may_trust` the user may say not to be asked again for this kind and name.
         """

@@ -15,7 +15,7 @@ _FEW_ROUNDS = 40
 _GOLDEN = 2.399963
 
 
-def arranged(
+def arrange(
     names: Sequence[str], links: Iterable[tuple[str, str]], before: Mapping[str, Place]
 ) -> dict[str, Place]:
     """Return a place for each name, within WIDTH and HEIGHT; what had one stays near it.

@@ -47,7 +47,7 @@ class Visual:
 
 @record
 class Joint:
-    """A joint, with its limits where it has any."""
+    """A joint, with its limits if it has any."""
 
     name: str
     kind: str
@@ -113,7 +113,7 @@ def _motion(joint: Joint, positions: Mapping[str, float]) -> Rigid:
 
 
 def root_pose(root: str, frames: Mapping[str, tuple[str, Rigid]]) -> tuple[str, Rigid]:
-    """Return the topmost frame that a link hangs on, and its pose in it; itself where none is known."""
+    """Return the topmost frame that a link hangs on, and its pose in it; itself if none is known."""
     pose, frame = IDENTITY, root
     seen = {root}
     while frame in frames:
@@ -332,7 +332,7 @@ class Meshes:
         self._files: dict[str, Path] = {}
 
     def url(self, name: str) -> str:
-        """Return the address of a mesh; raises RemoteError where it may not, or cannot, be served."""
+        """Return the address of a mesh; raises RemoteError if it may not, or cannot, be served."""
         file = mesh_file(name)
         key = sha256(str(file).encode()).hexdigest()[:24] + file.suffix.lower()
         self._files[key] = file

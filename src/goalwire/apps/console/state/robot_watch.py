@@ -218,7 +218,7 @@ class NavigationTarget:
     action: str
     type_name: str
     path: tuple[str, ...]
-    """To the PoseStamped; () where x and y are the goal's own."""
+    """To the PoseStamped; () if x and y are the goal's own."""
 
 
 def navigation_target(action: str, type_name: str, fields: tuple[FormField, ...]) -> NavigationTarget | None:

@@ -65,7 +65,7 @@ class Target:
         self.defaults = defaults_of(self.fields, self.message_class())
 
     def sending(self, values: Mapping[str, Any], timeout: float | None = None, attempts: int = 1) -> Sending:
-        """Return what would be sent. Raises FieldValueError where the values do not fit."""
+        """Return what would be sent. Raises FieldValueError if the values do not fit."""
         checked = check(self.fields, values)
         different = without_defaults(checked, as_dict(self.message_class()))
         return Sending(self.kind, self.name, self.type_name, self.fields, different, timeout, attempts)

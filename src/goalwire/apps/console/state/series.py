@@ -23,7 +23,7 @@ class Series:
         return min(self._written, len(self._times))
 
     def append(self, time: float, value: float) -> None:
-        """Add a value; the oldest goes where the ring is full."""
+        """Add a value; the oldest goes if the ring is full."""
         at = self._written % len(self._times)
         self._times[at] = time
         self._values[at] = value

@@ -26,7 +26,7 @@ class Sending:
     """What differs from a new message."""
     timeout: float | None = None
     attempts: int = 1
-    """How often the request of a service is sent where no answer comes, within `timeout` together."""
+    """How often the request of a service is sent if no answer comes, within `timeout` together."""
 
     @property
     def retry(self) -> goalwire.Retry | None:

@@ -26,7 +26,7 @@ CODES = {
     2: (Outcome.NOT_FOUND, 'the server knows no such goal'),
     3: (Outcome.REFUSED, 'the goal has ended already'),
 }
-"""What action_msgs/srv/CancelGoal answers where nothing is cancelled."""
+"""What action_msgs/srv/CancelGoal answers if nothing is cancelled."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -71,7 +71,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
 
 async def _full_id(node: goalwire.Node, name: str, given: str, patience: float) -> str:
-    """Return the id that begins so; raises CommandError where there is none, or more than one."""
+    """Return the id that begins so; raises CommandError if there is none, or more than one."""
     text = given.replace('-', '').lower()
     if not text or text.strip('0123456789abcdef') or len(text) > 32:
         raise CommandError(

@@ -1,4 +1,4 @@
-"""ros2 action echo: feedback, status, and the steps of an action's calls where they are published."""
+"""ros2 action echo: feedback, status, and the steps of an action's calls if they are published."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.messages import add_style_arguments, message_yaml, style_of
 from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
-from goalwire.apps.cli.framework.qos import add_qos_arguments, chosen_qos
+from goalwire.apps.cli.framework.qos import add_qos_arguments, choose_qos
 from goalwire.observe.messages import as_dict
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
         async with asyncio.TaskGroup() as group:
             for part in wanted:
                 topic, cls, qos = parts[part]
-                subscription = node.subscription(cls, topic, qos=chosen_qos(arguments, qos))
+                subscription = node.subscription(cls, topic, qos=choose_qos(arguments, qos))
                 group.create_task(_follow(subscription, part, arguments, output))
 
     return live(follow)

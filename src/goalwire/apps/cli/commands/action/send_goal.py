@@ -139,7 +139,7 @@ class _Goal:
         return outcome
 
     async def _ask_to_cancel(self, run: goalwire.Run[Any, Any], patience: float) -> None:
-        """Have the server agree; raises CommandError where it does not, or says nothing."""
+        """Have the server agree; raises CommandError if it does not, or says nothing."""
         see = f'see: ros2 action goals {self._name}'
         try:
             accepted = await run.cancel(timeout=patience)

@@ -32,7 +32,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Write it; JSON lines go to standard output where no file is named."""
+    """Write it; JSON lines go to standard output if no file is named."""
     with open_bag(arguments) as bag:
         chosen = selection(arguments)
         topics = [topic.name for topic in bag.topics if chosen.wants(topic.name, topic.type_name)]

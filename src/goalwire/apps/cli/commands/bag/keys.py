@@ -13,7 +13,7 @@ UP, DOWN, RIGHT = '\x1b[A', '\x1b[B', '\x1b[C'
 
 @contextmanager
 def keys(pressed: Callable[[str], None]) -> Iterator[bool]:
-    """Have `pressed` called with each key while the block runs; yield False where there is no terminal."""
+    """Have `pressed` called with each key while the block runs; yield False if there is no terminal."""
     if sys.platform == 'win32' or not sys.stdin.isatty():
         yield False
         return

@@ -126,7 +126,7 @@ def _remap(text: str) -> tuple[str, str]:
 
 
 def selection(arguments: Namespace) -> Selection:
-    """Return what is to be played: everything, where nothing is named."""
+    """Return what is to be played: everything, if nothing is named."""
     kinds = {}
     for kind in ('topic', 'service', 'action'):
         some = names(getattr(arguments, f'{kind}s'), kind)

@@ -74,7 +74,7 @@ def container_names(graph: Graph) -> list[str]:
 
 
 def named_container(arguments: Namespace) -> str:
-    """Return the container of the command line; raises CommandError where it is not there."""
+    """Return the container of the command line; raises CommandError if it is not there."""
     name = lookup.full_name(arguments.container_node_name, 'container')
     with discovered(arguments, lambda graph: name in container_names(graph)) as graph:
         known = container_names(graph)

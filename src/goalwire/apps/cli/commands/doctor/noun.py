@@ -26,7 +26,7 @@ _SELF_TEST_S = 15.0
 
 
 class Check(NamedTuple):
-    """One thing that was looked at; `advice` where it is not well."""
+    """One thing that was looked at; `advice` if it is not well."""
 
     name: str
     is_well: bool

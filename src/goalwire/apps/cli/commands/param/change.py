@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from goalwire.apps.cli.commands.param.reading import parameter_arguments, parameters_of
 from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.live import live
-from goalwire.apps.cli.framework.nodes import named_node
+from goalwire.apps.cli.framework.nodes import find_node
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell
 from goalwire.errors import FieldValueError, FileShapeError
@@ -48,7 +48,7 @@ def _pairs(words: list[str]) -> list[tuple[str, str]]:
 def change(arguments: Namespace, output: Output) -> Outcome:
     """Set parameters, none of them if one of the values does not fit."""
     pairs = _pairs(arguments.pairs)
-    name = named_node(arguments)
+    name = find_node(arguments)
 
     async def perform(node: goalwire.Node) -> Outcome:
         parameters = parameters_of(node, name, arguments)
@@ -95,7 +95,7 @@ def delete(arguments: Namespace, output: Output) -> Outcome:
     """Delete a parameter."""
     from rcl_interfaces.msg import ParameterValue
 
-    name = named_node(arguments)
+    name = find_node(arguments)
 
     async def perform(node: goalwire.Node) -> Outcome:
         report = _Report(name, output)
@@ -124,7 +124,7 @@ def load(arguments: Namespace, output: Output) -> Outcome:
 
     A read-only parameter that has the file's value already is told and passed over: every dump has some.
     """
-    name, file = named_node(arguments), arguments.parameter_file
+    name, file = find_node(arguments), arguments.parameter_file
     given = _read(file, name, use_wildcard=not arguments.no_use_wildcard)
 
     async def perform(node: goalwire.Node) -> Outcome:

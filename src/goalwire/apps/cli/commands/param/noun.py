@@ -21,7 +21,7 @@ from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.nodes import (
     add_node_argument,
     add_timeout_argument,
-    named_node,
+    find_node,
     node_names,
 )
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
@@ -90,7 +90,7 @@ def _list(arguments: Namespace, output: Output) -> Outcome:
         problem = f"--filter '{arguments.filter}' is no regular expression: {error.msg}"
         raise CommandError(Outcome.BAD_VALUE, problem, 'quote it') from None
     if arguments.node_name:
-        nodes = [named_node(arguments)]
+        nodes = [find_node(arguments)]
     else:
         with discovered(arguments) as graph:
             serving = {name for name, _ in graph.service_names_and_types()}
@@ -147,7 +147,7 @@ def _get_arguments(parser: ArgumentParser) -> None:
 
 
 def _get(arguments: Namespace, output: Output) -> Outcome:
-    name = named_node(arguments)
+    name = find_node(arguments)
 
     async def show(node: goalwire.Node) -> None:
         wanted = arguments.parameter_name
@@ -173,7 +173,7 @@ def _describe_arguments(parser: ArgumentParser) -> None:
 def _describe(arguments: Namespace, output: Output) -> Outcome:
     from goalwire.observe.messages import as_dict
 
-    name = named_node(arguments)
+    name = find_node(arguments)
 
     async def show(node: goalwire.Node) -> None:
         parameters = parameters_of(node, name, arguments)
@@ -208,7 +208,7 @@ def _print_descriptor(descriptor: Any, output: Output) -> None:
 
 
 def _dump(arguments: Namespace, output: Output) -> Outcome:
-    name = named_node(arguments)
+    name = find_node(arguments)
 
     async def show(node: goalwire.Node) -> None:
         parameters = parameters_of(node, name, arguments)

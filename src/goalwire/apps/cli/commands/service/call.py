@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 LOOK_S = 0.3
 """How long a server may take before it is said that it is waited for."""
 PATIENCE_S = 5.0
-"""How long a service may take to appear where no `--timeout` says it."""
+"""How long a service may take to appear if no `--timeout` says it."""
 _BAR = 40
 """Characters of the longest bar of a histogram."""
 

@@ -1,4 +1,4 @@
-"""ros2 service echo: the steps of a service's calls, where its clients or server publish them."""
+"""ros2 service echo: the steps of a service's calls, if its clients or server publish them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from goalwire.apps.cli.framework.messages import add_style_arguments, message_ya
 from goalwire.apps.cli.framework.named import SERVICES
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.apps.cli.framework.output import tell
-from goalwire.apps.cli.framework.qos import add_qos_arguments, chosen_qos
+from goalwire.apps.cli.framework.qos import add_qos_arguments, choose_qos
 from goalwire.observe.messages import as_dict
 from goalwire.observe.service_calls import POSTFIX, STEPS
 from goalwire.transport.contract import EndpointKind
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
 
 QUEUE = 1000
-"""Steps that wait at most where no depth is asked for."""
+"""Steps that wait at most if no depth is asked for."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -44,7 +44,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
     event = lookup.interface(type_name).Event
 
     async def follow(node: goalwire.Node) -> None:
-        qos = chosen_qos(arguments, goalwire.QoS(depth=QUEUE))
+        qos = choose_qos(arguments, goalwire.QoS(depth=QUEUE))
         async for message in node.subscription(event, name + POSTFIX, qos=qos):
             _show(message, arguments, output)
 

@@ -71,7 +71,7 @@ class _Printer:
         self._path = field_path(arguments.field) if arguments.field else []
 
     def show(self, message: Any, info: Any) -> bool:
-        """Print a message; False where the filter does not want it."""
+        """Print a message; False if the filter does not want it."""
         arguments, output = self._arguments, self._output
         value = field_value(message, self._path, arguments.field)
         if self._filter is not None and not self._filter(value):

@@ -15,7 +15,7 @@ from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types
 from goalwire.apps.cli.framework.named import TOPICS
 from goalwire.apps.cli.framework.numbers import length, positive, seconds
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
-from goalwire.apps.cli.framework.qos import add_qos_arguments, chosen_qos
+from goalwire.apps.cli.framework.qos import add_qos_arguments, choose_qos
 from goalwire.observe.messages import as_dict
 from goalwire.transport.contract import EndpointKind
 
@@ -92,7 +92,7 @@ class _Publication:
         arguments, output = self._arguments, self._output
         if self._wanted:
             tell_types_ourselves()
-        publisher = node.publisher(self._cls, self._name, qos=chosen_qos(arguments, goalwire.QoS()))
+        publisher = node.publisher(self._cls, self._name, qos=choose_qos(arguments, goalwire.QoS()))
         if self._wanted:
             await self._wait(publisher, node)
         if not output.json:
@@ -116,7 +116,7 @@ class _Publication:
             self._output.block(f'publishing #{number}: {self._message!r}\n')
 
     async def _wait_a_moment(self, publisher: goalwire.Publisher[Any], node: goalwire.Node) -> None:
-        """Give discovery its moment; raises CommandError where all that come take another type."""
+        """Give discovery its moment; raises CommandError if all that come take another type."""
         try:
             await publisher.wait_for_subscribers(self._wanted, timeout=LOOK_S)
         except goalwire.DeadlineError:

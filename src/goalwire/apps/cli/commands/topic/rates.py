@@ -24,7 +24,7 @@ class Window:
         self.values: deque[float] = deque(maxlen=size)
 
     def spread(self) -> Spread | None:
-        """Return mean, extremes and standard deviation; None where nothing has come."""
+        """Return mean, extremes and standard deviation; None if nothing has come."""
         n = len(self.values)
         if not n:
             return None

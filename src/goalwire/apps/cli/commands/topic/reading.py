@@ -10,14 +10,14 @@ from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.live import refuse_other_type
 from goalwire.apps.cli.framework.named import TOPICS
 from goalwire.apps.cli.framework.numbers import count
-from goalwire.apps.cli.framework.qos import chosen_qos
+from goalwire.apps.cli.framework.qos import choose_qos
 from goalwire.rules.qos import suiting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 QUEUE = 100
-"""Messages that wait at most where no depth is asked for."""
+"""Messages that wait at most if no depth is asked for."""
 
 
 class Source(NamedTuple):
@@ -55,7 +55,7 @@ def _publishers(arguments: Namespace, name: str) -> Sequence[Any]:
 
 def _qos(arguments: Namespace, publishers: Sequence[Any]) -> goalwire.QoS:
     base = suiting([publisher.qos for publisher in publishers], QUEUE)
-    return chosen_qos(arguments, base) if hasattr(arguments, 'qos_profile') else base
+    return choose_qos(arguments, base) if hasattr(arguments, 'qos_profile') else base
 
 
 def window_argument(parser: ArgumentParser, default: int) -> None:
