@@ -12,6 +12,7 @@ from functools import cache
 from importlib import import_module
 
 from goalwire.errors import InterfaceError
+from goalwire.idl.descriptions import Description, IndividualDescription
 from goalwire.idl.model import (
     EMPTY_MEMBER,
     Definition,
@@ -46,6 +47,33 @@ def _hash_of(full_name: str, interface: type | str) -> str:
         'referenced_type_descriptions': [_individual(item) for item in referenced(root)],
     }
     return 'RIHS01_' + _sha256(json.dumps(description).encode())
+
+
+def hash_of_description(description: Description) -> str:
+    """Return the hash of a type as another node describes it: the same for the same type."""
+
+    def as_data(one: IndividualDescription) -> dict[str, object]:
+        return {
+            'type_name': one.type_name,
+            'fields': [
+                {
+                    'name': field.name,
+                    'type': {
+                        'type_id': field.type.type_id,
+                        'capacity': field.type.capacity,
+                        'string_capacity': field.type.string_capacity,
+                        'nested_type_name': field.type.nested_type_name,
+                    },
+                }
+                for field in one.fields
+            ],
+        }
+
+    data = {
+        'type_description': as_data(description.type_description),
+        'referenced_type_descriptions': [as_data(one) for one in description.referenced_type_descriptions],
+    }
+    return 'RIHS01_' + _sha256(json.dumps(data).encode())
 
 
 def _sha256(data: bytes) -> str:

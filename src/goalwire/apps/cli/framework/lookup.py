@@ -94,6 +94,18 @@ def interface(name: str) -> Any:
         raise CommandError(Outcome.NOT_FOUND, f"there is no type '{name}' here", _near_types(name)) from None
 
 
+def interface_in_use(name: str) -> Any:
+    """As `interface`; if a type is not known here, the nodes that use it are asked, which takes a second."""
+    try:
+        return interface(name)
+    except CommandError as error:
+        from goalwire.observe.described_types import fetch_type_now
+
+        if error.outcome is not Outcome.NOT_FOUND or not fetch_type_now(name):
+            raise
+    return interface(name)
+
+
 def _near_types(name: str) -> str:
     """Return what to do about an unknown type."""
     from rosidl_runtime_py import get_interface_packages, get_interfaces

@@ -66,7 +66,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
 def _parts(name: str, type_name: str) -> dict[str, tuple[str, Any, goalwire.QoS]]:
     """Return topic, class and QoS of each part of an action."""
-    cls = lookup.interface(type_name)
+    cls = lookup.interface_in_use(type_name)
     events = goalwire.QoS(depth=QUEUE)
     status = goalwire.QoS(depth=1, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
     parts = cls.Impl

@@ -63,7 +63,7 @@ class _Goal:
         if type_name is None:
             self._name, type_name = ACTIONS.name_and_type(arguments)
         self._type_name = type_name
-        self._cls = lookup.interface(type_name)
+        self._cls = lookup.interface_in_use(type_name)
         self._progress = Progress(arguments.progress) if arguments.progress else None
         if arguments.goal_file:
             words = [f'@{arguments.goal_file}']

@@ -101,7 +101,7 @@ class _Screen:
 def run(arguments: Namespace, output: Output) -> Outcome:
     """Show goals until Ctrl-C."""
     name, type_name = ACTIONS.name_and_type(arguments)
-    cls = lookup.interface(type_name)
+    cls = lookup.interface_in_use(type_name)
     screen = _Screen(name, arguments.progress, output)
 
     async def follow(node: goalwire.Node) -> None:

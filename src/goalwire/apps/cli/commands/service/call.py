@@ -198,7 +198,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
     type_name, words = lookup.split_type(arguments.words, 'srv')
     if type_name is None:
         name, type_name = SERVICES.name_and_type(arguments)
-    cls = lookup.interface(type_name)
+    cls = lookup.interface_in_use(type_name)
     given = values.read_values(words, cls.Request, stdin=arguments.stdin)
     request = cls.Request()
     set_stamps = values.fill(request, given, type_name)

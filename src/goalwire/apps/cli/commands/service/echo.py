@@ -41,7 +41,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
     else:
         name, type_name = SERVICES.name_and_type(arguments)
     _tell_if_silent(name, arguments)
-    event = lookup.interface(type_name).Event
+    event = lookup.interface_in_use(type_name).Event
 
     async def follow(node: goalwire.Node) -> None:
         qos = choose_qos(arguments, goalwire.QoS(depth=QUEUE))

@@ -80,7 +80,7 @@ class _Publication:
         if type_name is None:
             _, type_name = TOPICS.name_and_type(arguments)
         self._type_name = type_name
-        self._cls = lookup.interface(type_name)
+        self._cls = lookup.interface_in_use(type_name)
         self._message: Any = self._cls()
         given = values.read_values(words, self._cls, stdin=arguments.stdin)
         self._stamps = values.fill(self._message, given, type_name)

@@ -35,13 +35,13 @@ def source(arguments: Namespace, given: str, type_name: str | None = None) -> So
     name = lookup.full_name(given, 'topic')
     if type_name is not None:
         wanted = lookup.type_name(type_name, 'msg')
-        cls, publishers = lookup.interface(wanted), _publishers(arguments, name)
+        cls, publishers = lookup.interface_in_use(wanted), _publishers(arguments, name)
         refuse_other_type(name, wanted, sorted({each.type_name for each in publishers}))
         return Source(name, cls, _qos(arguments, publishers))
     name, types, graph = TOPICS.one(arguments, given)
     found = lookup.only_type(types, 'topic', name, arguments.prog)
     return Source(
-        name, lookup.interface(found), _qos(arguments, graph.entities(EndpointKind.PUBLISHER, name))
+        name, lookup.interface_in_use(found), _qos(arguments, graph.entities(EndpointKind.PUBLISHER, name))
     )
 
 

@@ -1,0 +1,103 @@
+"""Types that are not known here, taken from a node that uses them (REP 2016).
+
+Every node of ROS 2 since Jazzy offers `~/get_type_description`. A description is taken only if its hash is
+the one that the node's endpoint shows on the wire: so nobody can have a message read as something else.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import goalwire
+from goalwire.errors import GoalwireError, InterfaceError, peer_text
+from goalwire.idl import type_hash
+from goalwire.idl.descriptions import register_descriptions
+from goalwire.logging import get_logger
+
+if TYPE_CHECKING:
+    from type_description_interfaces.msg import TypeDescription
+
+    from goalwire.transport.contract import GraphEntity
+
+SEARCH_S = 1.0
+"""How long an endpoint of the type is looked for."""
+ANSWER_S = 3.0
+"""How long a node may take to describe its type."""
+
+
+async def fetch_type(node: goalwire.Node, name: str) -> bool:
+    """Make 'pkg/kind/Name' known by asking nodes that use it; return whether that worked.
+
+    An action is put together from its parts. If a node gives no right answer, the next one is asked.
+    """
+    endpoints = await _endpoints_of(node, name)
+    descriptions = [await _describe(node, parts) for parts in endpoints.values()]
+    found = [description for description in descriptions if description is not None]
+    if not found or len(found) < len(descriptions):
+        return False
+    try:
+        register_descriptions(name, found)
+        wrong = [part for part, users in endpoints.items() if type_hash(part) != users[0].type_hash]
+    except InterfaceError as error:
+        get_logger('goalwire').warning(f'the description of {name} cannot be used: {peer_text(error, 200)}')
+        return False
+    return not wrong
+
+
+async def _endpoints_of(node: goalwire.Node, name: str) -> dict[str, list[GraphEntity]]:
+    """Return the endpoints that use a type, by the type that they show: of an action that of each part."""
+    parts = {name}
+    if '/action/' in name:
+        parts = {f'{name}_SendGoal', f'{name}_GetResult', f'{name}_FeedbackMessage'}
+    found: dict[str, list[GraphEntity]] = {}
+    changes = node.graph.changes()
+    with suppress(TimeoutError):
+        async with asyncio.timeout(SEARCH_S):
+            while not found.keys() >= parts:
+                found = {}
+                for each in node.graph.endpoints():
+                    if each.type_name in parts and each.type_hash:
+                        found.setdefault(each.type_name, []).append(each)
+                if not found.keys() >= parts:
+                    await anext(changes)
+    changes.close()
+    return found if found.keys() >= parts else {}
+
+
+async def _describe(node: goalwire.Node, users: list[GraphEntity]) -> TypeDescription | None:
+    """Return the description of a type by the first node that answers with the hash of its endpoint."""
+    from type_description_interfaces.srv import GetTypeDescription
+
+    from goalwire.cdr.type_hash import hash_of_description
+
+    for user in users:
+        client = node.client(GetTypeDescription, f'{user.node.qualified}/get_type_description')
+        try:
+            response = await client.call(
+                GetTypeDescription.Request(
+                    type_name=user.type_name, type_hash=user.type_hash, include_type_sources=False
+                ),
+                timeout=ANSWER_S,
+            )
+        except GoalwireError:
+            continue
+        finally:
+            client.close()
+        if response.successful and hash_of_description(response.type_description) == user.type_hash:
+            return response.type_description
+    return None
+
+
+def fetch_type_now(name: str) -> bool:
+    """As `fetch_type`, by a node of its own, on a thread with a loop of its own; waits for the answer."""
+
+    async def ask() -> bool:
+        async with goalwire.Node(f'_goalwire_types_{os.getpid()}', program_arguments=False) as node:
+            return await fetch_type(node, name)
+
+    with ThreadPoolExecutor(1, 'goalwire-types') as pool:
+        return pool.submit(asyncio.run, ask()).result()
