@@ -73,6 +73,19 @@ def test_a_wrong_noun_verb_or_flag_is_one_line(world: dict[str, str]) -> None:
     assert 'rmw_fastrtps_cpp' in ros2.fails('service', 'list', code=10, RMW_IMPLEMENTATION='rmw_fastrtps_cpp')
 
 
+def test_what_only_ros2_has_is_told_with_what_to_use_instead(world: dict[str, str]) -> None:
+    ros2 = CommandLine(world)
+    assert ros2.fails('test', 'x.py', code=2) == (
+        "ros2: there is no command 'test'; use 'pytest', for launch tests too"
+    )
+    assert ros2.fails('pkg', 'create', 'x', code=2) == (
+        "ros2 pkg: there is no verb 'create'; use 'goalwire new'; see: ros2 pkg --help"
+    )
+    assert 'no daemon is needed here' in ros2.ok('daemon', 'stop')
+    assert 'no daemon is needed here' in ros2.fails('daemon', code=2)
+    assert ros2.ok('wtf', '--help') == ros2.ok('doctor', '--help')
+
+
 @pytest.mark.skipif(os.name != 'posix', reason='pipes and signals of POSIX')
 def test_a_closed_pipe_ends_it_without_a_word(world: dict[str, str]) -> None:
     reader, writer = os.pipe()
