@@ -11,6 +11,7 @@ from helpers.rtps_network import Collector, Network, Publisher
 from goalwire.rtps.protocol import bounds, wire
 from goalwire.rtps.protocol.messages import (
     AckNack,
+    Body,
     Data,
     DataFrag,
     Gap,
@@ -103,7 +104,7 @@ def test_numbers_without_measure_cost_nothing() -> None:
     network.run(0.1)
     ids = reader.entity_id, writer.entity_id
     huge = 2**62
-    to_reader = [
+    to_reader: list[Body] = [
         Data(*ids, huge, b'', b'\0\1\0\0'),
         DataFrag(*ids, huge, 1, 1, 1000, 2**30, b'', bytes(1000)),
         DataFrag(*ids, 3, 1, 1, 1000, 2**32 - 1, b'', bytes(1000)),
@@ -113,7 +114,7 @@ def test_numbers_without_measure_cost_nothing() -> None:
         Gap(*ids, 5, NumberSet(huge)),
         Heartbeat(*ids, 1, huge, 1000),
     ]
-    to_writer = [
+    to_writer: list[Body] = [
         AckNack(*ids, NumberSet(huge), 1000),
         AckNack(*ids, NumberSet(huge, 256, (0xFFFFFFFF,) * 8), 1001),
         NackFrag(*ids, huge, NumberSet(2**32 - 1, 256, (0xFFFFFFFF,) * 8), 1000),
@@ -127,6 +128,26 @@ def test_numbers_without_measure_cost_nothing() -> None:
     network.keeps = True
     network.run(1)
     assert len(network.packets) < 100
+
+
+def test_a_false_heartbeat_starts_no_endless_exchange() -> None:
+    network = Network()
+    one, _ = network.participant(same_host=True)
+    other, _ = network.participant(same_host=True)
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', QOS, publisher)
+    reader = other.create_reader('t', 'T', QOS, collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    network.run(0.1)
+    (proxy,) = reader.writers.values()
+    false = Heartbeat(reader.entity_id, writer.entity_id, 1, 2**40, proxy.counter + 1)
+    other.receive(header(one.prefix) + false.encode(), ('10.0.0.1', 7410))
+    network.keeps = True
+    for number in range(5):
+        writer.write(b'\0\1\0\0' + bytes([number]) * 4)
+        network.run(0.2)
+    assert len(collector.samples) == 5
+    assert len(network.packets) < 200
 
 
 def test_fragments_of_samples_that_never_end_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -35,6 +35,9 @@ MOST_LOCATORS = 8
 LONGEST_LEASE_S = 3600.0
 """How long a silent participant is remembered at most, whatever lease it asks for."""
 
+LEAST_LEASE_S = 0.01
+"""The shortest lease of another participant's writer that is watched: each is a timer."""
+
 # ---- endpoints
 
 MOST_ENDPOINTS = 8192

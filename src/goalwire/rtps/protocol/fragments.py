@@ -18,13 +18,13 @@ def fragment_count(size: int, fragment_size: int) -> int:
     return -(-size // fragment_size)
 
 
-def cut(change: Change, reader: bytes, writer: bytes, fragment: int) -> bytes:
-    """Return DATA_FRAG with one fragment of a change; they are counted from 1."""
+def cut(before: bytes, change: Change, reader: bytes, writer: bytes, fragment: int) -> bytes:
+    """Return DATA_FRAG with one fragment of a change, behind the beginning of its packet."""
     payload, size = change.payload or b'', change.fragment_size
-    piece = payload[(fragment - 1) * size : fragment * size]
+    piece = memoryview(payload)[(fragment - 1) * size : fragment * size]
     qos = change.qos if fragment == 1 else b''
     body = DataFrag(reader, writer, change.number, fragment, 1, size, len(payload), qos, piece, change.is_key)
-    return body.encode()
+    return body.encode(before)
 
 
 class Partial:
@@ -65,7 +65,7 @@ class Partial:
         for number in range(first, last + 1):
             if number not in self._pieces:
                 at = (number - first) * size
-                piece = payload[at : min(at + size, expected)]
+                piece = bytes(payload[at : min(at + size, expected)])
                 self._pieces[number] = piece
                 self.kept += len(piece)
 

@@ -107,7 +107,7 @@ class DataFrag(NamedTuple):
     fragment_size: int
     size: int
     qos: bytes = b''
-    payload: bytes = b''
+    payload: bytes | memoryview = b''
     is_key: bool = False
 
     @classmethod
@@ -128,9 +128,9 @@ class DataFrag(NamedTuple):
         is_key = bool(flags & KEY_FRAGMENTS)
         return cls(reader, writer, number, first, count, fragment_size, size, qos, data[at:end], is_key)
 
-    def encode(self) -> bytes:
-        """Return the submessage."""
-        number = self.number
+    def encode(self, before: bytes = b'') -> bytes:
+        """Return the submessage behind `before`, its packet's beginning: so the payload is copied once."""
+        number, payload = self.number, self.payload
         flags = LITTLE | (INLINE_QOS if self.qos else 0) | (KEY_FRAGMENTS if self.is_key else 0)
         body = _DATA_FRAG[1].pack(
             0,
@@ -144,7 +144,10 @@ class DataFrag(NamedTuple):
             self.fragment_size,
             self.size,
         )
-        return submessage(DATA_FRAG, flags, b'%b%b%b' % (body, self.qos, self.payload))
+        size = len(body) + len(self.qos) + len(payload)
+        pad = -size & 3
+        head = _HEAD.pack(DATA_FRAG, flags, size + pad if size + pad < 65536 else 0)
+        return b''.join((before, head, body, self.qos, payload, bytes(pad)))
 
 
 class Heartbeat(NamedTuple):

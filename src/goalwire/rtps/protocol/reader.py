@@ -38,6 +38,9 @@ GAP_S = 0.002
 """How long a sample may be late that others have overtaken, before it is asked for."""
 ASK_AGAIN_S = 0.020
 """How long what was asked for may take, before it is asked for again; the time doubles each time."""
+ON_THE_WAY_S = 0.002
+"""How long what was asked for may take, before a HEARTBEAT has it asked for again. Without that, two sides
+that disagree about what there is would ask and answer each other without a pause."""
 RAREST_ASK_S = 0.5
 RAREST_FIRST_ASK_S = 1.0
 _MOST_PARTIALS_ASKED = 4
@@ -94,6 +97,8 @@ class WriterProxy:
 
     __slots__ = (
         'address',
+        'asked',
+        'asked_at',
         'asks',
         'counter',
         'data',
@@ -133,6 +138,8 @@ class WriterProxy:
         """Of its last HEARTBEAT and HEARTBEAT_FRAG."""
         self.sent_counter = 0
         """Of what was sent to it last."""
+        self.asked, self.asked_at = 0, 0.0
+        """From which sample on others were asked for last, and when."""
         self.timer: Timer | None = None
         self.interval = FIRST_ASK_S
         self.watch: Watch | None = None
@@ -280,10 +287,12 @@ class Reader:
             self._drop_below(proxy, first)
         elif first > proxy.next:
             self._skip(proxy, first, is_loss=True)
-        proxy.known = max(proxy.known, heartbeat.last)
+        proxy.known = heartbeat.last
         self._release(proxy)
         if self._is_missing(proxy):
-            self._ask(proxy)
+            if proxy.asked != proxy.next or self._wire.clock() >= proxy.asked_at + ON_THE_WAY_S:
+                self._ask(proxy)
+            self._ask_in(proxy, ASK_AGAIN_S)
         elif not heartbeat.is_final:
             self._acknowledge(proxy, [])
 
@@ -354,6 +363,7 @@ class Reader:
             if number not in proxy.held
         ]
         self._acknowledge(proxy, missing)
+        proxy.asked, proxy.asked_at = proxy.next, self._wire.clock()
         if missing:
             self._stop_timer(proxy)
             proxy.interval = ASK_AGAIN_S
@@ -420,7 +430,8 @@ class Reader:
         proxy = WriterProxy(self, writer, address, is_reliable)
         self.writers[writer.guid] = proxy
         if writer.qos.lease < INFINITE:
-            proxy.watch = Watch(self._wire, writer.qos.lease / NS, partial(self._note_silent, proxy))
+            lease = max(writer.qos.lease / NS, bounds.LEAST_LEASE_S)
+            proxy.watch = Watch(self._wire, lease, partial(self._note_silent, proxy))
         self._wire.tell(self.listener.on_matched, writer)
         if is_reliable:
             self._greet(proxy)

@@ -63,6 +63,8 @@ WINDOW, WINDOW_PACKETS = 120_000, 11
 """Bytes, and fragments, that are sent before somebody asks for more, or WINDOW_S is over. A socket's default
 buffer on Linux takes three packets of 60,000 bytes, or twelve of 8,000."""
 WINDOW_S = 0.0005
+LARGEST_WINDOW = 1 << 20
+"""Bytes of a window to readers that have taken smaller ones without a loss, each time twice as many."""
 MOST_UNACKNOWLEDGED = 1024
 MOST_UNACKNOWLEDGED_SIZE = 16 << 20
 """Samples, and bytes, that a writer keeps for its readers before it is full, where it keeps all."""
@@ -80,9 +82,9 @@ def is_newer(counter: int, before: int) -> bool:
     return 0 < (counter - before) & 0xFFFFFFFF < 0x80000000
 
 
-def _window(change: Change) -> int:
-    """Return how many fragments of a sample are sent at a time."""
-    return max(1, min(WINDOW // change.fragment_size, WINDOW_PACKETS))
+def _fragments_of(window: int, change: Change) -> int:
+    """Return how many fragments of a sample a window of so many bytes has."""
+    return max(1, min(window // change.fragment_size, WINDOW_PACKETS * window // WINDOW))
 
 
 class WriterListener:
@@ -185,6 +187,7 @@ class Writer:
         self._unsent: deque[Change] = deque()
         self._unsent_size = 0
         self._next_fragment = 1
+        self._window, self._largest_window = WINDOW, LARGEST_WINDOW
         self._window_timer: Timer | None = None
         self._deadline = self._lease = None
         if data.qos.deadline < INFINITE:
@@ -381,7 +384,7 @@ class Writer:
         if self._window_timer is not None:
             self._window_timer.cancel()
             self._window_timer = None
-        left = WINDOW
+        left = self._window
         while self._unsent and left > 0:
             change = self._unsent[0]
             if not change.fragment_size:
@@ -413,7 +416,9 @@ class Writer:
     def _send_fragments(self, change: Change) -> int:
         """Send the next fragments of a sample, up to a window; return how many bytes."""
         first = self._next_fragment
-        end = min(first + _window(change), fragment_count(change.size, change.fragment_size) + 1)
+        end = min(
+            first + _fragments_of(self._window, change), fragment_count(change.size, change.fragment_size) + 1
+        )
         stamp = info_ts(encode_time(change.time))
         if self._is_addressed:
             for proxy in self._receivers(change):
@@ -421,11 +426,14 @@ class Writer:
                     gap = self._gap_before(proxy, change.number)
                     if gap:
                         self._send_to(proxy, gap)
+                before = self._wire.head + proxy.asks + stamp
                 for fragment in range(first, end):
-                    self._send_to(proxy, stamp + cut(change, proxy.entity_id, self.entity_id, fragment))
+                    packet = cut(before, change, proxy.entity_id, self.entity_id, fragment)
+                    self._wire.send(packet, proxy.address)
         else:
+            before = self._wire.head + stamp
             for fragment in range(first, end):
-                packet = self._wire.head + stamp + cut(change, UNKNOWN_ENTITY, self.entity_id, fragment)
+                packet = cut(before, change, UNKNOWN_ENTITY, self.entity_id, fragment)
                 for address in self._addresses:
                     self._wire.send(packet, address)
         self._next_fragment = end
@@ -450,21 +458,25 @@ class Writer:
         begun = self._unsent[0] if self._unsent else None
         if begun is not None and begun.number == nack.number:
             sent = self._next_fragment
+            if missing and missing[0] >= sent:
+                self._window = min(2 * self._window, self._largest_window)
             if missing and missing[-1] >= sent:
                 self._send_window()
             missing = [fragment for fragment in missing if fragment < sent]
         change = self.history.changes.get(nack.number)
         if change is not None and change.fragment_size and missing:
+            self._window = self._largest_window = max(WINDOW, self._window // 2)
             self._send_some(proxy, change, missing)
             self._send_to(proxy, self._heartbeat(proxy))
 
     def _send_some(self, proxy: ReaderProxy, change: Change, fragments: Iterable[int]) -> None:
         """Send some fragments of a sample to one reader, up to a window."""
         count = fragment_count(change.size, change.fragment_size)
-        stamp = info_ts(encode_time(change.time))
-        for fragment in list(fragments)[: _window(change)]:
+        before = self._wire.head + proxy.asks + info_ts(encode_time(change.time))
+        for fragment in list(fragments)[: _fragments_of(WINDOW, change)]:
             if 0 < fragment <= count:
-                self._send_to(proxy, stamp + cut(change, proxy.entity_id, self.entity_id, fragment))
+                packet = cut(before, change, proxy.entity_id, self.entity_id, fragment)
+                self._wire.send(packet, proxy.address)
 
     # ---- what readers have, and lack
 
