@@ -126,8 +126,7 @@ class Top(App[Outcome]):
 
     def _repaint(self) -> None:
         graph = self._graph
-        head = spelt(f'goalwire top  {self._view.summary(graph)}')
-        self.query_one('#head', Static).update(Text(head))
+        self.query_one('#head', Static).update(Text(spelt(f'goalwire top  {self._view.summary(graph)}')))
         tab = self._tab
         if isinstance(tab, TableTab):
             tab.refresh_rows(graph, self._view)
