@@ -28,6 +28,10 @@ keep_bytecode()
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell's background jobs are deaf to Ctrl-C, and so would be the programs that tests start.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, 'SIGHUP') and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    # `nohup` makes the tests deaf to a closed terminal, and they stay so: a handler of Python's does nothing
+    # here, and the programs that tests start do not inherit it.
+    signal.signal(signal.SIGHUP, lambda _number, _frame: None)
 
 
 @pytest.fixture(autouse=True)

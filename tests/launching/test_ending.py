@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -76,15 +75,6 @@ def test_more_ctrl_c_hurry_it(launch: Launch) -> None:
     assert output.count('again') == 1
 
 
-@pytest.fixture
-def hang_up_is_felt() -> Iterator[None]:
-    """Undoes what `nohup` does to the tests: processes ignore SIGHUP if who starts them does."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    yield
-    signal.signal(signal.SIGHUP, before)
-
-
-@pytest.mark.usefixtures('hang_up_is_felt')
 @pytest.mark.parametrize('name', ['SIGTERM', 'SIGHUP'])
 def test_other_signals_end_it_in_order_too(name: str, launch: Launch) -> None:
     with launch('twins.launch.xml') as twins:
