@@ -7,6 +7,35 @@ from typing import Any
 
 from helpers.patience import BROWSER_MS, wait_for
 
+_FEW_PICTURES = """
+    let scene
+    Object.defineProperty(window, 'goalwireScene', {
+        configurable: true,
+        get: () => scene,
+        set: made => {
+            scene = made
+            const render = made.renderer.render.bind(made.renderer)
+            let drawn = 0
+            made.renderer.render = (...seen) => {
+                if (performance.now() - drawn < 300) return
+                drawn = performance.now()
+                render(...seen)
+            }
+        },
+    })
+"""
+"""Draws the robot's scene three times a second. Without a graphics card the processor draws each pixel, and
+would do nothing else."""
+
+
+def new_context(browser: Any, width: int, height: int, **options: Any) -> Any:
+    """Make a context of pages of so many pixels, with the patience of a browser and without animations."""
+    size = {'width': width, 'height': height}
+    context = browser.new_context(viewport=size, reduced_motion='reduce', **options)
+    context.set_default_timeout(BROWSER_MS)
+    context.add_init_script(_FEW_PICTURES)
+    return context
+
 
 def until(page: Any, expression: str, argument: object = None) -> Any:
     """Wait until an expression of the page's is true, and return it."""

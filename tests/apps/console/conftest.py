@@ -7,29 +7,9 @@ from typing import Any
 
 import pytest
 from helpers.console import CHROMIUM, Stage
-from helpers.patience import BROWSER_MS
+from helpers.page import new_context
 
 from tools import console_picture
-
-FEW_PICTURES = """
-    let scene
-    Object.defineProperty(window, 'goalwireScene', {
-        configurable: true,
-        get: () => scene,
-        set: made => {
-            scene = made
-            const render = made.renderer.render.bind(made.renderer)
-            let drawn = 0
-            made.renderer.render = (...seen) => {
-                if (performance.now() - drawn < 300) return
-                drawn = performance.now()
-                render(...seen)
-            }
-        },
-    })
-"""
-"""Draws the robot's scene three times a second. Without a graphics card the processor draws each pixel, and
-would do nothing else."""
 
 
 @pytest.fixture
@@ -66,12 +46,8 @@ def open_page(chromium: Any) -> Iterator[Callable[[str], Any]]:
     contexts = []
 
     def open_one(url: str) -> Any:
-        context = chromium.new_context(
-            viewport={'width': 1100, 'height': 700}, accept_downloads=True, reduced_motion='reduce'
-        )
+        context = new_context(chromium, 1100, 700, accept_downloads=True)
         contexts.append(context)
-        context.set_default_timeout(BROWSER_MS)
-        context.add_init_script(FEW_PICTURES)
         page = context.new_page()
         page.on('pageerror', lambda error: errors.append(str(error)))
         page.on('request', lambda request: _only_from(url, request.url, errors))

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from helpers.console import Stage, picture
-from helpers.patience import BROWSER_MS
+from helpers.page import new_context
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
@@ -65,8 +65,7 @@ def chat(url: str) -> Iterator[str]:
 @pytest.fixture
 def page(chromium: Any) -> Iterator[Any]:
     """A tab of a browser that has been nowhere."""
-    context = chromium.new_context(viewport={'width': 1100, 'height': 700}, reduced_motion='reduce')
-    context.set_default_timeout(BROWSER_MS)
+    context = new_context(chromium, 1100, 700)
     yield context.new_page()
     context.close()
 

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import pytest
 from helpers.console import DATA, PROGRAMS, Stage, picture
-from helpers.page import confirm, row, until, view
-from helpers.patience import BROWSER_MS
+from helpers.page import confirm, new_context, row, until, view
 from helpers.processes import Program
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
@@ -54,8 +53,7 @@ def world(chromium: Any) -> Iterator[World]:
     alice.expect('ready')
     bob.expect('ready')
     console, url = stage.console()
-    context = chromium.new_context(viewport={'width': 1440, 'height': 800}, reduced_motion='reduce')
-    context.set_default_timeout(BROWSER_MS)
+    context = new_context(chromium, 1440, 800)
     errors: list[str] = []
     page = context.new_page()
     page.on('pageerror', lambda error: errors.append(str(error)))
@@ -154,10 +152,7 @@ def test_one_click_stops_whatever_is_open(world: World, page: Any, width: int, h
 
 def test_a_finger_stops_although_a_menu_is_open(world: World, page: Any, chromium: Any) -> None:
     """A menu takes the touch that closes it."""
-    context = chromium.new_context(
-        viewport={'width': 390, 'height': 800}, has_touch=True, is_mobile=True, reduced_motion='reduce'
-    )
-    context.set_default_timeout(BROWSER_MS)
+    context = new_context(chromium, 390, 800, has_touch=True, is_mobile=True)
     phone = context.new_page()
     phone.goto(f'{world.url}?view=robot&robot=/alice')
     phone.wait_for_selector('[data-estop]')
