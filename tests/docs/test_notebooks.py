@@ -14,7 +14,6 @@ PAGE = DOCS / 'notebooks.md'
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(120)
 @pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
 def test_the_cells_show_what_the_page_shows(tmp_path: Path) -> None:
     from helpers.notebooks import Notebook

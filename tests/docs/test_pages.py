@@ -14,7 +14,6 @@ def _has_programs(page: Path) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(120)
 @pytest.mark.parametrize('page', [page for page in PAGES if _has_programs(page)], ids=name_of)
 def test_a_page_does_what_it_shows(page: Path, tmp_path: Path) -> None:
     play(page, tmp_path)

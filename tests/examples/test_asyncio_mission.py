@@ -17,7 +17,6 @@ def lines(*files: Path) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(120)
 def test_every_step_ends_as_expected() -> None:
     env = robot_env()
     with humanoid('up', env=env), Program(MISSION, env=env) as mission:

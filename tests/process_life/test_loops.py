@@ -114,7 +114,6 @@ def test_a_signal_reaches_whoever_handles_it(index: int, cell: Cell) -> None:
 
 @pytest.mark.slow
 @pytest.mark.long
-@pytest.mark.timeout(120)
 @pytest.mark.parametrize('transport', WIRES)
 @pytest.mark.parametrize('cell', CELLS, ids=['-'.join(cell) for cell in CELLS])
 def test_the_whole_table(cell: Cell, transport: str) -> None:

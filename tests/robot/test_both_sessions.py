@@ -9,7 +9,7 @@ import pytest
 from helpers.processes import Program
 from helpers.robot import humanoid
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(120)]
+pytestmark = pytest.mark.slow
 
 AT_FIRST = ('joint_state_service', 'navigation_action_server', 'arm_action_server')
 GOALWIRE = 'from goalwire.apps.cli.main import main; raise SystemExit(main())'

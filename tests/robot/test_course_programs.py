@@ -28,7 +28,6 @@ def test_the_service_client_says_that_it_waits(world: dict[str, str]) -> None:
         client.expect('Service not available, waiting...')
 
 
-@pytest.mark.timeout(120)
 def test_the_action_client_follows_its_goal_to_the_result(world: dict[str, str]) -> None:
     """The goal takes its whole timeout of 30 s. Feedback is a topic: on DDS it may overtake the answer."""
     with (

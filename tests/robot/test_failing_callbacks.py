@@ -12,7 +12,7 @@ from humanoid.mission.calls import GoalRun
 from humanoid.mission.retry import Backoff, NoAnswer, retry
 from humanoid.mission.robot import Robot
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(120)]
+pytestmark = pytest.mark.slow
 
 WITHIN = 15.0
 SABOTAGED = """

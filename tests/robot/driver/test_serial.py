@@ -245,7 +245,6 @@ def test_a_line_that_is_none_is_said_in_a_line(world: dict[str, str]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(120)
 def test_an_arm_moves_real_motors_and_a_dead_board_aborts_its_goal(
     world: dict[str, str], robot: Robot
 ) -> None:
