@@ -7,7 +7,7 @@ import os
 import shutil
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import cached_property
 from itertools import count
 from pathlib import Path
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from goalwire.errors import BagError
 from goalwire.files import shown
 from goalwire.records import replace
-from goalwire.rosbag2.metadata import read_metadata
+from goalwire.rosbag2.metadata import facts_of_text, read_metadata
 from goalwire.rosbag2.model import (
     METADATA_FILE,
     SUFFIXES,
@@ -91,9 +91,10 @@ class Reader:
         self._files: dict[str, FileReader] = {}
         try:
             folder, names, told = (self.path, list(files), None) if files else _find(self.path)
-            self._compression = told.compression_mode if told else ''
             for name in names:
                 self._open(folder, name)
+            told = told or self._embedded()
+            self._compression = told.compression_mode if told else ''
             self.facts = self._gather(told, names)
         except BaseException:
             self.close()
@@ -120,6 +121,14 @@ class Reader:
             except zstandard.ZstdError as error:
                 raise BagError(f'{shown(path)}: it cannot be unpacked ({error})') from error
         return unpacked
+
+    def _embedded(self) -> BagFacts | None:
+        """Return the metadata that the latest file holds; None if none has any that can be read."""
+        for name, file in reversed(self._files.items()):
+            if file.metadata:
+                with suppress(BagError):
+                    return facts_of_text(file.metadata, name)
+        return None
 
     def _gather(self, told: BagFacts | None, names: list[str]) -> BagFacts:
         """Return the facts as the files have them; what only the metadata knows is added."""

@@ -95,12 +95,14 @@ def test_what_can_be_read_is_rescued(tmp_path: Path) -> None:
 
 
 def test_metadata_is_written_anew(tmp_path: Path) -> None:
-    path = write_bag(tmp_path / 'bag', max_bytes=1000)
+    path = write_bag(tmp_path / 'bag', max_bytes=1000, custom_data={'robot': 'r2'})
     before = read_metadata(str(path / 'metadata.yaml'))
     (path / 'metadata.yaml').write_text('nothing of use')
     reindex(str(path)).close()
     after = read_metadata(str(path / 'metadata.yaml'))
-    assert (after.files, after.topics, after.counts) == (before.files, after.topics, before.counts)
+    assert (after.files, after.counts) == (before.files, before.counts)
+    assert [topic.qos for topic in after.topics] == [topic.qos for topic in before.topics]
+    assert (after.custom_data, after.ros_distro) == ((('robot', 'r2'),), 'rolling')
     with pytest.raises(BagError, match='no files'):
         reindex(str(tmp_path))
     with pytest.raises(FileNotFoundError):
