@@ -22,6 +22,7 @@ node = rclpy.create_node('ctrl_c_at_exit')
 publisher = node.create_publisher(String, 'last_words', 10)
 session = get_default_context().session
 assert isinstance(session, OpenSession)
+state = session.state
 publisher.publish(String(data='bye'))
 if sys.argv[1].isupper():
     at_exit(Stage[sys.argv[1]], lambda: os.kill(os.getpid(), signal.SIGINT))
@@ -29,4 +30,4 @@ else:
     timer = threading.Timer(float(sys.argv[1]), os.kill, (os.getpid(), signal.SIGINT))
     timer.daemon = True
     timer.start()
-at_exit(Stage.SIGNALS, lambda: print('the session is closed:', session.state.closed))
+at_exit(Stage.SIGNALS, lambda: print('the session is closed:', state.closed))
