@@ -61,7 +61,8 @@ class World:
         self.work_queue = NodeWorkQueue()
         session = SimpleNamespace(enforces_qos=enforces_qos, compares_definitions=True)
         context = SimpleNamespace(session=session)
-        node = SimpleNamespace(work_queue=self.work_queue, graph=self.graph, context=context)
+        remains = SimpleNamespace(add=lambda _: None, discard=lambda _: None)
+        node = SimpleNamespace(work_queue=self.work_queue, graph=self.graph, context=context, remains=remains)
         endpoint = Endpoint(EndpointKind.PUBLISHER, '/chat', STRING, type_hash, DEFAULT)
         self.events = EndpointEvents(cast('NodeCore', node), endpoint, self.port)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from typing import Any
+from weakref import ref
 
 import pytest
 from example_interfaces.action import Fibonacci
@@ -193,12 +194,12 @@ def test_feedback_that_comes_while_its_goal_is_put_away_is_not_lost(spun: NodeCo
     class Goals(dict[bytes, Any]):
         def pop(self, *args: Any) -> Any:
             found = super().pop(*args)
-            client._deliver_feedback(sample)
+            client._deliver_feedback(ref(client), sample)
             return found
 
         def __delitem__(self, key: bytes) -> None:
             super().__delitem__(key)
-            client._deliver_feedback(sample)
+            client._deliver_feedback(ref(client), sample)
 
     client.goals.active = Goals()
     action_server(spun, ActionCallbacks(execute, CALLBACKS.goal, lambda _: None, CALLBACKS.cancel))

@@ -64,11 +64,16 @@ def test_a_removed_node_keeps_its_executor_and_may_come_back(
     single.remove_node(SmallNode())
 
 
-def test_nodes_are_held_weakly(single: SingleThreadedExecutor) -> None:
+def test_nodes_live_as_long_as_they_are_in_an_executor(single: SingleThreadedExecutor) -> None:
     node = SmallNode()
     single.add_node(node)
     seen = weakref.ref(node)
     del node
+    gc.collect()
+    (kept,) = single.get_nodes()
+    assert id(kept) == id(seen())
+    single.remove_node(kept)
+    del kept
     gc.collect()
     assert seen() is None
     assert single.get_nodes() == []

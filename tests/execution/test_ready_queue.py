@@ -203,7 +203,8 @@ def test_an_entry_follows_the_node_to_another_executor(context: SmallContext, no
 
 def test_changing_executors_for_ever_leaves_no_entries_behind(context: SmallContext, node: SmallNode) -> None:
     with SingleThreadedExecutor(context=context) as executor:
-        node.work_queue.set_timer_entry(TimerEntry(lambda: None), 2**61)
+        entry = TimerEntry(lambda: None)
+        node.work_queue.set_timer_entry(entry, 2**61)
         for _ in range(1000):
             executor.add_node(node)
             executor.remove_node(node)
@@ -260,7 +261,8 @@ def test_a_slow_timer_of_a_node_that_moves_for_ever_leaves_little_behind(
     context: SmallContext, node: SmallNode
 ) -> None:
     with SingleThreadedExecutor(context=context) as one, SingleThreadedExecutor(context=context) as other:
-        node.work_queue.set_timer_entry(TimerEntry(lambda: None), 2**61)
+        entry = TimerEntry(lambda: None)
+        node.work_queue.set_timer_entry(entry, 2**61)
         for _ in range(1000):
             one.add_node(node)
             other.add_node(node)

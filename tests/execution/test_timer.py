@@ -57,15 +57,19 @@ class World:
         self.node = SmallNode()
         self.executor.add_node(self.node)
         self.calls: list[float] = []
+        self.timers: list[Timer] = []
+        """They live as long as somebody holds them."""
         self._begun = self.time.time
 
     def timer(
         self, period_ms: float, clock_type: ClockType = ClockType.ROS_TIME, *, autostart: bool = True
     ) -> Timer:
         clock = Clock(clock_type=clock_type, source=self.time)
-        return Timer(
+        timer = Timer(
             self.note, None, int(period_ms * MS), clock, work_queue=self.node.work_queue, autostart=autostart
         )
+        self.timers.append(timer)
+        return timer
 
     def note(self) -> None:
         self.calls.append((self.time.time - self._begun) / MS)

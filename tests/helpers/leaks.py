@@ -6,6 +6,7 @@ import gc
 import socket
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 from helpers.patience import PATIENCE
@@ -62,7 +63,8 @@ class Inventory:
         """Wait for threads on their way out; return the names of those that stay."""
         new = live_threads() - self._threads
         for thread in new:
-            thread.join(PATIENCE)
+            with suppress(RuntimeError):  # it is just being started: a node's that was dropped, say
+                thread.join(PATIENCE)
         return sorted(thread.name for thread in new if thread.is_alive())
 
     def added_descriptors(self) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Protocol, Self
+from weakref import finalize
 
 from goalwire.entities.arguments import node_arguments
 from goalwire.entities.names import (
@@ -14,6 +15,7 @@ from goalwire.entities.names import (
     remap_name,
     resolve_action_names,
 )
+from goalwire.entities.remains import Remains
 from goalwire.errors import InvalidHandle, ShutDownError
 from goalwire.execution.clock import ROSClock
 from goalwire.execution.ready_queue import NodeWorkQueue
@@ -62,7 +64,12 @@ class NodeCore:
         """How its API makes the services that every node has, as services of its kind. The API sets it."""
         self.call_timeout: float | None = None
         """s that calls of this node may take if their client gives them none; None: the context's."""
-        self._port: NodePort | None = context.session.node(self.name)
+        port = context.session.node(self.name)
+        self._port: NodePort | None = port
+        self.remains = Remains(port)
+        """What is done if the program drops this and does not destroy it."""
+        self._finalizer = finalize(self, self.remains.close_soon)
+        self._finalizer.atexit = False
         self._owned: dict[int, Owned] = {}
 
     @property
@@ -154,6 +161,7 @@ class NodeCore:
 
     def destroy(self) -> None:
         """Destroy what the node owns, newest first, then the node, whatever any of it raises. Idempotent."""
+        self._finalizer.detach()
         with ExitStack() as ends:
             ends.callback(self._close_port)
             for entity in self.owned():

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from goalwire.errors import InvalidHandle, UnsupportedEventTypeError
 from goalwire.execution.ready_queue import CallbackSource
+from goalwire.execution.weak_methods import weakly
 from goalwire.logging import get_logger
 from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.rules.qos_events import (
@@ -139,6 +140,7 @@ class EndpointEvents:
         """End with the endpoint. Idempotent."""
         self._closed = True
         if self._watch is not None:
+            self.node.remains.discard(self._watch.close)
             self._watch.close()
         for reader in self._readers:
             reader.close()
@@ -149,11 +151,11 @@ class EndpointEvents:
             if event in self._started:
                 return
             self._started.add(event)
-        if self._port.watch_event(event, partial(self._set, event)):
+        if self._port.watch_event(event, partial(weakly(self._set), event)):
             self._told_by_wire.add(event)
             return
         if self._watch_arrivals is not None and event is SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST:
-            self._watch_arrivals(self._note_arrival)
+            self._watch_arrivals(weakly(self._note_arrival))
         elif event not in _FROM_GRAPH[self.endpoint.kind]:
             self._started.discard(event)
             raise UnsupportedEventTypeError(event.name, self.endpoint.name, registry.selected_identifier())
@@ -180,7 +182,8 @@ class EndpointEvents:
             first, self._watches_graph = not self._watches_graph, True
         if first:  # outside the lock: the endpoints that are there are reported at once
             own = self.endpoint
-            self._watch = self.node.graph.watch_counterparts(own.kind, own.name, self._on_counterpart)
+            self._watch = self.node.graph.watch_counterparts(own.kind, own.name, weakly(self._on_counterpart))
+            self.node.remains.add(self._watch.close)
             if self._closed:  # by another thread, which found nothing to close
                 self._watch.close()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from goalwire.entities.endpoint import describe_endpoint
@@ -11,6 +12,7 @@ from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue
+from goalwire.execution.weak_methods import weakly
 from goalwire.reports import log_rejected
 from goalwire.rules import reasons
 from goalwire.rules.qos import QoS
@@ -49,8 +51,9 @@ class RequestServer:
         self._decode = decode
         self._call = handle
         self.event_queue: EventQueue[Request] = EventQueue(
-            node.work_queue, group, self._handle, depth=QUEUE_LIMIT, refuse=self._refuse
+            node.work_queue, group, self._handle, depth=QUEUE_LIMIT, refuse=weakly(self._refuse)
         )
+        self._forget = partial(node.context.deadlock_detector.remove, self.full_name, self.event_queue)
         self.entity: object = self
         """Of what this is a part: what executors written by users are told."""
         self._endpoint = describe_endpoint(node, EndpointKind.SERVICE, self.full_name, support, qos)
@@ -61,11 +64,16 @@ class RequestServer:
         """Let requests in. They may be handled, on another thread, before this returns."""
         node = self.node
         node.context.deadlock_detector.add(self.full_name, self.event_queue)
+        node.remains.add(self._forget)
         try:
             self._port = node.port.service(self._endpoint, self.event_queue.deliver)
         except BaseException:
-            node.context.deadlock_detector.remove(self.full_name, self.event_queue)
+            self._leave_detector()
             raise
+
+    def _leave_detector(self) -> None:
+        self.node.remains.discard(self._forget)
+        self._forget()
 
     def _refuse(self, request: Request) -> None:
         if self.event_queue.closed:
@@ -119,7 +127,7 @@ class RequestServer:
         port, self._port = self._port, None
         if port is None:
             return
-        self.node.context.deadlock_detector.remove(self.full_name, self.event_queue)
+        self._leave_detector()
         port.close()
         while (request := self.event_queue.take()) is not None:
             request.cancel()

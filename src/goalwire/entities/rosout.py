@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from struct import Struct
 from threading import Lock
 from typing import TYPE_CHECKING, Protocol
+from weakref import ref
 
 from goalwire.entities.endpoint import InGraph, describe_endpoint
 from goalwire.entities.standard_types import standard_message
@@ -22,6 +24,7 @@ from goalwire.rules.time import LATEST_STAMP, S_TO_NS
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
+    from goalwire.entities.remains import Remains
     from goalwire.transport.contract import NodePort
 
 TOPIC = '/rosout'
@@ -52,6 +55,10 @@ class LoggingNode(InGraph, Protocol):
     def disown(self, entity: _Outlet) -> None:
         """Forget an entity that destroys itself."""
 
+    @property
+    def remains(self) -> Remains:
+        """What is done if the program drops the node."""
+
 
 class Rosout:
     """The ways to /rosout of one context's nodes."""
@@ -72,6 +79,7 @@ class Rosout:
             if self._sink is None:
                 self._sink = add_sink(self._take)
         node.own(outlet)
+        node.remains.add(outlet.forget)
         if fellows[0] is outlet:
             self._ways[outlet.name] = outlet.open()
         else:
@@ -90,7 +98,7 @@ class Rosout:
                 return
             was_first = fellows[0] is outlet
             fellows.remove(outlet)
-            heir = fellows[0] if was_first and fellows else None
+            heir = fellows[0] if was_first and fellows else None  # who is dropped, too, passes it on
             if not fellows:
                 del self._outlets[name]
         if heir is not None:
@@ -126,13 +134,16 @@ class _Outlet:
         self.name = node.logger_name
         self.support = standard_message(LOG)
         self._hub = hub
-        self._node = node
+        self._node = ref(node)  # weakly: the hub must not keep it alive
+        self.forget = partial(hub.discard, self)
         self._qos = qos
         self._port: PublisherPort | None = None
 
     def open(self) -> Callable[[bytes], None]:
-        """Declare the publisher and return what sends its messages."""
-        node = self._node
+        """Declare the publisher and return what sends its messages; raises ClosedError without its node."""
+        node = self._node()
+        if node is None:
+            raise ClosedError(f"the node of the logger '{self.name}' was dropped")
         endpoint = describe_endpoint(
             node, EndpointKind.PUBLISHER, node.resolve(TOPIC), self.support, self._qos, waits_for_room=False
         )
@@ -141,7 +152,10 @@ class _Outlet:
 
     def destroy(self) -> None:
         """Undeclare. Idempotent."""
-        self._node.disown(self)
+        node = self._node()
+        if node is not None:
+            node.disown(self)
+            node.remains.discard(self.forget)
         self._hub.discard(self)
         port, self._port = self._port, None
         if port is not None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING
+from weakref import ReferenceType, ref
 
 from goalwire.entities.subscription import SubscriptionCore
 from goalwire.errors import RemoteError
@@ -138,9 +140,14 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
         super().__init__(node, ClockMessage, CLOCK_TOPIC, source.clock_callback, CLOCK_QOS, group)
 
     def _receiver(self) -> Callable[[Sample], None]:
-        return self._deliver
+        return partial(ClockSubscription._deliver, ref(self))
 
-    def _deliver(self, sample: Sample) -> None:
+    @staticmethod
+    def _deliver(reference: ReferenceType[ClockSubscription], sample: Sample) -> None:
+        # hot path: the wire does not hold the subscription, and yet this is one call.
+        self = reference()
+        if self is None:
+            return
         try:
             time_ns = self._time_of(sample)
         except RemoteError as error:

@@ -9,12 +9,14 @@ from contextvars import copy_context
 from functools import partial
 from types import CoroutineType
 from typing import TYPE_CHECKING, Any
+from weakref import ref
 
 from goalwire.concurrency.forks import reset_in_children
 from goalwire.execution.current import held_groups
 from goalwire.execution.fd_selector import FdSelector
 from goalwire.execution.ready_queue import NodeWorkQueue, ReadyQueue
 from goalwire.execution.timer_heap import TimerHeap
+from goalwire.execution.weak_methods import weakly
 
 if TYPE_CHECKING:
     from goalwire.execution.asyncio.coroutine_runner import CoroutineRunner, RunnerPool
@@ -31,8 +33,9 @@ class CallbackRunner:
     def __init__(self, shutdown_signal: ShutdownSignal) -> None:
         self._shutdown_signal = shutdown_signal
         self._clock = shutdown_signal.clock
-        self._ready = ReadyQueue(self.is_driven)
-        self._timer_heap = TimerHeap(self._look_again, self._ready.wakers)
+        # The wire holds these two, through nodes' queues. They must not hold the executor, and so its nodes.
+        self._ready = ReadyQueue(ref(self))
+        self._timer_heap = TimerHeap(weakly(self._look_again), self._ready.wakers)
         self._fd_selector = FdSelector(self._look_again)
         self._failures: deque[BaseException] = deque()
         self._refused: deque[CallbackSource] = deque()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from goalwire.errors import InvalidHandle
 from goalwire.execution.handle import handle_of
 from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
+from goalwire.execution.weak_methods import weak_parts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,7 +32,9 @@ class EventQueue(CallbackSource, Generic[E]):
     __slots__ = (
         '_alone',
         '_events',
+        '_function',
         '_handle',
+        '_object',
         '_posted',
         '_refuse',
         'closed',
@@ -60,7 +63,13 @@ class EventQueue(CallbackSource, Generic[E]):
         self.note: Callable[[E], object] | None = None
         """Is told of each event before it is queued."""
         self.watchers: Sequence[Callable[[], None]] = ()
-        self._handle = handle
+        # A bound method is held weakly: the wire holds this, and must not hold the entity.
+        self._handle: Callable[[E], object] | None = None
+        parts = weak_parts(handle)
+        if parts is None:
+            self._handle = handle
+        else:
+            self._object, self._function = parts
         self._events: deque[E] = deque(maxlen=depth if refuse is None else None)
         self._refuse = refuse
         self._posted = False
@@ -75,7 +84,7 @@ class EventQueue(CallbackSource, Generic[E]):
     @property
     def entity(self) -> object:
         """The entity whose events these are."""
-        owner = getattr(self._handle, '__self__', None)
+        owner = self._object() if self._handle is None else getattr(self._handle, '__self__', None)
         return getattr(owner, 'entity', owner)
 
     @property
@@ -121,7 +130,10 @@ class EventQueue(CallbackSource, Generic[E]):
 
     def handle(self, event: E) -> object:
         """Run the callback for `event`, which was taken; as `run` does."""
-        return self._handle(event)
+        if self._handle is not None:
+            return self._handle(event)
+        owner = self._object()
+        return None if owner is None else self._function(owner, event)
 
     def take(self) -> E | None:
         """Take the oldest event out, past the callback; None if there is none."""
@@ -144,7 +156,11 @@ class EventQueue(CallbackSource, Generic[E]):
             return None
         if not self._alone:
             self._go_on()  # the callback may run beside itself: let another thread have the next event
-        return self._handle(event)
+        # hot path: `handle`, without that call.
+        if self._handle is not None:
+            return self._handle(event)
+        owner = self._object()
+        return None if owner is None else self._function(owner, event)
 
     def settle(self) -> None:
         if self._alone:

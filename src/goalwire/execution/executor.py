@@ -6,7 +6,6 @@ from collections.abc import Callable, Coroutine
 from functools import partial
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self, TypeVar, overload
-from weakref import WeakSet
 
 from goalwire.errors import (
     ConditionReachedException,
@@ -117,7 +116,8 @@ class Executor(CallbackRunner):
     def __init__(self, *, context: ContextLike | None = None) -> None:
         self._context = default_context() if context is None else context
         super().__init__(self._context.shutdown_signal)
-        self._nodes: WeakSet[Any] = WeakSet()  # and some that have left: `get_nodes` knows
+        self._nodes: set[Any] = set()
+        """Those that were added. They live on here, even if the program drops them."""
 
     # -- nodes and tasks
 
@@ -141,12 +141,12 @@ class Executor(CallbackRunner):
         if work_queue.queue is ready:
             return False
         previous = node.executor
+        self._nodes.add(node)
         if previous is self:  # it has been here: rclpy.spin_once() and the like add it with each call
             work_queue.attach(ready, self._timer_heap)
         else:
             if previous is not None:
                 previous.remove_node(node)
-            self._nodes.add(node)
             work_queue.attach(ready, self._timer_heap)
             node.executor = self
         if ready.wakers:
@@ -157,12 +157,13 @@ class Executor(CallbackRunner):
         """Run `node`'s callbacks no more. What is pending waits for the executor it is added to next."""
         if self._refused:
             self._ask_again()  # so that what was refused goes with its node
+        self._nodes.discard(node)
         work_queue = node.handle.work_queue
         if work_queue.queue is self._ready:
             work_queue.detach()
 
     def get_nodes(self) -> list[Any]:
-        """The nodes that were added and are still alive."""
+        """The nodes that were added, and neither removed nor destroyed."""
         return [node for node in list(self._nodes) if node.handle.work_queue.queue is self._ready]
 
     @overload

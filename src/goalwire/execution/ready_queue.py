@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from typing import TYPE_CHECKING, Protocol
-from weakref import WeakSet
+from weakref import ReferenceType, WeakSet
 
 from goalwire.execution.monotonic import STEADY
 from goalwire.execution.waiting import WeakListeners
@@ -152,6 +152,17 @@ class Poller(Protocol):
         """Ask no more."""
 
 
+class Driver(Protocol):
+    """The executor of a queue."""
+
+    def is_driven(self) -> bool:
+        """Whether somebody spins it."""
+
+
+def _nobody() -> None:
+    """Stand for the executor of a queue that has none."""
+
+
 class ReadyQueue:
     """First in, first out. It takes no lock: each step is one atomic operation of a deque or a list.
 
@@ -160,11 +171,11 @@ class ReadyQueue:
     that went to sleep last is woken first: its caches are warm, and the others sleep on.
     """
 
-    __slots__ = ('_recheck_wanted', 'closed', 'is_driven', 'items', 'pollers', 'wakers')
+    __slots__ = ('_recheck_wanted', 'closed', 'driver', 'items', 'pollers', 'wakers')
 
-    def __init__(self, is_driven: Callable[[], bool] = bool) -> None:
-        self.is_driven = is_driven
-        """Returns whether an executor runs what is posted here."""
+    def __init__(self, driver: Callable[[], Driver | None] = _nobody) -> None:
+        self.driver = driver
+        """Returns the executor that runs what is posted here: a weak reference, as the wire holds this."""
         self.items: deque[CallbackSource] = deque()
         self.pollers: WeakListeners[Poller] = WeakListeners()
         """The pollers that are asked before any work is taken; they belong to their nodes."""
@@ -322,8 +333,8 @@ class NodeWorkQueue:
         self.queue: ReadyQueue | None = None
         self.timer_heap: TimerHeap | None = None
         self._backlog: deque[CallbackSource] = deque()
-        self._timer_entries: dict[TimerEntry, None] = {}
-        """In order, so that what is due at once comes in that order."""
+        self._timer_entries: dict[ReferenceType[TimerEntry], None] = {}
+        """In order, so that what is due at once comes in that order. Weakly: the wire holds this."""
         self._pollers: dict[Poller, None] = {}
 
     @property
@@ -368,7 +379,11 @@ class NodeWorkQueue:
             self._flush()
         for poller in tuple(self._pollers):
             queue.add_poller(poller)
-        for entry in tuple(self._timer_entries):
+        for reference in tuple(self._timer_entries):
+            entry = reference()
+            if entry is None:
+                self._timer_entries.pop(reference, None)
+                continue
             due = entry.due  # read once: another thread may call it
             if due is not None and entry.timer_heap is not timer_heap:
                 timer_heap.set(entry, due)
@@ -386,7 +401,7 @@ class NodeWorkQueue:
 
     def set_timer_entry(self, entry: TimerEntry, due: int) -> None:
         """Call `entry` at steady time `due` (ns), whichever executor the node is in by then."""
-        self._timer_entries[entry] = None
+        self._timer_entries[entry.reference] = None
         if self.timer_heap is None and (left := entry.timer_heap) is not None:
             left.discard(entry)  # the executor that the node has left, and may come back to
         entry.due = due
@@ -400,7 +415,7 @@ class NodeWorkQueue:
 
     def discard_timer_entry(self, entry: TimerEntry) -> None:
         """Do not call `entry`."""
-        self._timer_entries.pop(entry, None)
+        self._timer_entries.pop(entry.reference, None)
         while (timer_heap := entry.timer_heap) is not None:  # it may be moving
             timer_heap.discard(entry)
         entry.due = None

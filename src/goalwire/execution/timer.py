@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Self
+from weakref import ReferenceType, ref
 
 from goalwire.errors import InvalidHandle, ROSInterruptException
 from goalwire.execution.callbacks import function_of, signature_of
@@ -215,7 +217,7 @@ class Timer(CallbackSource):
         self._steady_due = self._clock.source.now() + self._period
         self._canceled = not autostart
         self._destroyed = self._posted = self._taken = False
-        self._timer_entry = ClockTimerEntry(self.work_queue, clock, self._post)
+        self._timer_entry = ClockTimerEntry(self.work_queue, clock, partial(Timer._post, ref(self)))
         if isinstance(clock, ROSClock):
             clock.watch_jumps(self)
         self._schedule()
@@ -444,8 +446,11 @@ class Timer(CallbackSource):
         late = self._clock.now_ns() - due
         return due if late < 0 else due + (late // max(self._period, 1) + 1) * max(self._period, 1)
 
-    def _post(self) -> None:
-        if not self._posted:
+    @staticmethod
+    def _post(reference: ReferenceType[Timer]) -> None:
+        # hot path: an executor that the node has left does not hold the timer, and yet this is one call.
+        self = reference()
+        if self is not None and not self._posted:
             self._posted = True
             self.work_queue.post(self)
 

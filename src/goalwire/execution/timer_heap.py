@@ -7,6 +7,7 @@ import threading
 from heapq import heapify, heappop, heappush
 from threading import Lock
 from typing import TYPE_CHECKING, Protocol
+from weakref import ref
 
 from goalwire.execution.waiting import Waiter, WeakListeners
 
@@ -19,10 +20,11 @@ if TYPE_CHECKING:
 class TimerEntry:
     """A function that is called once, at its due time."""
 
-    __slots__ = ('__weakref__', 'call', 'due', 'timer_heap')
+    __slots__ = ('__weakref__', 'call', 'due', 'reference', 'timer_heap')
 
     def __init__(self, call: Callable[[], None]) -> None:
         self.call = call
+        self.reference = ref(self)
         self.due: int | None = None
         self.timer_heap: TimerHeap | None = None
 

@@ -531,6 +531,7 @@ def test_an_executor_keeps_no_node_alive_for_its_waitables(context: Context) -> 
         executor.add_node(node)
         executor.spin_once(timeout_sec=0)
         work_queue = weakref.ref(node.handle.work_queue)
+        executor.remove_node(node)
         node.handle.destroy()  # the context holds what is declared
         del node
         gc.collect()

@@ -14,6 +14,7 @@ from functools import partial
 from math import inf
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NoReturn, cast
+from weakref import ReferenceType, ref
 
 from goalwire.cdr import codec
 from goalwire.entities.actions.client_goal import ClientGoalHandle, GoalFeedback, ResultFuture
@@ -129,8 +130,9 @@ class ActionClientCore(TimedCalls):
             self, 'cancel request', names.cancel_goal, support.cancel_goal, qos.cancel
         )
         undo.callback(self.cancel_requests.close)
+        deliver_feedback = partial(ActionClientCore._deliver_feedback, ref(self))
         self._feedback_port = self._subscription(
-            names.feedback, support.feedback, qos.feedback, self._deliver_feedback
+            names.feedback, support.feedback, qos.feedback, deliver_feedback
         )
         undo.callback(self._feedback_port.close)
         self._status_port = self._subscription(
@@ -268,7 +270,8 @@ class ActionClientCore(TimedCalls):
         if not servers:
             return False
         queue = self.node.work_queue.queue
-        if queue is None or not queue.is_driven():
+        driver = None if queue is None else queue.driver()
+        if driver is None or not driver.is_driven():
             return False
         return any(server.work_queue.queue is queue for server in servers)
 
@@ -315,7 +318,12 @@ class ActionClientCore(TimedCalls):
 
         return GoalFeedback(self.node.work_queue, self._group, handle, self)
 
-    def _deliver_feedback(self, sample: Sample) -> None:
+    @staticmethod
+    def _deliver_feedback(reference: ReferenceType[ActionClientCore], sample: Sample) -> None:
+        # hot path: the wire does not hold the client, and yet this is one call.
+        self = reference()
+        if self is None:
+            return
         goal_id = bytes(sample.payload[4:20])
         goal = self.goals.active.get(goal_id) or self.goals.ended.get(goal_id)  # `find`, but for a call
         if goal is None:

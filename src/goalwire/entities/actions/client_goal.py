@@ -181,7 +181,7 @@ class GoalFeedback(EventQueue['Sample | None']):
     if they could not run while somebody waits for that result: see `hurry`.
     """
 
-    __slots__ = ('_ends', '_is_ending', '_is_opening', '_owner', '_running', 'hurried')
+    __slots__ = ('_call', '_ends', '_is_ending', '_is_opening', '_owner', '_running', 'hurried')
 
     def __init__(
         self,
@@ -191,6 +191,7 @@ class GoalFeedback(EventQueue['Sample | None']):
         owner: object,
     ) -> None:
         super().__init__(work_queue, group, handle, depth=FEEDBACK_LIMIT)  # type: ignore[arg-type]
+        self._call = handle
         self._posted = True  # so that it is not posted before `open`
         self._owner = owner
         self._is_opening = self._is_ending = False
@@ -239,9 +240,10 @@ class GoalFeedback(EventQueue['Sample | None']):
         This is so if nobody spins, if the callback holds our group, or if it `blocks` our thread.
         """
         queue = self.work_queue.queue
+        driver = None if queue is None else queue.driver()
         if (
-            queue is None
-            or not queue.is_driven()
+            driver is None
+            or not driver.is_driven()
             or self.group in current_groups()
             or (blocks and why_it_cannot_answer(self.work_queue, self.group))
         ):
@@ -253,7 +255,7 @@ class GoalFeedback(EventQueue['Sample | None']):
 
     def handle(self, event: Sample | None) -> object:
         if event is not None:
-            return self._handle(event)
+            return self._call(event)
         self._tell_end()
         return None
 
@@ -269,7 +271,7 @@ class GoalFeedback(EventQueue['Sample | None']):
             self._go_on()
             return None
         if self._alone:
-            return self.handle(event) if event is None else self._handle(event)
+            return self.handle(event) if event is None else self._call(event)
         return self._run_beside(event)
 
     def _run_beside(self, event: Sample | None) -> object:
@@ -282,7 +284,7 @@ class GoalFeedback(EventQueue['Sample | None']):
             running.append(None)  # before another thread may have the next event
             self._go_on()
             try:
-                return self._handle(event)
+                return self._call(event)
             finally:
                 running.pop()
                 if self._is_ending and not running:

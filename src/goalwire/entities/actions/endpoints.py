@@ -14,6 +14,7 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.request_server import RequestServer
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.execution.weak_methods import weakly
 from goalwire.records import record
 from goalwire.rules.goals import wire
 from goalwire.rules.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT, QoS
@@ -116,10 +117,10 @@ class LostClients:
     """Calls `lost` with the gid of each client of the service `name` that goes, on the graph's thread."""
 
     def __init__(self, graph: Graph, name: str, lost: Callable[[bytes], object]) -> None:
-        self._lost = lost
+        self._lost = weakly(lost)
         self._lock = Lock()
         self._gone: OrderedDict[bytes, None] = OrderedDict()
-        self._watch = graph.watch_counterparts(EndpointKind.SERVICE, name, self._note)
+        self._watch = graph.watch_counterparts(EndpointKind.SERVICE, name, weakly(self._note))
 
     def _note(self, client: GraphEntity, is_there: bool) -> None:
         with self._lock:

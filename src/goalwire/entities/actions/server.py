@@ -39,6 +39,7 @@ from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.clock import ClockTimerEntry
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.ready_queue import CallSoon
+from goalwire.execution.weak_methods import weakly
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
@@ -82,7 +83,7 @@ class ActionServerCore:
         self._dispatcher: OrderedDispatcher[effect.ServerEffect[Request, bytes]] = OrderedDispatcher(
             self._perform
         )
-        self._alarm = ClockTimerEntry(node.work_queue, node.clock, partial(self._later, self.expire))
+        self._alarm = ClockTimerEntry(node.work_queue, node.clock, weakly(self._expire_later))
         self._alarm.follow()
         self.destroyed = False
         self._feedback_class = support.cls.Feedback  # type: ignore[attr-defined]
@@ -113,6 +114,8 @@ class ActionServerCore:
             raise
         for server in self._endpoints.servers:
             server.entity = self
+        if self._lost_clients is not None:
+            node.remains.add(self._lost_clients.close)
         node.own(self)
 
     def _split_goal(self, payload: Payload) -> tuple[GoalId, Any]:
@@ -356,6 +359,9 @@ class ActionServerCore:
 
     # -- what the server does on its own -------------------------------------------------------------------
 
+    def _expire_later(self) -> None:
+        self._later(self.expire)
+
     def _later(self, call: Callable[[], object]) -> None:
         """Call on the executor's thread."""
         self.node.work_queue.post(CallSoon(self.node.work_queue, call))
@@ -408,6 +414,7 @@ class ActionServerCore:
         self.node.disown(self)
         self._alarm.cancel()
         if self._lost_clients is not None:
+            self.node.remains.discard(self._lost_clients.close)
             self._lost_clients.close()
         self._endpoints.take_result_requests()
         self.dispatch(self.reactor.on_close)

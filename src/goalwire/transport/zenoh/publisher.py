@@ -11,7 +11,7 @@ from itertools import count
 from time import time_ns
 from typing import NamedTuple
 
-from goalwire.errors import TransportError
+from goalwire.errors import ClosedError, TransportError
 from goalwire.reports import LOGGER
 from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.endpoint import EndpointState, OpenPort
@@ -120,6 +120,8 @@ class ZenohPublisher(OpenPort, PublisherPort):
                 self._publish_large(payload)
             else:
                 self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
+        except ClosedError:
+            raise  # the context has ended in the meantime: zenoh was not asked
         except self._context.errors as error:
             state.check()  # closed by another thread in the meantime
             reason = self._context.wire.explain(error)

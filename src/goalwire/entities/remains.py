@@ -1,0 +1,50 @@
+"""A node that a program drops without destroying it leaves the graph all the same.
+
+Python's garbage collector finds such a node, since nothing but the node holds its entities (weak_methods.py).
+It may do so on any thread, in the middle of anything. So nothing is closed there, where a lock may be held.
+"""
+
+from __future__ import annotations
+
+from _thread import start_new_thread
+from collections.abc import Callable
+from contextlib import suppress
+from threading import Thread
+from typing import TYPE_CHECKING
+
+from goalwire.reports import report_failure
+
+if TYPE_CHECKING:
+    from goalwire.transport.contract import NodePort
+
+
+class Remains:
+    """What is to be undone for one node. It must not hold the node, nor anything that does."""
+
+    def __init__(self, port: NodePort) -> None:
+        self._port = port
+        self._steps: dict[Callable[[], object], None] = {}
+
+    def add(self, step: Callable[[], object]) -> None:
+        """Have `step` done if the node is dropped."""
+        self._steps[step] = None
+
+    def discard(self, step: Callable[[], object]) -> None:
+        """Forget a step that was done, or came to nothing."""
+        self._steps.pop(step, None)
+
+    def close_soon(self) -> None:
+        """Take everything off the wire, on a thread of its own. Takes no lock: a finalizer calls it."""
+        with suppress(RuntimeError):  # the interpreter ends, and closes all sessions
+            start_new_thread(self._start, ())
+
+    def _start(self) -> None:
+        with suppress(RuntimeError):
+            Thread(target=self._close, name='goalwire-dropped-node', daemon=True).start()
+
+    def _close(self) -> None:
+        for step in [*reversed(self._steps), self._port.close]:
+            try:
+                step()
+            except Exception as error:
+                report_failure('the end of a node that was dropped', error)
