@@ -37,11 +37,6 @@ class Topic:
     schema: Schema = Schema()
     serialization: str = 'cdr'
 
-    @property
-    def service(self) -> str:
-        """The service whose events these are, '' for a topic of its own."""
-        return self.name.removesuffix(SERVICE_EVENT) if self.name.endswith(SERVICE_EVENT) else ''
-
 
 class Message(NamedTuple):
     """One serialized message; times in ns since the UNIX epoch."""

@@ -46,7 +46,7 @@ class Losses(NamedTuple):
     dropped: Counter[str]
     """They came, but too many waited."""
     missed: Counter[str]
-    """They did not come: their publisher's numbers have gaps. Told on Zenoh alone, which numbers messages."""
+    """They did not come: the numbers have gaps. Only Zenoh numbers messages."""
 
 
 class Intake:
@@ -67,7 +67,7 @@ class Intake:
         self._numbers: dict[bytes, tuple[int, int]] = {}
         """The first and the latest number of each publisher."""
         self.is_paused = False
-        """While it is true, what comes is left out; that is no loss."""
+        """While it is true, messages are left out, and do not count as lost."""
         self.losses = Losses(Counter(), Counter())
         self.count = 0
         """How many messages were taken."""

@@ -28,7 +28,7 @@ class RecordOptions:
     ignore_leaves: bool = False
     """Whether topics are left out that nobody subscribes to."""
     qos: tuple[tuple[str, QoS], ...] = ()
-    """What to subscribe with, by topic; else it suits the publishers."""
+    """The QoS to subscribe with, by topic; for others it suits the publishers."""
     sim_time: bool = False
     """Whether messages get the node's time, instead of the time at which they came."""
     paused: bool = False
@@ -39,7 +39,7 @@ class PlayOptions:
     """How a player plays; times of the bag are in ns, lengths in s."""
 
     selection: Selection | None = None
-    """What is played; None: everything."""
+    """The topics that are played; None: all."""
     rate: float = 1.0
     start_offset: float = 0.0
     duration: float | None = None
@@ -50,7 +50,7 @@ class PlayOptions:
     remaps: tuple[tuple[str, str], ...] = ()
     """Other names for topics."""
     qos: tuple[tuple[str, QoS], ...] = ()
-    """What to publish with, by topic; else it is what was recorded."""
+    """The QoS to publish with, by topic; for others it is the recorded one."""
     clock_hz: float = 0.0
     """How often the bag's time is published on /clock; 0: not at all."""
     clock_topics: frozenset[str] = frozenset()
@@ -59,5 +59,5 @@ class PlayOptions:
     """Whether it is published before every message."""
     paused: bool = False
     requests_from: str = ''
-    """Whose recorded events are sent to the servers as requests, instead of being published:
+    """The side whose recorded events are sent to the servers as requests, and not published:
     'service_introspection' or 'client_introspection'; '' for none."""

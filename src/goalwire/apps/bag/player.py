@@ -28,13 +28,13 @@ DISCOVERY_S = 1.0
 
 
 class Player:
-    """`player = Player(node, bag)`, then `await player.play()`. For the loop's thread alone.
+    """`player = Player(node, bag)`, then `await player.play()`. Only the loop's thread may use it.
 
     While it plays, `pause`, `resume`, `seek`, `step`, `stop` and `rate` steer it. Times are in ns of the bag.
     """
 
     def __init__(self, node: Node, bag: Reader, options: PlayOptions | None = None) -> None:
-        """Make the publishers; raises BagError where nothing of the bag is chosen."""
+        """Make the publishers; raises BagError if nothing of the bag is chosen."""
         self.node = node
         self.bag = bag
         self.options = options = options or PlayOptions()
@@ -154,7 +154,7 @@ class Player:
     # -- playing ---------------------------------------------------------------------------------------------
 
     async def play(self) -> None:
-        """Play to the end, again and again with `loop`. Raises BagError where the bag is broken."""
+        """Play to the end, again and again with `loop`. Raises BagError if the bag is broken."""
         await self._wait_for_known_subscribers()
         if self._requests is not None:
             await self._requests.wait_for_servers(DISCOVERY_S)

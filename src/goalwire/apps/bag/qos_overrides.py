@@ -34,15 +34,15 @@ def read_qos_overrides(path: str) -> dict[str, QoS]:
     except FileNotFoundError:
         raise
     except (OSError, yaml.YAMLError) as error:
-        raise BagError(f'{shown(path)}: it is no YAML file: {" ".join(str(error).split())}') from error
+        raise BagError(f'{shown(path)}: it cannot be read as YAML: {" ".join(str(error).split())}') from error
     if not isinstance(found, dict):
-        raise BagError(f'{shown(path)}: it is no map of topics to QoS')
+        raise BagError(f'{shown(path)}: it does not map topics to QoS')
     return {str(topic): _qos(profile, f"{shown(path)}: '{topic}'") for topic, profile in found.items()}
 
 
 def _qos(profile: object, place: str) -> QoS:
     if not isinstance(profile, Mapping):
-        raise BagError(f'{place}: its QoS is no map of policies')
+        raise BagError(f'{place}: its QoS does not map policies to values')
     values: dict[str, Any] = {}
     for key, value in profile.items():
         if key in _POLICIES:

@@ -1,6 +1,6 @@
 """The latest messages of topics that every file of a bag begins with, such as /tf_static.
 
-Whoever opens one file of many, or a snapshot, needs them as well as who came when they were published.
+A reader of one file, or of a snapshot, needs them as much as a reader of the whole bag.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ ALWAYS = {'/tf_static': 1}
 
 
 class Repeats:
-    """Keeps the latest messages of each publisher; for the writing thread alone."""
+    """Keeps the latest messages of each publisher; only the writing thread may use it."""
 
     def __init__(self, depths: Mapping[str, int]) -> None:
         """Keep as many messages of each topic as `depths` says; of others none."""

@@ -93,7 +93,7 @@ def reindex(folder: str) -> Reader:
     Raises BagError where there are none, or one of them cannot be read.
     """
     if not Path(folder).is_dir():
-        raise FileNotFoundError(f"there is no folder '{shown(folder)}'")
+        raise FileNotFoundError(f"nothing is at '{shown(folder)}'")
     files = stored_files(folder)
     if not files:
         raise BagError(f'{shown(folder)}: it has no files of a bag')

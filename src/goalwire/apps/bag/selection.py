@@ -8,7 +8,6 @@ and services they are made of.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 
 from goalwire.records import record
 from goalwire.rosbag2.model import SERVICE_EVENT
@@ -52,7 +51,10 @@ NONE = Names()
 
 @record
 class Selection:
-    """What is meant. Names are full; a regular expression may match any part of one."""
+    """The topics, services and actions that are meant, by full names.
+
+    A regular expression may match any part of a name.
+    """
 
     topics: Names = NONE
     services: Names = NONE
@@ -83,8 +85,3 @@ class Selection:
         if names.has(name) or type_name in self.types:
             return True
         return bool(self.regex) and re.search(self.regex, name) is not None
-
-
-def full(names: Iterable[str], namespace: str = '/') -> frozenset[str]:
-    """Return names with a slash before them."""
-    return frozenset(name if name.startswith('/') else f'{namespace.rstrip("/")}/{name}' for name in names)

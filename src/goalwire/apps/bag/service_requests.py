@@ -17,11 +17,11 @@ from goalwire.rosbag2.types import class_of
 ANSWER_S = 10.0
 """How long an answer may take; nobody waits for it meanwhile."""
 STEPS = {'service_introspection': 1, 'client_introspection': 0}
-"""Whose events are the source, and which step of a call that is (service_msgs/msg/ServiceEventInfo)."""
+"""The step of a call that each source tells of (service_msgs/msg/ServiceEventInfo)."""
 
 
 class ServiceRequests:
-    """Calls the services of some topics; for the loop's thread alone."""
+    """Calls the services of some topics; only the loop's thread may use it."""
 
     def __init__(self, node: Node, topics: Iterable[Topic], source: str) -> None:
         """Make the clients; raises InterfaceError for a service that is unknown here."""

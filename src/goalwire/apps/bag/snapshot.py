@@ -11,7 +11,7 @@ from goalwire.rosbag2.writer import Writer
 class Snapshot:
     """A sink that keeps the newest messages, within bounds of bytes and of time, and writes them on request.
 
-    For the writing thread alone.
+    Only the writing thread may use it.
     """
 
     def __init__(self, bag: Writer, limit: int, duration_ns: int = 0) -> None:

@@ -1,4 +1,4 @@
-"""What the verbs share that read bags."""
+"""Arguments and opening, for the verbs that read bags."""
 
 from __future__ import annotations
 
