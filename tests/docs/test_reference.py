@@ -28,6 +28,7 @@ INTERNAL = {
     'ArgumentError',
     'UnknownArguments',
     'ClosedByPeerError',
+    'RtpsError',
     'ZenohProtocolError',
 }
 TF2 = (TransformException, TypeException, NotImplementedException)
