@@ -28,8 +28,8 @@ COMPOSITION = {
     'LoadNode': 'RIHS01_2e521ef6066fba6d7fc3a3b175d486709f01b4d738d9a59188858546fc8e5acd',
     'UnloadNode': 'RIHS01_dce562f83adc735ddcfe9dfb927b89293d4dd0fe2b8fc91e772fb83e970a43b0',
 }
-# The packages of the small programs in apps/programs; no vectors were taken of their types.
-OF_PROGRAMS = ['action_tutorials_interfaces', 'topic_tools_interfaces', 'turtlesim']
+# The packages of the programs in apps/programs and apps/bag; no vectors were taken of their types.
+OF_PROGRAMS = ['action_tutorials_interfaces', 'rosbag2_interfaces', 'topic_tools_interfaces', 'turtlesim']
 SHIPPED = sorted([*PACKAGES, 'composition_interfaces', *OF_PROGRAMS])
 
 # type_description_interfaces/msg/FieldType
@@ -71,7 +71,7 @@ def messages_of(package: str) -> list[str]:
 
 def test_exactly_these_packages_are_shipped() -> None:
     assert sorted(folder.name for folder in SHARE.iterdir()) == SHIPPED
-    assert len(SHIPPED) == 26
+    assert len(SHIPPED) == 27
 
 
 def test_what_containers_of_nodes_are_asked_with_has_the_hashes_of_jazzy() -> None:
