@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import TypeAlias, TypeVar
 
 import pytest
@@ -17,7 +17,7 @@ from example_interfaces.action import Fibonacci
 from helpers.leaks import live_threads
 from helpers.loops import run
 from helpers.outcomes import Outcomes
-from helpers.patience import PATIENCE
+from helpers.patience import wait_for
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from std_msgs.msg import String
@@ -105,8 +105,8 @@ def rclpy_front() -> None:
 
 def left_behind(before: set[threading.Thread]) -> list[str]:
     """Name what a scenario has left; files are looked at when the test ends."""
-    for thread in live_threads() - before:
-        thread.join(PATIENCE)
+    with suppress(AssertionError):  # a thread that is just beginning cannot be joined
+        wait_for(lambda: not live_threads() - before)
     left = [thread.name for thread in live_threads() - before]
     if DOMAINS.users() or CONTEXTS.open:
         left.append('a session')
