@@ -62,6 +62,17 @@ def test_its_end_is_a_stop(node: Node, isolated: dict[str, str], ending: bytes |
         heard.wait_for(lambda items: items[-1] == Twist())
 
 
+@pytest.mark.parametrize('key', [b'\x1b', b'\x1b[A', b' '], ids=['escape', 'arrow', 'space'])
+def test_a_key_without_a_meaning_is_a_stop(node: Node, isolated: dict[str, str], key: bytes) -> None:
+    heard: Collector[Twist] = Collector()
+    node.create_subscription(Twist, 'cmd_vel', heard, 10)
+    with screen(isolated, *RUN) as terminal:
+        terminal.expect('currently')
+        _press_until_heard(terminal, b'i', heard)
+        terminal.press(key)
+        heard.wait_for(lambda items: items[-1] == Twist())
+
+
 def test_speeds_grow_and_stamps_are_given(node: Node, isolated: dict[str, str]) -> None:
     heard: Collector[TwistStamped] = Collector()
     node.create_subscription(TwistStamped, 'cmd_vel', heard, 10)

@@ -8,8 +8,12 @@ import sys
 import termios
 import tty
 from collections.abc import Iterator
+from contextlib import contextmanager
+from select import select
 
 _ESCAPE = '\x1b'
+_REST_S = 0.05
+"""How long the rest of an arrow key may take; the Escape key alone has none."""
 _ENDS = {'', '\x03', '\x04'}
 """The end of the input, Ctrl-C and Ctrl-D as characters."""
 
@@ -28,21 +32,26 @@ def interrupt_on_signals() -> None:
         signal.signal(ending, signal.default_int_handler)
 
 
-def read_keys() -> Iterator[str]:
-    """Yield each key: a character, or the three characters of an arrow key, until the input ends.
+@contextmanager
+def keys() -> Iterator[Iterator[str]]:
+    """Give the keys as they are pressed: characters, and arrow keys as three each, until the input ends.
 
-    The terminal is left as it was, however the loop over the keys ends.
+    The terminal is left as it was. Keys that are pressed before the block begins are not read.
     """
     descriptor = sys.stdin.fileno()
     before = termios.tcgetattr(descriptor)
     tty.setcbreak(descriptor)
     try:
-        while (key := _read(descriptor)) not in _ENDS:
-            if key == _ESCAPE:
-                key += _read(descriptor) + _read(descriptor)
-            yield key
+        yield _keys(descriptor)
     finally:
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+
+
+def _keys(descriptor: int) -> Iterator[str]:
+    while (key := _read(descriptor)) not in _ENDS:
+        while key[0] == _ESCAPE and len(key) < 3 and select([descriptor], [], [], _REST_S)[0]:
+            key += _read(descriptor) or _ESCAPE
+        yield key
 
 
 def _read(descriptor: int) -> str:

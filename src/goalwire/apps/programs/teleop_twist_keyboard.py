@@ -14,7 +14,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from goalwire.apps.programs.keyboard import interrupt_on_signals, is_terminal, read_keys
+from goalwire.apps.programs.keyboard import interrupt_on_signals, is_terminal, keys
 from goalwire.apps.programs.running import declare_number, declare_text
 
 HELP = """
@@ -121,12 +121,13 @@ class TeleopTwistKeyboard(Node):
 
 
 def _drive(node: TeleopTwistKeyboard) -> None:
-    print(HELP.format(kind='TwistStamped' if node.is_stamped else 'Twist'))
-    print(f'currently:\tspeed {node.speed}\tturn {node.turn} ', flush=True)
     try:
-        for key in read_keys():
-            if node.press(key):
-                print(f'currently:\tspeed {node.speed}\tturn {node.turn} ', flush=True)
+        with keys() as pressed:
+            print(HELP.format(kind='TwistStamped' if node.is_stamped else 'Twist'))
+            print(f'currently:\tspeed {node.speed}\tturn {node.turn} ', flush=True)
+            for key in pressed:
+                if node.press(key):
+                    print(f'currently:\tspeed {node.speed}\tturn {node.turn} ', flush=True)
     finally:
         if node.context.ok():
             node.send()

@@ -14,7 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from turtlesim.action import RotateAbsolute
 
-from goalwire.apps.programs.keyboard import interrupt_on_signals, is_terminal, read_keys
+from goalwire.apps.programs.keyboard import interrupt_on_signals, is_terminal, keys
 from goalwire.apps.programs.running import declare_number
 
 HELP = """Reading from keyboard
@@ -82,11 +82,12 @@ def main(args: Sequence[str] | None = None) -> int:
             args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO
         ):
             node = TeleopTurtle()
-            print(HELP, flush=True)
-            for key in read_keys():
-                if not node.press(key):
-                    break
-                rclpy.spin_once(node, timeout_sec=0)
+            with keys() as pressed:
+                print(HELP, flush=True)
+                for key in pressed:
+                    if not node.press(key):
+                        break
+                    rclpy.spin_once(node, timeout_sec=0)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
     return 0
