@@ -18,8 +18,8 @@ SERVICE = 'add_two_ints'
 class AddTwoIntsServer(Node):
     """Answers `add_two_ints` with the sum of a and b, as a 64-bit number that wraps round as C's does."""
 
-    def __init__(self) -> None:
-        super().__init__('add_two_ints_server')
+    def __init__(self, name: str = 'add_two_ints_server') -> None:
+        super().__init__(name)
         self.create_service(AddTwoInts, SERVICE, self._add)
 
     def _add(self, request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
@@ -42,17 +42,23 @@ def ask(argv: Sequence[str] | None = None) -> int:
     except (AssertionError, ValueError):
         print('usage: add_two_ints_client [A B], two numbers of 64 bits', file=sys.stderr)
         return 1
+    return call_once('add_two_ints_client', request, 'Result of add_two_ints: {sum}', argv)
+
+
+def call_once(name: str, request: AddTwoInts.Request, said: str, args: Sequence[str] | None) -> int:
+    """Wait for the service, send a request and log the `sum` as `said` has it; returns the exit code."""
     try:
-        with rclpy.init(args=None if argv is None else list(argv)):
-            node = rclpy.create_node('add_two_ints_client')
+        with rclpy.init(args=None if args is None else list(args)):
+            node = rclpy.create_node(name)
             client = node.create_client(AddTwoInts, SERVICE)
             while not client.wait_for_service(timeout_sec=1.0):
                 node.get_logger().info('service not available, waiting again...')
             future = client.call_async(request)
             rclpy.spin_until_future_complete(node, future)
             response = future.result()
-            if response is not None:
-                node.get_logger().info(f'Result of add_two_ints: {response.sum}')
-            return 0 if response is not None else 1
+            if response is None:
+                return 1
+            node.get_logger().info(said.format(sum=response.sum))
+            return 0
     except (KeyboardInterrupt, ExternalShutdownException):
         return 130
