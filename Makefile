@@ -42,7 +42,7 @@ test-again: $(VENV)/.dev
 quick: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow'
 
-# What takes minutes: the body's ten minutes on its feet.
+# What takes minutes: the body on its feet, whole matrices of forks and signals, killed recorders, RTPS.
 long: $(VENV)/.dev
 	$(BIN)/python -m pytest -m long --durations 0
 
