@@ -67,6 +67,16 @@ def test_what_is_written_is_read(tmp_path: Path, kind: str) -> None:
     assert sum(file.count for file in facts.files) == 110
 
 
+@pytest.mark.parametrize('kind', KINDS)
+def test_a_writer_counts_each_message_once_open_or_closed(tmp_path: Path, kind: str) -> None:
+    with Writer(tmp_path / 'bag', **KINDS[kind]) as bag:
+        add_topics(bag)
+        for value in range(10):
+            put(bag, value)
+        assert bag.count == 11
+    assert bag.count == 11
+
+
 def test_an_empty_bag_is_read(tmp_path: Path) -> None:
     assert contents(write_bag(tmp_path / 'bag', 0)) == []
 

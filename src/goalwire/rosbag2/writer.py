@@ -110,7 +110,7 @@ class Writer:
     @property
     def count(self) -> int:
         """How many messages were written to files that are there still."""
-        return self._file.count + sum(facts.count for facts, _ in self._closed)
+        return sum(facts.count for facts in self._files())
 
     @property
     def file(self) -> str:
@@ -241,7 +241,7 @@ class Writer:
             counts, self._counts, self._has_file = dict(self._counts), defaultdict(int), False
             if self._compress_files:
                 path = _compressed(path)
-            facts = FileFacts(os.path.basename(path), file.start, file.end - file.start, file.count)
+            facts = _facts_of(file, path)
             self._closed.append((facts, counts))
             self._unsynced.append(path)
 
@@ -254,17 +254,17 @@ class Writer:
         self._has_new_topics = False
         write_metadata(self.path, self._facts(), METADATA_FILE)
 
+    def _files(self) -> list[FileFacts]:
+        """Return the facts of the files that are there still, the present one included."""
+        present = [_facts_of(self._file, self._file.path)] if self._has_file else []
+        return [*(facts for facts, _ in self._closed), *present]
+
     def _facts(self) -> BagFacts:
         totals: dict[str, int] = defaultdict(int)
         for counts in (*(counts for _, counts in self._closed), self._counts):
             for name, count in counts.items():
                 totals[name] += count
-        files = [facts for facts, _ in self._closed]
-        if self._has_file:
-            file = self._file
-            files.append(
-                FileFacts(os.path.basename(file.path), file.start, file.end - file.start, file.count)
-            )
+        files = self._files()
         start, duration = span_of(files)
         return BagFacts(
             storage=self._storage,
@@ -287,6 +287,10 @@ class Writer:
 
 
 _SUFFIX = {'mcap': 'mcap', 'sqlite3': 'db3'}
+
+
+def _facts_of(file: FileWriter, path: str) -> FileFacts:
+    return FileFacts(os.path.basename(path), file.start, file.end - file.start, file.count)
 
 
 def _distro() -> str:
