@@ -11,7 +11,11 @@ Nothing here opens a socket, starts a thread or reads a clock.
     wire             what the following stand on: packets, timers, a lock, events for who listens
     history          what a writer keeps of what it has written
     fragments        samples that fit no packet: cut and joined
-    writer           a writer: fresh samples, heartbeats, repairs, windows of fragments
+    reader_proxy     a reader, as its writer knows it
+    writer_output    what a writer sends: fresh samples, heartbeats, gaps
+    fragment_windows large samples, a window of fragments at a time
+    repairs          what readers have acknowledged, and what they lack
+    writer           a writer: all of these together
     reader           a reader: order, what is missing, liveliness
     matching         the writers and readers that are known, and which of them match
     discovery        participants that come and go (SPDP), and their endpoints (SEDP)

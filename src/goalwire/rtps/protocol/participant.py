@@ -9,6 +9,7 @@ from itertools import count
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
 from goalwire.rtps.protocol.discovery import BUILTIN, Discovery, ParticipantListener, Settings
+from goalwire.rtps.protocol.fragments import FAR_FRAGMENT, NEAR_FRAGMENT
 from goalwire.rtps.protocol.matching import Matching, RemoteParticipant
 from goalwire.rtps.protocol.messages import (
     DATA,
@@ -56,7 +57,7 @@ from goalwire.rtps.protocol.qos import (
 )
 from goalwire.rtps.protocol.reader import Reader, ReaderListener, Sample, WriterProxy
 from goalwire.rtps.protocol.wire import LOCAL, Watch, Wire
-from goalwire.rtps.protocol.writer import FAR_FRAGMENT, NEAR_FRAGMENT, Writer, WriterListener
+from goalwire.rtps.protocol.writer import Writer, WriterListener
 
 _SEDP_QOS = Qos(reliability=RELIABLE, durability=TRANSIENT_LOCAL)
 _MESSAGE_QOS = Qos(reliability=RELIABLE, durability=VOLATILE)

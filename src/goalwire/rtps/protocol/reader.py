@@ -27,10 +27,9 @@ from goalwire.rtps.protocol.messages import (
     info_dst,
 )
 from goalwire.rtps.protocol.parameters import related_sample
-from goalwire.rtps.protocol.primitives import INFINITE, NS, Address, NumberSet, SampleIdentity
+from goalwire.rtps.protocol.primitives import INFINITE, NS, Address, NumberSet, SampleIdentity, is_newer
 from goalwire.rtps.protocol.qos import RELIABLE
 from goalwire.rtps.protocol.wire import Timer, Watch, Wire
-from goalwire.rtps.protocol.writer import is_newer
 
 FIRST_ASK_S = 0.005
 """How long after a match a writer is asked again for its first HEARTBEAT."""

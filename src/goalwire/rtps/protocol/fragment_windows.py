@@ -1,0 +1,165 @@
+"""A writer's large samples: they go out in fragments, a window at a time, for the sake of sockets' buffers.
+
+The next window goes out when a reader asks for it, or after a moment. As long as no reader lacks what has
+been sent, the next one is twice as large; after a loss it is halved for good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from goalwire.rtps.protocol.fragments import cut, fragment_count
+from goalwire.rtps.protocol.history import Change
+from goalwire.rtps.protocol.messages import HeartbeatFrag, NackFrag, info_ts
+from goalwire.rtps.protocol.primitives import UNKNOWN_ENTITY, encode_time, is_newer
+from goalwire.rtps.protocol.reader_proxy import HEARTBEAT_S, ReaderProxy
+from goalwire.rtps.protocol.wire import Timer
+from goalwire.rtps.protocol.writer_output import WriterOutput
+
+WINDOW, WINDOW_PACKETS = 120_000, 11
+"""Bytes, and fragments, that are sent before somebody asks for more, or WINDOW_S is over. A socket's default
+buffer on Linux takes three packets of 60,000 bytes, or twelve of 8,000."""
+WINDOW_S = 0.0005
+LARGEST_WINDOW = 1 << 20
+"""Bytes of a window to readers that have taken smaller ones without a loss, each time twice as many."""
+
+
+def _fragments_of(window: int, change: Change) -> int:
+    """Return how many fragments of a sample a window of so many bytes has."""
+    return max(1, min(window // change.fragment_size, WINDOW_PACKETS * window // WINDOW))
+
+
+class FragmentWindows:
+    """The samples of one writer that wait, the first of which is being sent. Inside `Wire.run`."""
+
+    def __init__(self, output: WriterOutput, depth: int, on_sent: Callable[[], None]) -> None:
+        """At most `depth` samples wait, 0: all. `on_sent` is called after each window."""
+        self._output = output
+        self._depth = depth
+        self._on_sent = on_sent
+        self.unsent_size = 0
+        """Bytes of the samples that wait."""
+        self._next_fragment = 1
+        self._window, self._largest_window = WINDOW, LARGEST_WINDOW
+        self._timer: Timer | None = None
+
+    def queue(self, change: Change) -> None:
+        """Have a sample sent in its turn, behind those that are being sent."""
+        output = self._output
+        if change.size > output.fragment_size:
+            change.fragment_size = output.fragment_size
+        depth = self._depth
+        if depth and len(output.unsent) > depth:  # the first is being sent
+            self.unsent_size -= output.unsent[1].size
+            del output.unsent[1]
+        output.unsent.append(change)
+        self.unsent_size += change.size
+        if self._timer is None or self._timer.when <= output.wire.clock():
+            self._send_window()
+
+    def _send_window(self) -> None:
+        """Send what waits, up to a window."""
+        output = self._output
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        left = self._window
+        while output.unsent and left > 0:
+            change = output.unsent[0]
+            if not change.fragment_size:
+                self._take_unsent()
+                left -= change.size
+                output.send_fresh(change)
+                continue
+            left -= self._send_fragments(change)
+            if self._next_fragment <= fragment_count(change.size, change.fragment_size):
+                self._tell_fragments(change)
+                break
+            self._take_unsent()
+            for proxy in output.receivers(change):
+                proxy.last = change.number
+                if proxy.is_reliable:
+                    output.send_to(proxy, output.heartbeat(proxy))
+        if output.unsent:
+            self._timer = output.wire.timers.at(output.wire.clock() + WINDOW_S, self._send_window)
+        self._on_sent()
+
+    def _take_unsent(self) -> None:
+        """Count the first of those that wait as sent."""
+        self.unsent_size -= self._output.unsent.popleft().size
+        self._next_fragment = 1
+
+    def _send_fragments(self, change: Change) -> int:
+        """Send the next fragments of a sample, up to a window; return how many bytes."""
+        output = self._output
+        first = self._next_fragment
+        end = min(
+            first + _fragments_of(self._window, change), fragment_count(change.size, change.fragment_size) + 1
+        )
+        stamp = info_ts(encode_time(change.time))
+        if output.is_addressed:
+            for proxy in output.receivers(change):
+                if first == 1:
+                    gap = output.gap_before(proxy, change.number)
+                    if gap:
+                        output.send_to(proxy, gap)
+                before = output.wire.head + proxy.asks + stamp
+                for fragment in range(first, end):
+                    packet = cut(before, change, proxy.entity_id, output.entity_id, fragment)
+                    output.wire.send(packet, proxy.address)
+        else:
+            before = output.wire.head + stamp
+            for fragment in range(first, end):
+                packet = cut(before, change, UNKNOWN_ENTITY, output.entity_id, fragment)
+                for address in output.addresses:
+                    output.wire.send(packet, address)
+        self._next_fragment = end
+        return (end - first) * change.fragment_size
+
+    def _tell_fragments(self, change: Change) -> None:
+        """Tell reliable readers how many fragments there are: who lacks the next ones asks for them."""
+        output = self._output
+        count = fragment_count(change.size, change.fragment_size)
+        for proxy in output.receivers(change):
+            if proxy.is_reliable:
+                output.counter += 1
+                told = HeartbeatFrag(proxy.entity_id, output.entity_id, change.number, count, output.counter)
+                output.send_to(proxy, told.encode())
+
+    def on_nack_frag(self, proxy: ReaderProxy, nack: NackFrag) -> None:
+        """Send the fragments that a reader asks for, up to a window. Inside `Wire.run`."""
+        output = self._output
+        if not is_newer(nack.counter, proxy.frag_counter):
+            return
+        proxy.frag_counter = nack.counter
+        proxy.interval = HEARTBEAT_S
+        missing = nack.missing.numbers()
+        begun = output.unsent[0] if output.unsent else None
+        if begun is not None and begun.number == nack.number:
+            sent = self._next_fragment
+            if missing and missing[0] >= sent:
+                self._window = min(2 * self._window, self._largest_window)
+            if missing and missing[-1] >= sent:
+                self._send_window()
+            missing = [fragment for fragment in missing if fragment < sent]
+        change = output.history.changes.get(nack.number)
+        if change is not None and change.fragment_size and missing:
+            self._window = self._largest_window = max(WINDOW, self._window // 2)
+            self.send_some(proxy, change, missing)
+            output.send_to(proxy, output.heartbeat(proxy))
+
+    def send_some(self, proxy: ReaderProxy, change: Change, fragments: Iterable[int]) -> None:
+        """Send some fragments of a sample to one reader, up to a window."""
+        output = self._output
+        count = fragment_count(change.size, change.fragment_size)
+        before = output.wire.head + proxy.asks + info_ts(encode_time(change.time))
+        for fragment in list(fragments)[: _fragments_of(WINDOW, change)]:
+            if 0 < fragment <= count:
+                packet = cut(before, change, proxy.entity_id, output.entity_id, fragment)
+                output.wire.send(packet, proxy.address)
+
+    def stop(self) -> None:
+        """Send nothing more."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._output.unsent.clear()

@@ -1,0 +1,53 @@
+"""A reader, as its writer knows it: what it has, and when it is asked again."""
+
+from __future__ import annotations
+
+from goalwire.rtps.protocol.announcements import EndpointData
+from goalwire.rtps.protocol.messages import info_dst
+from goalwire.rtps.protocol.primitives import Address
+from goalwire.rtps.protocol.wire import FOREVER
+
+FIRST_HEARTBEAT_S = 0.005
+"""How long after a match an unanswered HEARTBEAT is sent again."""
+HEARTBEAT_S = 0.010
+"""How long after a sample its readers are asked whether they have it."""
+
+
+class ReaderProxy:
+    """One reader, as its writer knows it."""
+
+    __slots__ = (
+        'acked',
+        'address',
+        'asks',
+        'counter',
+        'data',
+        'due',
+        'entity_id',
+        'frag_counter',
+        'has_answered',
+        'interval',
+        'is_reliable',
+        'last',
+        'start',
+    )
+
+    def __init__(self, data: EndpointData, address: Address, is_reliable: bool, start: int) -> None:
+        self.data = data
+        self.address = address
+        self.entity_id = data.entity_id
+        self.asks = info_dst(data.prefix)
+        """INFO_DST of its participant."""
+        self.is_reliable = is_reliable
+        self.start = start
+        """The first sample that it is to have."""
+        self.acked = start - 1
+        """All samples up to this one are acknowledged, or none of its business."""
+        self.last = start - 1
+        """The last sample that it has been sent, where samples are addressed."""
+        self.counter = self.frag_counter = 0
+        """Of its last ACKNACK and NACK_FRAG."""
+        self.has_answered = False
+        self.interval = FIRST_HEARTBEAT_S
+        self.due = FOREVER
+        """When it is asked next."""

@@ -1,0 +1,158 @@
+"""What a writer's reliable readers have acknowledged, and what they lack.
+
+A reliable reader is asked by HEARTBEAT what it lacks. It answers by ACKNACK, and gets what it lacks at once.
+A reader that has answered before is asked some time after a sample, so that a stream costs few answers; one
+that has not may not know this writer yet, and is asked with each sample. One that does not answer is asked
+ever more rarely, and nobody waits for it but a writer that keeps all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from goalwire.rtps.protocol.fragment_windows import WINDOW, FragmentWindows
+from goalwire.rtps.protocol.messages import AckNack, Gap
+from goalwire.rtps.protocol.primitives import INFINITE, NumberSet, is_newer
+from goalwire.rtps.protocol.qos import TRANSIENT_LOCAL, Qos
+from goalwire.rtps.protocol.reader_proxy import HEARTBEAT_S, ReaderProxy
+from goalwire.rtps.protocol.wire import FOREVER, Timer
+from goalwire.rtps.protocol.writer_output import WriterOutput
+
+RAREST_HEARTBEAT_S = 1.0
+"""How long a reader that does not answer is left alone at most."""
+
+
+class Repairs:
+    """Asks the reliable readers of one writer, and sends them again what they lack. Inside `Wire.run`."""
+
+    def __init__(
+        self, output: WriterOutput, windows: FragmentWindows, qos: Qos, on_acknowledged: Callable[[], None]
+    ) -> None:
+        """`on_acknowledged` is called when a reader has acknowledged something, or has gone."""
+        self._output = output
+        self._windows = windows
+        self._is_local_history = qos.durability >= TRANSIENT_LOCAL
+        self._lifespan = qos.lifespan
+        self._on_acknowledged = on_acknowledged
+        self.acked = 0
+        """All samples up to this one are acknowledged by all reliable readers."""
+        self.timer: Timer | None = None
+        """None: nobody has to be asked."""
+
+    def expect_answers(self) -> None:
+        """Ask reliable readers some time from now, if they have not acknowledged all by then."""
+        output = self._output
+        now = output.wire.clock()
+        for proxy in output.reliable:
+            if proxy.due == FOREVER and output.is_open(proxy):
+                proxy.due = now + proxy.interval
+        self.set_timer(now)
+
+    def set_timer(self, now: float) -> None:
+        """Have the readers asked that are due next."""
+        output = self._output
+        due = min((proxy.due for proxy in output.reliable), default=FOREVER)
+        if self.timer is not None:
+            if self.timer.when <= due:
+                return
+            self.timer.cancel()
+            self.timer = None
+        if due < FOREVER:
+            self.timer = output.wire.timers.at(max(due, now), self._ask)
+
+    def _ask(self) -> None:
+        """Send HEARTBEAT to the readers whose time has come."""
+        output = self._output
+        self.timer = None
+        now = output.wire.clock()
+        for proxy in output.reliable:
+            if not output.is_open(proxy):
+                proxy.due = FOREVER
+            elif proxy.due <= now:
+                output.send_to(proxy, output.heartbeat(proxy))
+                proxy.interval = min(2 * proxy.interval, RAREST_HEARTBEAT_S)
+                proxy.due = now + proxy.interval
+            elif proxy.due == FOREVER:
+                proxy.due = now + proxy.interval
+        self.set_timer(now)
+
+    def on_acknack(self, proxy: ReaderProxy, acknack: AckNack) -> None:
+        """Take note of what a reader has, and send what it lacks. Inside `Wire.run`."""
+        output = self._output
+        base, missing = acknack.missing.base, acknack.missing.numbers()
+        has_nothing = base <= max(1, proxy.start) and not missing and not acknack.is_final
+        if not proxy.is_reliable or not (has_nothing or is_newer(acknack.counter, proxy.counter)):
+            return
+        proxy.counter = acknack.counter
+        proxy.has_answered = True
+        last = output.last_for(proxy)
+        acked = min(base - 1, last)
+        if acked > proxy.acked:
+            proxy.acked = acked
+            proxy.interval = HEARTBEAT_S
+            proxy.due = FOREVER
+            self.note_acked()
+        if missing:
+            proxy.interval = HEARTBEAT_S
+            self.repair(proxy, missing)
+        elif has_nothing and proxy.acked < last:  # it will ask for all of it
+            self.repair(proxy, list(range(proxy.acked + 1, min(last, proxy.acked + 256) + 1)))
+        elif not acknack.is_final:
+            output.send_to(proxy, output.heartbeat(proxy))
+        if output.is_open(proxy):
+            self.expect_answers()
+
+    def note_acked(self) -> None:
+        """Let go of samples that all reliable readers have."""
+        output = self._output
+        sent = output.sent()
+        self.acked = min(
+            (proxy.acked if output.is_open(proxy) else sent for proxy in output.reliable), default=sent
+        )
+        if not self._is_local_history:
+            output.history.remove_up_to(self.acked)
+        self._on_acknowledged()
+
+    def repair(self, proxy: ReaderProxy, numbers: list[int]) -> None:
+        """Send samples again to one reader, up to a window, and ask it what it lacks then."""
+        output = self._output
+        if self._lifespan < INFINITE:
+            output.history.expire(output.wire.wall_clock_ns() - self._lifespan)
+        last = output.last_for(proxy)
+        gone: list[int] = []
+        parts: list[bytes] = []
+        size, left = 0, WINDOW
+        for number in numbers:
+            change = output.history.changes.get(number)
+            if number > last or left <= 0:
+                break
+            if change is None or number < proxy.start or change.reader not in (None, proxy.data.guid):
+                gone.append(number)
+            elif change.fragment_size:
+                self._windows.send_some(proxy, change, range(1, 257))
+                left -= min(WINDOW, change.size)
+            else:
+                part = output.whole(proxy, change)
+                if size + len(part) > output.fragment_size:
+                    output.send_to(proxy, b''.join(parts))
+                    parts, size = [], 0
+                parts.append(part)
+                size += len(part)
+                left -= len(part)
+        if gone:
+            parts.insert(0, self._gap(proxy, gone))
+        parts.append(output.heartbeat(proxy))
+        output.send_to(proxy, b''.join(parts))
+
+    def _gap(self, proxy: ReaderProxy, numbers: list[int]) -> bytes:
+        """Return GAP for numbers in order, less than 256 apart."""
+        base = numbers[0] + 1
+        while base - numbers[0] < len(numbers) and numbers[base - numbers[0]] == base:
+            base += 1
+        rest = [number for number in numbers if number >= base]
+        return Gap(proxy.entity_id, self._output.entity_id, numbers[0], NumberSet.of(base, rest)).encode()
+
+    def stop(self) -> None:
+        """Ask nobody more."""
+        if self.timer is not None:
+            self.timer.cancel()

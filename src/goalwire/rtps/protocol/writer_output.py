@@ -1,0 +1,183 @@
+"""What a writer sends: fresh samples, and what tells its readers which samples there are.
+
+A fresh sample goes to all readers in one packet for each address. A sample may be meant for one reader alone
+(`Change.reader`): from then on each reader gets packets of its own, and learns by GAP, in front of what it
+gets next, which samples are none of its business.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from collections.abc import Iterable
+
+from goalwire.rtps.protocol.announcements import EndpointData
+from goalwire.rtps.protocol.history import Change, HistoryCache
+from goalwire.rtps.protocol.messages import (
+    DATA,
+    INFO_TS,
+    INLINE_QOS,
+    LITTLE,
+    WITH_DATA,
+    WITH_KEY,
+    Gap,
+    Heartbeat,
+)
+from goalwire.rtps.protocol.primitives import NS, UNKNOWN_ENTITY, Address, NumberSet
+from goalwire.rtps.protocol.reader_proxy import ReaderProxy
+from goalwire.rtps.protocol.wire import Wire
+
+SAMPLES_A_HEARTBEAT = 32
+"""Samples after which readers are asked at once."""
+
+_FRESH = struct.Struct('<20sBBHIIBBHHH4s4siI')
+"""Header, INFO_TS and the head of DATA, in one go: the beginning of most packets."""
+
+
+class WriterOutput:
+    """A writer's samples and readers, and the packets from the one to the others. Inside `Wire.run`."""
+
+    def __init__(self, wire: Wire, data: EndpointData, history: HistoryCache, fragment_size: int) -> None:
+        """`fragment_size` holds as long as all readers are near."""
+        self.wire = wire
+        self.entity_id = data.entity_id
+        self.history = history
+        self.fragment_size = fragment_size
+        self.last = 0
+        """The number of the last sample."""
+        self.unsent: deque[Change] = deque()
+        """Samples that wait for those before them; the first is being sent, in fragments."""
+        self.readers: dict[bytes, ReaderProxy] = {}
+        self.reliable: list[ReaderProxy] = []
+        self.addresses: tuple[Address, ...] = ()
+        """Where the readers are, each address once."""
+        self.is_addressed = False
+        """Whether a sample was meant for one reader alone: then each reader gets packets of its own."""
+        self.counter = 0
+        """Of the last HEARTBEAT and HEARTBEAT_FRAG."""
+        self.asked = 0
+        """The last sample when readers were asked last."""
+
+    def begin_addressing(self) -> None:
+        """Send each reader packets of its own from now on."""
+        if not self.is_addressed:
+            self.is_addressed = True
+            for proxy in self.readers.values():
+                proxy.last = max(self.last, proxy.start - 1)
+
+    def note_readers(self) -> None:
+        """Take note that a reader has come or gone."""
+        self.reliable = [proxy for proxy in self.readers.values() if proxy.is_reliable]
+        self.addresses = tuple({proxy.address: None for proxy in self.readers.values()})
+
+    # ---- samples
+
+    def send_fresh(self, change: Change) -> None:
+        """Send a sample that fits a packet to all that it is for."""
+        if self.is_addressed:
+            for proxy in self.receivers(change):
+                self._send_addressed(proxy, change)
+            return
+        packet = self._encode(change)
+        asks = self.last - self.asked >= SAMPLES_A_HEARTBEAT
+        if len(self.readers) == 1:
+            for proxy in self.reliable:
+                if asks or not proxy.has_answered:
+                    packet += self.heartbeat(proxy)
+            self.wire.send(packet, self.addresses[0])
+            return
+        for address in self.addresses:
+            self.wire.send(packet, address)
+        for proxy in self.reliable:
+            if asks or not proxy.has_answered:
+                self.send_to(proxy, self.heartbeat(proxy))
+
+    def _encode(self, change: Change) -> bytes:
+        """Return a packet with a whole sample, for all readers."""
+        payload, number, qos = change.payload, change.number, change.qos
+        seconds, rest = divmod(change.time, NS)
+        flags = LITTLE
+        if payload is None:
+            payload = b''
+        else:
+            flags |= WITH_KEY if change.is_key else WITH_DATA
+        if qos:
+            flags |= INLINE_QOS
+        size = 20 + len(qos) + len(payload)
+        pad = -size & 3
+        head = _FRESH.pack(
+            self.wire.head,
+            INFO_TS,
+            LITTLE,
+            8,
+            seconds & 0xFFFFFFFF,
+            ((rest << 32) + 999_999_999) // NS,
+            DATA,
+            flags,
+            size + pad,
+            0,
+            16,
+            UNKNOWN_ENTITY,
+            self.entity_id,
+            number >> 32,
+            number & 0xFFFFFFFF,
+        )
+        return b'%b%b%b%b' % (head, qos, payload, b'\0\0\0'[:pad])
+
+    def _send_addressed(self, proxy: ReaderProxy, change: Change) -> None:
+        """Send a sample to one reader, behind a GAP for those that were others'."""
+        gap = self.gap_before(proxy, change.number)
+        proxy.last = change.number
+        heartbeat = b''
+        if proxy.is_reliable and not proxy.has_answered:
+            heartbeat = self.heartbeat(proxy)
+        self.send_to(proxy, gap + self.whole(proxy, change) + heartbeat)
+
+    def gap_before(self, proxy: ReaderProxy, number: int) -> bytes:
+        """Return GAP for the samples between the last that a reader was sent and `number`."""
+        first = max(proxy.last + 1, proxy.start)
+        if not self.is_addressed or first >= number or not proxy.is_reliable:
+            return b''
+        return Gap(proxy.entity_id, self.entity_id, first, NumberSet(number)).encode()
+
+    def whole(self, proxy: ReaderProxy, change: Change) -> bytes:
+        """Return INFO_TS and DATA for one reader."""
+        data = self._encode(change)[20:]
+        return data[:20] + proxy.entity_id + data[24:]
+
+    def send_to(self, proxy: ReaderProxy, submessages: bytes) -> None:
+        """Send a packet to one reader."""
+        self.wire.send(self.wire.head + proxy.asks + submessages, proxy.address)
+
+    def receivers(self, change: Change) -> Iterable[ReaderProxy]:
+        """Return the readers that a sample is for."""
+        if change.reader is None:
+            return self.readers.values()
+        proxy = self.readers.get(change.reader)
+        return () if proxy is None else (proxy,)
+
+    # ---- what readers have been sent
+
+    def sent(self) -> int:
+        """Return the last sample that has been sent as a whole."""
+        return self.unsent[0].number - 1 if self.unsent else self.last
+
+    def last_for(self, proxy: ReaderProxy) -> int:
+        """Return the last sample that a reader has been sent, or that was none of its business."""
+        return proxy.last if self.is_addressed else max(self.sent(), proxy.start - 1)
+
+    def heartbeat(self, proxy: ReaderProxy, *, is_final: bool = False, asserts: bool = False) -> bytes:
+        """Return HEARTBEAT for one reader, behind a GAP for samples that were others'."""
+        self.counter += 1
+        last = self.last_for(proxy)
+        self.asked = self.last
+        first = min(max(self.history.first(self.last), proxy.start), last + 1)
+        gap = b''
+        if self.is_addressed and proxy.acked + 1 < first:
+            gap = Gap(proxy.entity_id, self.entity_id, proxy.acked + 1, NumberSet(first)).encode()
+        told = Heartbeat(proxy.entity_id, self.entity_id, first, last, self.counter, is_final, asserts)
+        return gap + told.encode()
+
+    def is_open(self, proxy: ReaderProxy) -> bool:
+        """Whether a reader has something to acknowledge, or has never answered."""
+        return not proxy.has_answered or proxy.acked < self.last_for(proxy)
