@@ -45,7 +45,7 @@ class Of(Enum):
 
 
 class Goal(NamedTuple):
-    """A limit for one figure on either wire, None where there is none; `at_least` where more is better.
+    """A limit for one figure on either wire, None if there is none; `at_least` where more is better.
 
     `no_look` is the limit on Zenoh where nobody looks at the wire before a sleep.
     """

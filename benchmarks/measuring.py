@@ -56,7 +56,7 @@ class Measured:
 
 
 def run(subject: Subject, line: Line, *arguments: object) -> Figures | None:
-    """Run a line's program once; None where the subject does no such work. Raises Failed."""
+    """Run a line's program once; None if the subject does no such work. Raises Failed."""
     command = subject.command(line, *arguments)
     if not command:
         return None

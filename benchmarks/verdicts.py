@@ -14,7 +14,7 @@ class Verdict(NamedTuple):
     """One goal on one wire: the figure, its multiple of what the goal names, and whether that is enough.
 
     `peer` is the multiple of the real rclpy's figure beside, where the goal is one of the reference; `met` is
-    None where nothing could be measured.
+    None if nothing could be measured.
     """
 
     goal: Goal

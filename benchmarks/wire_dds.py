@@ -65,7 +65,7 @@ class End:
         library.dds_writecdr(self.writer.handle, made)
 
     def take(self, patience_ns: int) -> list[bytes]:
-        """Wait for messages and take up to 32; none where they take too long."""
+        """Wait for messages and take up to 32; none if they take too long."""
         library = self.library
         if library.dds_waitset_wait(self._waitset, self._triggered, 1, patience_ns) <= 0:
             return []

@@ -19,7 +19,7 @@ class AddTwoIntsClient(Node):
         self.client = self.create_client(AddTwoInts, 'add_two_ints')
 
     def ask(self, a, b):
-        """Return the sum, or None where nobody answers in time."""
+        """Return the sum, or None if nobody answers in time."""
         if not self.client.wait_for_service(timeout_sec=10.0):
             self.get_logger().error('No server offers add_two_ints')
             return None

@@ -53,7 +53,7 @@ def _cells(row: str) -> list[str]:
 
 
 def _number(cell: str) -> float:
-    """The first number of a cell; 0 where there is none."""
+    """The first number of a cell; 0 if there is none."""
     found = re.search(r'[\d,]+(\.\d+)?', cell)
     return float(found[0].replace(',', '')) if found else 0.0
 

@@ -36,7 +36,7 @@ class Connection:
         self.send = sock.sendall
 
     def some(self) -> bytes:
-        """Wait for bytes; none where the other end has closed."""
+        """Wait for bytes; none if the other end has closed."""
         self._wait()
         return self._recv(READ_SIZE)
 

@@ -56,7 +56,7 @@ class Member:
         return await self.process.wait()
 
     async def kill(self) -> bool:
-        """kill -9; False where there was nothing to kill."""
+        """kill -9; False if there was nothing to kill."""
         alive, self._killed = self.process.returncode is None, True
         if alive:
             self.process.kill()
@@ -74,7 +74,7 @@ class Member:
         await self._end_well()
 
     async def terminate(self) -> bool:
-        """SIGTERM, after which a commander ends well; False where there was nothing to end."""
+        """SIGTERM, after which a commander ends well; False if there was nothing to end."""
         with suppress(TimeoutError):
             async with asyncio.timeout(START_S):
                 await self.ready.wait()  # before that it has no handler

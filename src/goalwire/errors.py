@@ -36,7 +36,7 @@ GoalwireError
 │   │       InvalidParameterValueException, ParameterImmutableException, ParameterUninitializedException
 │   ├── CallbackError     a callback before a set returned no list of parameters (also a TypeError)
 │   ├── UnknownCallbackError  a callback was removed twice (also a RuntimeError)
-│   ├── FileShapeError    YAML that is no parameter file (also a RuntimeError)
+│   ├── FileShapeError    YAML that is not a parameter file (also a RuntimeError)
 │   ├── InvalidQoSProfileException, UnknownPolicyError, UnexpectedOverrideError, InvalidQosOverridesError
 │   │                     a QoS profile, or what parameters make of it, cannot be
 │   ├── InvalidTransition a goal's state does not allow that event (also a RuntimeError)
@@ -256,7 +256,7 @@ class InterfaceError(LocalError, ImportError):
 
 
 class InterfaceSyntaxError(InterfaceError):
-    """A definition breaks the grammar; `line` and `column` count from 1, 0 where there is none."""
+    """A definition breaks the grammar; `line` and `column` count from 1, 0 if there is none."""
 
     def __init__(self, source: str, line: int, column: int, problem: str) -> None:
         super().__init__(f'{source}:{line}:{column}: {problem}')
@@ -416,7 +416,7 @@ class UnknownCallbackError(LocalError, RuntimeError):
 
 
 class FileShapeError(LocalError, RuntimeError):
-    """YAML that is no parameter file."""
+    """YAML that is not a parameter file."""
 
 
 class InvalidQoSProfileException(LocalError):
@@ -562,7 +562,7 @@ class BadLaunchValueError(LaunchError, TypeError, ValueError):
 
 
 class InvalidLaunchFileError(LaunchError):
-    """A file that is no launch file, or breaks the rules of its notation."""
+    """A file that is not a launch file, or breaks the rules of its notation."""
 
     def __init__(
         self,

@@ -180,7 +180,7 @@ def test_an_encoder_refuses_other_messages() -> None:
 
 @pytest.mark.parametrize('thing', [1, None, String, 'x'])
 def test_what_is_no_message_has_no_encoder(thing: object) -> None:
-    with pytest.raises(UnknownInterfaceError, match='is no message, service or action class'):
+    with pytest.raises(UnknownInterfaceError, match='is not a message, service or action class'):
         codec.encode(thing)
 
 

@@ -54,7 +54,9 @@ def test_defaults_constants_and_comments_do_not_change_the_hash() -> None:
 
 
 def test_what_is_no_interface_has_no_hash() -> None:
-    with pytest.raises(UnknownInterfaceError, match="<class 'int'> is no message, service or action class"):
+    with pytest.raises(
+        UnknownInterfaceError, match="<class 'int'> is not a message, service or action class"
+    ):
         type_hash(int)
     with pytest.raises(UnknownInterfaceError, match='no package'):
         type_hash('nowhere_msgs/msg/Foo')

@@ -106,7 +106,7 @@ class Target:
 
 
 def text_of(data: bytes) -> str:
-    """Return the text of a definition file: its reader refuses what is no UTF-8 before the grammar."""
+    """Return the text of a definition file: its reader refuses what is not UTF-8 before the grammar."""
     return data.decode(errors='replace')
 
 

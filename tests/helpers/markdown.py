@@ -16,7 +16,7 @@ _LINK = re.compile(r'\]\(([^)\s]+)\)')
 
 
 class Block(NamedTuple):
-    """One fenced block; `title` is the file that it is, '' where it is none: ```python title=lamp.py."""
+    """One fenced block; `title` is the file that it is, '' if it is none: ```python title=lamp.py."""
 
     language: str
     title: str
@@ -51,7 +51,7 @@ def anchors(page: Path) -> set[str]:
 
 
 def rows(page: Path, header: str) -> list[list[str]]:
-    """Return the cells of the table whose first heading is `header`; AssertionError where there is none."""
+    """Return the cells of the table whose first heading is `header`; AssertionError if there is none."""
     lines = iter(page.read_text(encoding='utf-8').splitlines())
     assert any(line.startswith(f'| {header} |') for line in lines), f'{name_of(page)}: no table of {header}'
     next(lines)

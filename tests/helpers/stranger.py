@@ -35,7 +35,7 @@ class Stranger:
 
 
 def write_unpadded(writer: Writer, payload: bytes) -> bool:
-    """Write these bytes and no others; False where the library itself refuses them."""
+    """Write these bytes and no others; False if the library itself refuses them."""
     library, piece = writer.library, OutPiece(payload, len(payload))
     made = library.ddsi_serdata_from_ser_iov(
         writer.serdata_type, SERIALIZED_DATA, 1, byref(piece), len(payload)

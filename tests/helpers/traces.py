@@ -26,7 +26,7 @@ class Outcome:
         return f'{what} (printed: {self.printed})' if self.printed else what
 
     def stands_for(self, real: Outcome, foreign_texts: Sequence[str] = ()) -> bool:
-        """True where a program that knows the real outcome is content with this one.
+        """True if a program that knows the real outcome is content with this one.
 
         That is: the same value; the same exception or one derived from it, whose text may say more, and
         need not repeat the real one where that is among `foreign_texts` (patterns).

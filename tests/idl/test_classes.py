@@ -469,11 +469,11 @@ def test_every_class_has_the_fields_of_the_vectors() -> None:
 
 
 def test_a_class_of_the_wrong_kind_is_refused() -> None:
-    with pytest.raises(UnknownInterfaceError, match='is no service'):
+    with pytest.raises(UnknownInterfaceError, match='is not a service'):
         service_class('std_msgs/msg/String')
-    with pytest.raises(UnknownInterfaceError, match='is no action'):
+    with pytest.raises(UnknownInterfaceError, match='is not an action'):
         action_class('std_srvs/srv/SetBool')
-    with pytest.raises(UnknownInterfaceError, match='is no message'):
+    with pytest.raises(UnknownInterfaceError, match='is not a message'):
         message_class('std_srvs/srv/SetBool')
 
 

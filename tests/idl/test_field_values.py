@@ -136,7 +136,7 @@ def test_a_field_may_have_the_name_of_a_yaml_boolean() -> None:
 
 
 def test_broken_yaml_is_told_with_its_place() -> None:
-    with pytest.raises(FieldValueError, match=r'that is no YAML: .* \(line 2, column'):
+    with pytest.raises(FieldValueError, match=r'that is not YAML: .* \(line 2, column'):
         read_yaml('a: 1\nb: [')
     with pytest.raises(FieldValueError, match='nested too deeply'):
         read_yaml('[' * 5000)

@@ -165,34 +165,34 @@ def test_empty_parts_of_services_and_actions_are_fine() -> None:
     [
         ('int32 a\nint32', 2, 1, "'int32' has no name after it"),
         (' WORD = 1', 1, 2, "'WORD = 1' has no name"),
-        ('int32 a\n\nint b', 3, 1, "'int' is no type .write int32."),
+        ('int32 a\n\nint b', 3, 1, "'int' is not a type .write int32."),
         ('Header header', None, None, None),
-        ('time stamp', 1, 1, "'time' is no type .write builtin_interfaces/Time."),
-        ('geometry_msgs/srv/Point p', 1, 1, 'is no type'),
-        ('Geometry/Point p', 1, 1, 'is no type'),
-        ('../etc/Passwd p', 1, 1, 'is no type'),
-        ('int32 Bad', 1, 7, "'Bad' is no field name"),
-        ('int32 bad_', 1, 7, "'bad_' is no field name"),
-        ('int32 b__ad', 1, 7, 'is no field name'),
-        ('int32 2d', 1, 7, 'is no field name'),
+        ('time stamp', 1, 1, "'time' is not a type .write builtin_interfaces/Time."),
+        ('geometry_msgs/srv/Point p', 1, 1, 'is not a type'),
+        ('Geometry/Point p', 1, 1, 'is not a type'),
+        ('../etc/Passwd p', 1, 1, 'is not a type'),
+        ('int32 Bad', 1, 7, "'Bad' is not a field name"),
+        ('int32 bad_', 1, 7, "'bad_' is not a field name"),
+        ('int32 b__ad', 1, 7, 'is not a field name'),
+        ('int32 2d', 1, 7, 'is not a field name'),
         ('int32 class', 1, 7, "'class' is taken by Python"),
         ('int32 check_fields', 1, 7, 'is taken by the generated class'),
         ('  int32 a\n  int32 a', 2, 9, "'a' is already defined in line 1"),
-        ('int32 low=1', 1, 7, "'low' is no constant name"),
+        ('int32 low=1', 1, 7, "'low' is not a constant name"),
         ('string a "\\0"', 1, 10, 'field a: a string cannot contain a NUL'),
         ('string A="\\x00"', 1, 10, 'constant A: a string cannot contain a NUL'),
-        ('wstring a "\\ud800"', 1, 11, 'half of a surrogate pair is no character'),
-        ('int32 BAD_=1', 1, 7, "'BAD_' is no constant name"),
-        ('int32 B__AD=1', 1, 7, "'B__AD' is no constant name"),
-        (f'int32 {"A" * 4000}a=1', 1, 7, 'is no constant name'),  # at once, not in 2**4000 steps
+        ('wstring a "\\ud800"', 1, 11, 'half of a surrogate pair is not a character'),
+        ('int32 BAD_=1', 1, 7, "'BAD_' is not a constant name"),
+        ('int32 B__AD=1', 1, 7, "'B__AD' is not a constant name"),
+        (f'int32 {"A" * 4000}a=1', 1, 7, 'is not a constant name'),  # at once, not in 2**4000 steps
         ('int32[] X=1', 1, 1, 'only single values of primitive types'),
         ('Point X=1', 1, 1, 'only single values of primitive types'),
         ('int32 X=', 1, 9, 'constant X has no value'),
-        ('int32 X=five', 1, 9, "'five' is no integer"),
+        ('int32 X=five', 1, 9, "'five' is not an integer"),
         ('uint8 X=256', 1, 9, 'outside the range of uint8, .0, 255.'),
         ('int8 x  -129', 1, 9, 'outside the range of int8'),
-        ('bool b maybe', 1, 8, 'is no bool'),
-        ('float64 f fast', 1, 11, 'is no number'),
+        ('bool b maybe', 1, 8, 'is not a bool'),
+        ('float64 f fast', 1, 11, 'is not a number'),
         ('float32 f 1e39', 1, 11, 'outside the range of float32'),
         ('int32[3] i [1, 2]', 1, 12, 'has 2 values, the array exactly 3'),
         ('int32[<=1] i [1, 2]', 1, 14, 'has 2 values, the sequence at most 1'),
@@ -201,13 +201,13 @@ def test_empty_parts_of_services_and_actions_are_fine() -> None:
         ('Point p 1', 1, 9, 'cannot have a default'),
         ('string<=3 s "long"', 1, 13, 'has 4 characters, its type at most 3'),
         ('string s "open', 1, 10, 'quotes'),
-        ('int32[0] i', 1, 7, 'is no size'),
-        ('int32[-1] i', 1, 7, 'is no size'),
-        ('int32[<=x] i', 1, 7, 'is no size'),
-        ('string<=0 s', 1, 9, 'is no size'),
+        ('int32[0] i', 1, 7, 'is not a size'),
+        ('int32[-1] i', 1, 7, 'is not a size'),
+        ('int32[<=x] i', 1, 7, 'is not a size'),
+        ('string<=0 s', 1, 9, 'is not a size'),
         ('int32<=3 i', 1, 1, 'only string and wstring can be bounded'),
-        ('int32[2][3] i', 1, 1, 'is no type'),
-        ('int32 a ---', 1, 9, 'is no integer'),
+        ('int32[2][3] i', 1, 1, 'is not a type'),
+        ('int32 a ---', 1, 9, 'is not an integer'),
     ],
 )
 def test_a_malformed_line_is_refused_by_file_line_and_character(
@@ -251,7 +251,7 @@ def test_forbidden_names_are_refused(package: str, name: str) -> None:
 
 
 def test_a_misspelt_primitive_is_answered_with_the_nearest() -> None:
-    with pytest.raises(InterfaceSyntaxError, match="'int33' is no type; did you mean int32"):
+    with pytest.raises(InterfaceSyntaxError, match="'int33' is not a type; did you mean int32"):
         parse_message('int33 count', 'p', 'X')
 
 

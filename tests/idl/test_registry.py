@@ -62,13 +62,13 @@ def test_a_malformed_file_is_named_with_its_line_and_the_others_still_work(packa
     (package / 'msg' / 'Good.msg').write_text('int32 a\n')
     with pytest.raises(InterfaceSyntaxError) as caught:
         registry.definition(f'{package.name}/msg/Bad')
-    assert str(caught.value) == f"{package / 'msg' / 'Bad.msg'}:2:1: 'float' is no type (write float32)"
+    assert str(caught.value) == f"{package / 'msg' / 'Bad.msg'}:2:1: 'float' is not a type (write float32)"
     assert registry.message_definition(f'{package.name}/msg/Good').fields[0].name == 'a'
 
 
 def test_a_file_that_is_no_text_is_named_with_its_line(package: Path) -> None:
     (package / 'msg' / 'Bad.msg').write_bytes(b'int32 a\n# caf\xe9\n')
-    with pytest.raises(InterfaceSyntaxError, match=r'Bad.msg:2:1: this line is no UTF-8 text'):
+    with pytest.raises(InterfaceSyntaxError, match=r'Bad.msg:2:1: this line is not UTF-8 text'):
         registry.definition(f'{package.name}/msg/Bad')
 
 
@@ -106,7 +106,7 @@ def test_an_unknown_package_says_what_to_do() -> None:
     ],
 )
 def test_what_is_no_full_name_is_refused(name: str) -> None:
-    with pytest.raises(UnknownInterfaceError, match='is no interface name'):
+    with pytest.raises(UnknownInterfaceError, match='is not an interface name'):
         registry.definition(name)
 
 

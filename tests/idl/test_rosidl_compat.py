@@ -53,7 +53,7 @@ def test_a_name_of_another_kind_is_refused() -> None:
 
 @pytest.mark.parametrize('thing', [int, str, Exception])
 def test_other_classes_have_no_name(thing: type) -> None:
-    with pytest.raises(UnknownInterfaceError, match='is no message, service or action class'):
+    with pytest.raises(UnknownInterfaceError, match='is not a message, service or action class'):
         type_name(thing)
 
 

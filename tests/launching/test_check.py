@@ -67,7 +67,7 @@ def test_mistakes_of_parameter_files(ros2: CommandLine, tmp_path: Path) -> None:
     )
     first, second, last = check(ros2, str(file)).out.splitlines()
     assert first == (
-        f"{tmp_path}/one.yaml:2: 'ros_parameters' is no key of a parameter file; "
+        f"{tmp_path}/one.yaml:2: 'ros_parameters' is not a key of a parameter file; "
         'did you mean ros__parameters?'
     )
     assert second.startswith(f'{tmp_path}/two.yaml:4: ')

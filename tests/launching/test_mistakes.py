@@ -164,7 +164,7 @@ def test_the_command_line_is_checked(ros2: CommandLine, tmp_path: Path) -> None:
     text.write_text('hello')
     ended = ros2('launch', str(text))
     assert ended.code == 1
-    assert f'{text} is no launch file: as XML: ' in ended.out
+    assert f'{text} is not a launch file: as XML: ' in ended.out
     assert ended.out.endswith('as Python: it defines no generate_launch_description()\n')
 
 

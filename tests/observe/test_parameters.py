@@ -47,7 +47,7 @@ def test_what_fits_is_taken(number: int, typed: object, value: object) -> None:
         (DOUBLE, '2', 'p: give a number from 0 to 1, not 2 (double)'),
         (INTEGERS, '1, 2', "p: give a list such as [1, 1], not '1, 2' (integer array)"),
         (BYTES, '[256]', 'p[0]: give a number from 0 to 255, not 256 (byte array)'),
-        (INTEGERS, '[', 'p: that is no YAML: '),
+        (INTEGERS, '[', 'p: that is not YAML: '),
         (0, '1', 'p: it is not set, and so has no type'),
     ],
 )

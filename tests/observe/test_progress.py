@@ -63,7 +63,7 @@ def test_words_of_a_name_count_and_not_their_letters(fields: dict[str, str], lik
 
 
 def test_what_cannot_be_read_is_explained() -> None:
-    with pytest.raises(ProgressError, match="'none' is no number above 0; write FIELD or FIELD/MAX"):
+    with pytest.raises(ProgressError, match="'none' is not a number above 0; write FIELD or FIELD/MAX"):
         Progress('x/none')
     with pytest.raises(ProgressError, match="the feedback has no field 'w'; its fields are: x, y, z"):
         Progress('w').read(Point())

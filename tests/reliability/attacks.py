@@ -87,7 +87,7 @@ class Stranger:
 
 
 Round: TypeAlias = Callable[[int], None]
-"""One turn of an attack on the target that listens on a port; OSError where the target hangs up."""
+"""One turn of an attack on the target that listens on a port; OSError if the target hangs up."""
 
 
 @contextmanager

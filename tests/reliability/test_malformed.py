@@ -82,7 +82,7 @@ def test_bytes_that_flip_on_the_way_end_calls_by_type_and_harm_no_other(
 
 
 class Garbled(Fault):
-    """The first byte of the content is no bool."""
+    """The first byte of the content is not a bool."""
 
     def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:
         payload = bytearray(packet.payload)

@@ -94,7 +94,10 @@ def test_an_arm_follows_a_trajectory(gw_graph: Graph, gw_clock: VirtualClock) ->
     ('goal', 'reason'),
     [
         (follow((1.0, 1.0), names=LEFT[:2]), 'it leaves out left_arm_shoulder_roll'),
-        (follow((1.0, 1.0), names=[*LEFT[:-1], 'left_knee']), "'left_knee' is no joint of this controller"),
+        (
+            follow((1.0, 1.0), names=[*LEFT[:-1], 'left_knee']),
+            "'left_knee' is not a joint of this controller",
+        ),
         (follow((1.0, 1.0), names=[*LEFT, LEFT[0]]), 'it names a joint twice'),
         (follow(), 'its trajectory has no points'),
         (follow((1.0, 9.0)), 'left_arm_shoulder cannot go to 9.0 rad'),

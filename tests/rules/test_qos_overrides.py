@@ -68,7 +68,7 @@ def test_an_unknown_policy_cannot_be_a_default() -> None:
         ValueError, match=r'^User provided QoS profile is invalid: its reliability is UNKNOWN'
     ):
         value_of(UNKNOWN, RELIABILITY)
-    with pytest.raises(UnknownPolicyError, match='RMW_QOS_POLICY_INVALID is no policy'):
+    with pytest.raises(UnknownPolicyError, match='RMW_QOS_POLICY_INVALID is not a policy'):
         value_of(DEFAULT, PolicyKind.RMW_QOS_POLICY_INVALID)
 
 

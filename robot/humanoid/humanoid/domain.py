@@ -80,7 +80,7 @@ def _first_free(given: str, *, may_move: bool) -> tuple[str, int]:
 
 
 def _claim(domain: str) -> int | None:
-    """The descriptor that holds a domain in which there is no humanoid; None where there is one."""
+    """The descriptor that holds a domain in which there is no humanoid; None if there is one."""
     lock = _open(domain)
     try:
         if _locks(lock) and not _somebody_is_in(domain):

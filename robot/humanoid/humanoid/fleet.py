@@ -29,7 +29,7 @@ class BadName(ValueError):
 
 @dataclass(frozen=True)
 class Member:
-    """One robot of a fleet; `name` is '' where it is the only one, and has none."""
+    """One robot of a fleet; `name` is '' if it is the only one, and has none."""
 
     name: str = ''
     number: int = 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 LOOK_FOR = 1.0  # s for the servers of the domain to be seen
-SOMEBODY_IS_THERE = 3  # the exit code; 0 where nobody is
+SOMEBODY_IS_THERE = 3  # the exit code; 0 if nobody is
 
 
 def main() -> int:

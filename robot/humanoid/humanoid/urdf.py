@@ -22,7 +22,7 @@ Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
 
 class BadDescription(ValueError):
-    """The text is no description of a robot; the message says why."""
+    """The text is not a description of a robot; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ def tree(text: str) -> ET.Element:
     except (ET.ParseError, ValueError) as error:
         if isinstance(error, BadDescription):
             raise
-        raise BadDescription(f'it is no XML: {brief(str(error))}') from None
+        raise BadDescription(f'it is not XML: {brief(str(error))}') from None
 
 
 class _NoDoctype(ET.TreeBuilder):

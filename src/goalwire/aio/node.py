@@ -123,7 +123,7 @@ class Node:
         Nodes without a `context` share one for each `domain` (ROS_DOMAIN_ID's where None). `parameters`
         override the values that declarations give. `call_timeout` is how many s calls and goals may take
         that are given no time of their own (of goals: until they are accepted); without it
-        GOALWIRE_CALL_TIMEOUT counts. Raises TypeError for a time that is no number, ValueError for nan.
+        GOALWIRE_CALL_TIMEOUT counts. Raises TypeError for a time that is not a number, ValueError for nan.
         """
         if call_timeout is not None:
             timeout_ns(call_timeout, 'call_timeout')
@@ -246,7 +246,7 @@ class Node:
     def publisher(self, msg_type: type[MsgT], topic: str, *, qos: QoS | int = 10) -> Publisher[MsgT]:
         """Make a publisher; `qos` is a QoS, or how many messages it keeps.
 
-        Raises InvalidTopicNameException, and RuntimeError or AttributeError for what is no message type.
+        Raises InvalidTopicNameException, and RuntimeError or AttributeError for what is not a message type.
         """
         return Publisher(self._open_core(), msg_type, topic, _qos(qos))
 
@@ -307,7 +307,7 @@ class Node:
         """Make a service client, whose calls may take `timeout` s where they say nothing else.
 
         With `retry` requests are sent again, which the service must be idempotent for: see Retry. Raises
-        InvalidServiceNameException, and RuntimeError or AttributeError for what is no service type.
+        InvalidServiceNameException, and RuntimeError or AttributeError for what is not a service type.
         """
         return Client(self._open_core(), service_support(srv_type), name, qos, timeout, retry)
 
@@ -341,7 +341,7 @@ class Node:
     ) -> ActionClient[GoalT, ResultT, FeedbackT]:
         """Make an action client, whose goals may take `timeout` s where they say nothing else.
 
-        Raises InvalidTopicNameException, and RuntimeError or AttributeError for what is no action type.
+        Raises InvalidTopicNameException, and RuntimeError or AttributeError for what is not an action type.
         """
         return ActionClient(self._open_core(), action_support(action_type), name, timeout)
 

@@ -86,7 +86,7 @@ class Parameters(Mapping[str, Any]):
         return self._store.get_parameter(name).value
 
     def __setitem__(self, name: str, value: ParameterValue) -> None:
-        """Set a value. Raises InvalidParameterValueException where it is refused,
+        """Set a value. Raises InvalidParameterValueException if it is refused,
         ParameterNotDeclaredException.
         """
         self.update({name: value})

@@ -55,7 +55,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
 
         All that within `timeout` s; without, within that of the client, the node or the process, if one is
         given. Raises NoServerError or DeadlineError when they are over, ServerLostError as soon as the server
-        goes away, ServerFailedError or RefusedError where it gives the request up; InvalidHandle once closed,
+        goes away, ServerFailedError or RefusedError if it gives the request up; InvalidHandle once closed,
         ShutDownError, TooManyCallsError; TypeError and EncodeError for what is no such request.
         """
         core = self._core

@@ -35,9 +35,9 @@ class Publisher(Entity, Generic[MsgT]):
         warn_by_default(self._core, topic)
 
     def publish(self, message: MsgT | None = None, /, **fields: object) -> None:
-        """Send a message, or one that is made of `fields`. Does not wait, so it is no coroutine.
+        """Send a message, or one that is made of `fields`. Does not wait, so it is not a coroutine.
 
-        Raises TypeError for another type, EncodeError where a field cannot go on the wire, InvalidHandle
+        Raises TypeError for another type, EncodeError if a field cannot go on the wire, InvalidHandle
         once closed, ShutDownError.
         """
         core = self._core

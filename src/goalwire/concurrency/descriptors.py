@@ -85,7 +85,7 @@ class LibrarysSockets:
 
 
 def _sockets() -> dict[int, int]:
-    """Return this process's sockets that others inherit, with their inodes; none where that is unknown."""
+    """Return this process's sockets that others inherit, with their inodes; none if that is unknown."""
     found = {}
     try:
         names = os.listdir('/dev/fd')  # noqa: PTH208 - pathlib takes 5 ms to import
@@ -101,7 +101,7 @@ def _sockets() -> dict[int, int]:
 
 
 def _inode_of_socket(descriptor: int) -> int | None:
-    """Return the inode of a socket; None where the descriptor is another thing's, or closed."""
+    """Return the inode of a socket; None if the descriptor is another thing's, or closed."""
     try:
         status = os.fstat(descriptor)
     except OSError:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import socket
 
 NO_SIGPIPE: int = getattr(_socket, 'MSG_NOSIGNAL', 0)
-"""The flag of a write. 0 where the system has no SIGPIPE, or has it refused by the socket."""
+"""The flag of a write. 0 if the system has no SIGPIPE, or has it refused by the socket."""
 
 _SO_NOSIGPIPE = 0x1022
 """Darwin's; Python has no name for it."""

@@ -83,7 +83,7 @@ class WirePoller(ABC):
         """Let an asyncio loop, on the calling thread, read the wire until `detach_loop`.
 
         Returns a descriptor of its own that is readable while there is something for `serve_ready`, for the
-        caller to close. None where the wire has no such thing.
+        caller to close. None if the wire has no such thing.
         """
         return None
 

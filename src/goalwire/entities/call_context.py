@@ -54,7 +54,7 @@ class CallContext:
     def __init__(self, context: Context, kind: str, name: str, timeout: float | None) -> None:
         """`kind` is 'service' or 'action', `name` fully qualified; a `timeout` (s) of None or inf has no end.
 
-        Raises TypeError for a timeout that is no number, ValueError for nan.
+        Raises TypeError for a timeout that is not a number, ValueError for nan.
         """
         self.context = context
         self.kind = kind

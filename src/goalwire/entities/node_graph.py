@@ -94,7 +94,7 @@ class NodeGraph:
     def wait_for_node(self, fully_qualified_node_name: str, timeout: float) -> bool:
         """Block until the node is there (True) or `timeout` seconds are over (False).
 
-        Raises TypeError for a timeout that is no number; 0 and less look once.
+        Raises TypeError for a timeout that is not a number; 0 and less look once.
         """
         if not isinstance(timeout, int | float):
             raise TypeError(f'wait_for_node: the timeout must be a number of seconds, got {timeout!r}')

@@ -54,7 +54,7 @@ class Introspected:
     def introspect(self, clock: Clock, qos: QoS, state: ServiceIntrospectionState) -> None:
         """Publish the steps of calls from now on, stamped by `clock`, or stop that.
 
-        Raises TypeError for what is no state, InvalidHandle once destroyed.
+        Raises TypeError for what is not a state, InvalidHandle once destroyed.
         """
         if not isinstance(state, ServiceIntrospectionState):
             raise TypeError(f'{state!r} is no ServiceIntrospectionState')

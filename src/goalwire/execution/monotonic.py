@@ -53,7 +53,7 @@ def deadline_after(clock: SteadyClock, timeout_sec: float | None) -> int | None:
 def timeout_ns(timeout: float, what: str = 'a timeout') -> int:
     """Return the ns of a time in s, a century at most.
 
-    Raises TypeError for what is no number, ValueError for nan; both say `what` it was.
+    Raises TypeError for what is not a number, ValueError for nan; both say `what` it was.
     """
     try:
         return int(min(timeout, _FOREVER) * 1e9)

@@ -49,7 +49,7 @@ def service_class(full_name: str) -> type:
     """Return the class of 'pkg/srv/Name', or of a service of an action ('pkg/action/Name_SendGoal')."""
     service = registry.definition(full_name)
     if not isinstance(service, ServiceDefinition):
-        raise UnknownInterfaceError(f'{full_name} is no service')
+        raise UnknownInterfaceError(f'{full_name} is not a service')
     return _classes.get(full_name) or _build_service(service)
 
 
@@ -57,7 +57,7 @@ def action_class(full_name: str) -> type:
     """Return the class of 'pkg/action/Name'."""
     action = registry.definition(full_name)
     if not isinstance(action, ActionDefinition):
-        raise UnknownInterfaceError(f'{full_name} is no action')
+        raise UnknownInterfaceError(f'{full_name} is not an action')
     return _classes.get(full_name) or _build_action(action)
 
 

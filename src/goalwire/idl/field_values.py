@@ -64,7 +64,7 @@ def read_yaml(text: str) -> Any:
         mark = getattr(error, 'problem_mark', None)
         problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
         where = f' (line {mark.line + 1}, column {mark.column + 1})' if mark else ''
-        raise FieldValueError('', f'that is no YAML: {problem}{where}') from None
+        raise FieldValueError('', f'that is not YAML: {problem}{where}') from None
     except RecursionError:
         raise FieldValueError('', 'that is nested too deeply') from None
 
@@ -235,7 +235,7 @@ def _fit_text(type_: FieldType, value: Any, path: str) -> str:
     try:
         size = len(value.encode()) if type_.base == 'string' else len(value.encode('utf-16-le')) // 2
     except UnicodeEncodeError:
-        raise FieldValueError(path, 'the text is no valid Unicode', type_.text) from None
+        raise FieldValueError(path, 'the text is not valid Unicode', type_.text) from None
     if '\0' in value:
         raise FieldValueError(path, 'a text cannot contain a NUL', type_.text)
     if 0 < capacity < size:
@@ -277,7 +277,7 @@ def _number(value: Any) -> int | float | None:
     if isinstance(number, bool) or not isinstance(number, int | float):
         return None
     too_large = isinstance(number, float) and math.isinf(number) and isinstance(text, str)
-    return None if too_large and 'inf' not in text.lower() else number  # 1e999 is no infinity
+    return None if too_large and 'inf' not in text.lower() else number  # 1e999 is not an infinity
 
 
 def _number_in(text: str) -> int | float | None:

@@ -87,10 +87,10 @@ def _checked_names(package: str, name: str, kind: str, source: str) -> _Source:
     where = _Source(source or f'{package}/{kind}/{name}.{kind}', 0)
     if not _PACKAGE.fullmatch(package):
         raise where.error(
-            0, f'{package!r} is no package name (a-z, 0-9 and single _, starting with a letter)'
+            0, f'{package!r} is not a package name (a-z, 0-9 and single _, starting with a letter)'
         )
     if not _TYPE_NAME.fullmatch(name):
-        raise where.error(0, f'{name!r} is no type name (letters and digits, starting with a capital)')
+        raise where.error(0, f'{name!r} is not a type name (letters and digits, starting with a capital)')
     if iskeyword(name):
         raise where.error(0, f'{name!r} is taken by Python: rename the file, no type can have this name')
     return where
@@ -197,7 +197,7 @@ class _Message:
                 columns[0], f'constant {name}: only single values of primitive types can be constants'
             )
         if not _CONSTANT_NAME.fullmatch(name):
-            raise where.error(columns[1], f'{name!r} is no constant name (A-Z, 0-9 and single _)')
+            raise where.error(columns[1], f'{name!r} is not a constant name (A-Z, 0-9 and single _)')
         if name in _TAKEN_CONSTANTS:
             raise where.error(columns[1], f'{name!r} is taken by the generated class: rename the constant')
         if not value and not type_.is_string:
@@ -214,7 +214,7 @@ class _Message:
     ) -> None:
         if not _FIELD_NAME.fullmatch(name):
             raise where.error(
-                columns[0], f'{name!r} is no field name (a-z, 0-9 and single _, starting with a letter)'
+                columns[0], f'{name!r} is not a field name (a-z, 0-9 and single _, starting with a letter)'
             )
         if iskeyword(name) or name in _TAKEN:
             owner = 'the generated class' if name in _TAKEN else 'Python'
@@ -260,7 +260,7 @@ def _parse_type(text: str, package: str, where: _Source, column: int) -> FieldTy
 def _capacity(text: str, type_text: str, where: _Source, column: int) -> int:
     plain = text.isascii() and text.isdigit() and len(text.lstrip('0')) <= len(str(_MAX_CAPACITY))
     if not (plain and 0 < int(text.lstrip('0') or '0') <= _MAX_CAPACITY):
-        raise where.error(column, f'{type_text!r}: {text!r} is no size (a whole number from 1)')
+        raise where.error(column, f'{type_text!r}: {text!r} is not a size (a whole number from 1)')
     return int(text.lstrip('0'))
 
 
@@ -282,5 +282,5 @@ def _resolve(base: str, text: str, package: str, where: _Source, column: int) ->
     if len(path) == 2 and path[1] == 'msg':
         path.pop()
     if len(path) > 1 or not _TYPE_NAME.fullmatch(name) or not all(map(_PACKAGE.fullmatch, path)):
-        raise where.error(column, f'{text!r} is no type{_hint(base)}')
+        raise where.error(column, f'{text!r} is not a type{_hint(base)}')
     return f'{path[0] if path else package}/msg/{name}'

@@ -40,7 +40,7 @@ def parse_scalar(text: str, base: str, string_capacity: int = 0) -> Scalar:
         return _parse_string(text, string_capacity)
     if base == 'bool':
         if text.lower() not in _BOOLEANS:
-            raise ValueError(f'{text!r} is no bool (write true or false)')
+            raise ValueError(f'{text!r} is not a bool (write true or false)')
         return _BOOLEANS[text.lower()]
     if base in ('float32', 'float64'):
         return _parse_float(text, base)
@@ -56,7 +56,7 @@ def _parse_integer(text: str, base: str) -> int | bytes:
         try:
             value = int(text, 10)  # leading zeros, which Python's own literals forbid
         except ValueError:
-            raise ValueError(f'{text!r} is no integer ({base})') from None
+            raise ValueError(f'{text!r} is not an integer ({base})') from None
     low, high = integer_range('uint8' if base == 'byte' else base)
     if not low <= value <= high:
         raise ValueError(f'{text} is outside the range of {base}, [{low}, {high}]')
@@ -67,7 +67,7 @@ def _parse_float(text: str, base: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise ValueError(f'{text!r} is no number ({base})') from None
+        raise ValueError(f'{text!r} is not a number ({base})') from None
     overflown = math.isinf(value) and any(map(str.isdigit, text))
     if overflown or (base == 'float32' and math.isfinite(value) and abs(value) >= _FLOAT32_MAX):
         raise ValueError(f'{text} is outside the range of {base}')
@@ -84,7 +84,7 @@ def _parse_string(text: str, capacity: int) -> str:
     if '\0' in value:
         raise ValueError('a string cannot contain a NUL')
     if any('\ud800' <= sign <= '\udfff' for sign in value):
-        raise ValueError('half of a surrogate pair is no character')
+        raise ValueError('half of a surrogate pair is not a character')
     if capacity and len(value) > capacity:
         raise ValueError(f'the string has {len(value)} characters, its type at most {capacity}')
     return value

@@ -73,7 +73,7 @@ def message_definition(full_name: str) -> MessageDefinition:
     """Return the definition of a message; raises as `definition`, and for services and actions."""
     found = definition(full_name)
     if not isinstance(found, MessageDefinition):
-        raise UnknownInterfaceError(f'{full_name} is no message')
+        raise UnknownInterfaceError(f'{full_name} is not a message')
     return found
 
 
@@ -83,7 +83,7 @@ def split_name(full_name: str) -> tuple[str, str, str]:
     # Names must be identifiers: another form could be a path, or an import, that leads elsewhere.
     if len(parts) != 3 or parts[1] not in _PARSERS or not all(map(str.isidentifier, parts)):
         raise UnknownInterfaceError(
-            f'{full_name!r} is no interface name (write package/msg/Name, …/srv/… or …/action/…)'
+            f'{full_name!r} is not an interface name (write package/msg/Name, …/srv/… or …/action/…)'
         )
     return parts[0], parts[1], parts[2]
 
@@ -144,4 +144,4 @@ def read_definition(file: str) -> str:
         return data.decode('utf-8-sig')
     except UnicodeDecodeError as error:
         line = data.count(b'\n', 0, error.start) + 1
-        raise InterfaceSyntaxError(file, line, 1, 'this line is no UTF-8 text') from None
+        raise InterfaceSyntaxError(file, line, 1, 'this line is not UTF-8 text') from None

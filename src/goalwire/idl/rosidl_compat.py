@@ -24,7 +24,7 @@ def type_name(cls: type) -> str:
     package, _, rest = getattr(cls, '__module__', '').partition('.')
     kind = rest.partition('.')[0]
     if kind not in ('msg', 'srv', 'action') or not hasattr(type(cls), '_TYPE_SUPPORT'):
-        raise UnknownInterfaceError(f'{cls!r} is no message, service or action class')
+        raise UnknownInterfaceError(f'{cls!r} is not a message, service or action class')
     return f'{package}/{kind}/{cls.__name__}'
 
 

@@ -108,12 +108,13 @@ def _problems_of_parameter_file(path: str) -> Iterator[str]:
         yield f'{shown(path)}:1: {error.strerror}'
     except RuleSyntaxError as error:
         text = ' '.join(str(error).split())
-        line = re.search(r' (?:at line|near line|line_num) (\d+)', text)
+        place = re.search(r' (?:at line|near line|line_num) (\d+)', text)
         wrong = _misspelt_key(path)
         if wrong is not None:
-            yield f"{shown(path)}:{wrong[0]}: '{wrong[1]}' is no key of a parameter file; did you mean {KEY}?"
+            line, key = wrong
+            yield f"{shown(path)}:{line}: '{key}' is not a key of a parameter file; did you mean {KEY}?"
         else:
-            yield f'{shown(path)}:{line[1] if line else 1}: {text}'
+            yield f'{shown(path)}:{place[1] if place else 1}: {text}'
 
 
 def _misspelt_key(path: str) -> tuple[int, str] | None:

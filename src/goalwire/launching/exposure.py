@@ -72,7 +72,7 @@ def instantiate_action(entity: Any, parser: Any) -> Action:
     entity.assert_entity_completely_parsed()
     action = made(**arguments)
     if not isinstance(action, Action):
-        raise LaunchError(f'<{entity.type_name}> gives {type(action).__name__}, which is no action')
+        raise LaunchError(f'<{entity.type_name}> gives {type(action).__name__}, which is not an action')
     return action
 
 
@@ -82,7 +82,7 @@ def instantiate_substitution(name: str, data: Sequence[SomeSubstitutions] = ()) 
     positional = arguments.pop('args', ())
     substitution = made(*positional, **arguments)
     if not isinstance(substitution, Substitution):
-        raise LaunchError(f'$({name}) gives {type(substitution).__name__}, which is no substitution')
+        raise LaunchError(f'$({name}) gives {type(substitution).__name__}, which is not a substitution')
     return substitution
 
 

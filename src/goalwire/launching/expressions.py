@@ -1,6 +1,6 @@
 """Evaluates PythonExpression and $(eval …).
 
-A launch file may say anything in Python, so this is no wall against a hostile file. It keeps an expression
+A launch file may say anything in Python, so this is not a wall against a hostile file. It keeps an expression
 what it is meant to be: arithmetic, comparisons and the functions of the modules that the file names. There
 are no names with double underscores, no lambdas or walrus, and of Python's own functions FUNCTIONS alone.
 """

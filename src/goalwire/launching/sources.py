@@ -146,7 +146,8 @@ def _description_by_content(path: str) -> LaunchDescription:
         f'as {notation}: {error}' for notation, error in zip(('XML', 'YAML'), failures, strict=True)
     )
     raise InvalidLaunchFileError(
-        f'{shown(path)} is no launch file: {reasons}; as Python: it defines no generate_launch_description()'
+        f'{shown(path)} is not a launch file: {reasons}; '
+        'as Python: it defines no generate_launch_description()'
     )
 
 

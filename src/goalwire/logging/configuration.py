@@ -30,7 +30,7 @@ def configure(
     """Apply what `--ros-args` asked for: levels by logger name ('' for all), and where lines go.
 
     As in ROS 2 the first user of a process decides, and the others change nothing; each calls `release` once.
-    Raises ValueError for a level that is no severity.
+    Raises ValueError for a level that is not a severity.
     """
     global _users  # noqa: PLW0603 - logging is the process's, as in ROS 2
     with _lock:

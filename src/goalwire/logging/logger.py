@@ -63,7 +63,7 @@ class RcutilsLogger:
     def log(self, message: str, severity: int, **kwargs: Unpack[LogOptions]) -> bool:
         """Log with a severity given as an argument; returns whether the message was logged.
 
-        Raises TypeError for a message that is no string or an unknown option, ValueError for no severity
+        Raises TypeError for a message that is not a string or an unknown option, ValueError for no severity
         and for a call in the source that was used with another name, severity or filter before.
         """
         return self._log(LoggingSeverity(severity), message, kwargs)

@@ -86,7 +86,7 @@ class Goal:
         return self.status in ACTIVE
 
     def move(self, status: str, now: float) -> bool:
-        """Note a status. Return False if it is no news, as a status that comes after the goal's end.
+        """Note a status. Return False if it is not news, as a status that comes after the goal's end.
 
         The answer to a goal may come behind the status that it runs: nothing becomes ACCEPTED again.
         """

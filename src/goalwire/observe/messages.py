@@ -25,7 +25,7 @@ def interface_class(type_name: str) -> Any:
 
 
 def as_data(value: Any) -> Any:
-    """Return a message as JSON has it: long arrays and texts cut, what is no finite number as a text."""
+    """Return a message as JSON has it: long arrays and texts cut, what is not a finite number as a text."""
     if hasattr(value, 'get_fields_and_field_types'):
         return {name: as_data(getattr(value, name)) for name in value.get_fields_and_field_types()}
     if isinstance(value, bool) or value is None:

@@ -41,7 +41,7 @@ class Progress:
             self._most = 0.0
         if not self._most > 0:
             raise ProgressError(
-                f"--progress {spec}: '{most}' is no number above 0", 'write FIELD or FIELD/MAX'
+                f"--progress {spec}: '{most}' is not a number above 0", 'write FIELD or FIELD/MAX'
             )
 
     def read(self, feedback: Any) -> float | None:
@@ -70,7 +70,7 @@ class Progress:
         try:
             return float(len(value) if is_sequence else value)
         except (TypeError, ValueError):
-            raise ProgressError(f"the field '{path}' is no number", 'name another one') from None
+            raise ProgressError(f"the field '{path}' is not a number", 'name another one') from None
 
 
 def likely_field(feedback: Any) -> str | None:

@@ -50,7 +50,7 @@ class Span(NamedTuple):
     offset: int
     length: int
     channels: frozenset[int] | None
-    """Of which channels it has messages; None where nothing tells that."""
+    """Of which channels it has messages; None if nothing tells that."""
 
 
 class McapReader:
@@ -64,7 +64,7 @@ class McapReader:
         self.problem = ''
         """Why the file is not whole; '' for a whole one."""
         self.metadata = ''
-        """The bag's metadata in the file; '' where there is none."""
+        """The bag's metadata in the file; '' if there is none."""
         self.topics: list[Topic] = []
         self.counts: Counter[str] = Counter()
         self.start = self.end = 0
@@ -94,7 +94,7 @@ class McapReader:
             raise BagError(f'{shown(self.path)}: it is no MCAP file, or its first bytes are lost')
 
     def _read_summary(self) -> bool:
-        """Read the summary; False where there is none, or where it does not say all that is needed."""
+        """Read the summary; False if there is none, or where it does not say all that is needed."""
         try:
             self._file.seek(-len(_MAGIC), os.SEEK_END)
             if self._file.read() != _MAGIC:
@@ -372,7 +372,7 @@ def _content(chunk: Chunk) -> memoryview:
 
 
 def _records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
-    """Yield opcode and body of each record; raises ValueError where one does not fit in."""
+    """Yield opcode and body of each record; raises ValueError if one does not fit in."""
     at, size = 0, len(data)
     while at < size:
         opcode, length = _HEAD.unpack_from(data, at)

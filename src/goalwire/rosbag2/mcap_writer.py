@@ -149,7 +149,7 @@ class McapWriter:
         self._unwritten.append(self._channel_records[-1])
 
     def write(self, message: Message) -> None:
-        """Add a message; raises OSError where a chunk cannot be written, which is lost then as a whole."""
+        """Add a message; raises OSError if a chunk cannot be written, which is lost then as a whole."""
         topic, time, data, sent, sequence = message
         number = self._channels[topic]
         head = _MESSAGE.pack(5, 22 + len(data), number, sequence & 0xFFFFFFFF, time, sent)
@@ -181,7 +181,7 @@ class McapWriter:
             self._write_end(metadata)
 
     def sync(self) -> None:
-        """Have the disk keep what was written. Any thread; a file that is closed meanwhile is no error."""
+        """Have the disk keep what was written. Any thread; a file may be closed meanwhile."""
         descriptor = self._descriptor
         if descriptor >= 0:
             with suppress(OSError):

@@ -168,7 +168,7 @@ def facts_of_text(text: str, source: str) -> BagFacts:
     """Return the facts in the text that an MCAP file holds; raises BagError."""
     bag = _loaded(text, source)
     if not isinstance(bag, dict):
-        raise BagError(f'{shown(source)}: its metadata is no YAML map')
+        raise BagError(f'{shown(source)}: its metadata is not a YAML map')
     return facts_of(bag, source)
 
 
@@ -274,7 +274,7 @@ def _loaded(text: str, source: str) -> Any:
     try:
         return _yaml(text)
     except ValueError as error:
-        raise BagError(f'{shown(source)}: it is no YAML: {error}') from error
+        raise BagError(f'{shown(source)}: it is not YAML: {error}') from error
 
 
 def _yaml(text: str) -> Any:

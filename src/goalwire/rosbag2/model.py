@@ -19,7 +19,7 @@ class Schema:
     """A type's definition, with those of all types in it."""
 
     encoding: str = ''
-    """'ros2msg', 'ros2idl', or '' where the definition is unknown."""
+    """'ros2msg', 'ros2idl', or '' if the definition is unknown."""
     text: str = ''
 
 
@@ -31,7 +31,7 @@ class Topic:
     type_name: str
     """'std_msgs/msg/String'."""
     type_hash: str = ''
-    """'RIHS01_…', '' where it is unknown."""
+    """'RIHS01_…', '' if it is unknown."""
     qos: tuple[QoS, ...] = ()
     """What its publishers offered; the same QoS once."""
     schema: Schema = Schema()
@@ -48,7 +48,7 @@ class Message(NamedTuple):
     sent: int
     """When it was published, as far as the bag tells; else `time`."""
     sequence: int = 0
-    """The publisher's number of it; 0 where there is none."""
+    """The publisher's number of it; 0 if there is none."""
 
 
 @record

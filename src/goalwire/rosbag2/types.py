@@ -20,7 +20,7 @@ _RULE = '=' * 80
 def class_of(topic: Topic) -> type:
     """Return the message class of a topic.
 
-    Raises InterfaceError where its type is neither known here nor defined in the bag, and where it was
+    Raises InterfaceError if its type is neither known here nor defined in the bag, and where it was
     another type under the same name that was recorded.
     """
     try:

@@ -68,7 +68,7 @@ class Writer:
         A new file begins after `max_bytes` or `max_duration` s, where these are not 0; of more than
         `max_files` the oldest is removed. `preset` is a name of PRESETS, for MCAP. With `compress_files` each
         file is compressed when it is closed. `on_split(closed, opened)` is told of each split. Raises
-        BagError where the folder exists, or storage or preset are unknown; OSError.
+        BagError if the folder exists, or storage or preset are unknown; OSError.
         """
         self.path = os.fspath(path).rstrip('/') or '/'
         if storage not in STORAGES:
@@ -298,7 +298,7 @@ def _distro() -> str:
 
 
 def _opener(storage: str, preset: str, ros_distro: str) -> Callable[[str], FileWriter]:
-    """Return what opens the files of a bag; raises BagError where a package is not installed."""
+    """Return what opens the files of a bag; raises BagError if a package is not installed."""
     if storage == 'sqlite3':
         from goalwire.rosbag2.sqlite_writer import SqliteWriter
 
@@ -313,7 +313,7 @@ def _opener(storage: str, preset: str, ros_distro: str) -> Callable[[str], FileW
 
 
 def _sync(path: str) -> None:
-    """Have the disk keep a file; one that is gone by now is no error."""
+    """Have the disk keep a file; one that is gone by now is not an error."""
     with suppress(OSError):
         descriptor = os.open(path, os.O_RDWR)
         try:

@@ -113,7 +113,7 @@ def parse_arguments(arguments: Sequence[str]) -> Arguments:
     """Read a command line, its program name included or not.
 
     Raises ArgumentError with ROS 2's text for a rule that does not parse, UnknownArguments for ROS arguments
-    that nobody knows, TypeError for what is no string. Files are named, not read.
+    that nobody knows, TypeError for what is not a string. Files are named, not read.
     """
     parser = _Parser()
     parser.read(arguments)

@@ -58,7 +58,7 @@ def may_override(policy: PolicyKind, entity: str) -> bool:
 def value_of(qos: QoS, policy: PolicyKind) -> OverrideValue:
     """Return how a parameter spells the policy of `qos`; raises UnknownPolicyError."""
     if policy not in _FIELDS:
-        raise UnknownPolicyError(f'{policy.name} is no policy that a QoS profile has')
+        raise UnknownPolicyError(f'{policy.name} is not a policy that a QoS profile has')
     value: OverrideValue = getattr(qos, _FIELDS[policy])
     if isinstance(value, QoSPolicyEnum):
         if value.name == 'UNKNOWN':

@@ -70,7 +70,7 @@ class Endpoint:
     type_hash: str
     qos: QoS
     has_buffers: bool = False
-    """True where the type holds an unbounded sequence of primitives."""
+    """True if the type holds an unbounded sequence of primitives."""
     ignore_local: bool = False
     """True for a subscription that wants nothing from its own session."""
     waits_for_room: bool | None = None
@@ -83,7 +83,7 @@ class Endpoint:
 class Sample(NamedTuple):
     """One message as it came from the wire; times in ns since the UNIX epoch, `gid` 16 bytes.
 
-    `sequence` is 0 where the wire does not number a topic's messages (DDS).
+    `sequence` is 0 if the wire does not number a topic's messages (DDS).
     """
 
     payload: Payload
@@ -116,7 +116,7 @@ class Request(ABC):
 
     @abstractmethod
     def reply(self, payload: bytes) -> None:
-        """Send the answer, at most once. A client that has gone is no error."""
+        """Send the answer, at most once. A client that has gone is not an error."""
 
     @abstractmethod
     def cancel(self, reason: str = '') -> None:
@@ -204,7 +204,7 @@ class PublisherPort(Port):
         """Show that the publisher is alive, where its QoS leaves that to its user."""
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:  # noqa: ARG002
-        """Wait until all reliable subscriptions have what was published; False where the time is over first.
+        """Wait until all reliable subscriptions have what was published; False if the time is over first.
 
         True, as here, where the wire acknowledges by flow control alone.
         """
@@ -241,7 +241,7 @@ class ClientPort(Port):
     def cancel(self, sequence: int) -> None:
         """Hold nothing for this request any more: nobody waits for its reply, and neither function is called.
 
-        What is being called at this moment goes on. A request that has ended, or never was, is no error.
+        What is being called at this moment goes on. A request that has ended, or never was, is not an error.
         """
 
     def reaches_server(self) -> bool:
@@ -284,9 +284,9 @@ class Session(ABC):
     discovers_at_once = True
     """True where `watch_graph` tells everything there is before it returns; else it comes piece by piece."""
     knows_its_peers = False
-    """True where no peer can be met but those that `has_heard_all` counts."""
+    """True if no peer can be met but those that `has_heard_all` counts."""
     wire_poller: WirePoller | None = None
-    """Where idle threads may wait on this wire; None where it has threads of its own that must do that."""
+    """Where idle threads may wait on this wire; None if it has threads of its own that must do that."""
 
     @abstractmethod
     def node(self, name: NodeName) -> NodePort:
@@ -300,7 +300,7 @@ class Session(ABC):
         """
 
     def has_heard_all(self) -> bool:
-        """Whether all peers that are known of have told all they have; True where the wire does not say."""
+        """Whether all peers that are known of have told all they have; True if the wire does not say."""
         return True
 
     @abstractmethod

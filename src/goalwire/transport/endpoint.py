@@ -53,7 +53,7 @@ class EndpointState:
         return self.guard.is_forked
 
     def check(self) -> None:
-        """Raise ClosedError or ForkedError where the thing is no longer open."""
+        """Raise ClosedError or ForkedError if the thing is no longer open."""
         if self.guard.is_forked:
             self.guard.check(self.title)
         if self.closed:
@@ -63,7 +63,7 @@ class EndpointState:
             )
 
     def check_sending(self) -> None:
-        """Raise ClosedError or ForkedError where a publisher or a client must not send."""
+        """Raise ClosedError or ForkedError if a publisher or a client must not send."""
         self.check()
         if self.guard.is_silent:
             raise ClosedError(f'{self.title} was used after the end of its context; stop using it first')
@@ -117,7 +117,7 @@ class Children:
         """Open a child: the block does that, notes in `undo` how to undo it, and keeps the child at last.
 
         Where the block fails, or the parent is closed meanwhile, what was done is undone. Raises ClosedError
-        or ForkedError where the parent is not open.
+        or ForkedError if the parent is not open.
         """
         parent = self._parent
         parent.check()
@@ -133,7 +133,7 @@ class Children:
     def keep(self, child: C) -> C:
         """Take note of a new one, which is wholly open, and return it.
 
-        Raises ClosedError where the parent is closed. So closing the parent closes all that were noted, and
+        Raises ClosedError if the parent is closed. So closing the parent closes all that were noted, and
         none comes later. A child leaves as the last step of its closing: until then whoever closes the parent
         waits for it.
         """
@@ -146,7 +146,7 @@ class Children:
         return child
 
     def discard(self, gid: bytes) -> None:
-        """One has been closed; an unknown one is no error."""
+        """One has been closed; an unknown one is not an error."""
         with self._lock:
             self._children.pop(gid, None)
 
@@ -261,7 +261,7 @@ class Shared(Generic[K, V]):
         return None if found is None else found[0]
 
     def close(self, key: K) -> None:
-        """One user leaves; an unknown key is no error.
+        """One user leaves; an unknown key is not an error.
 
         With the last user the thing ends, and not before that is over is another one made.
         """

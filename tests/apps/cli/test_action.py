@@ -93,7 +93,7 @@ def test_what_is_wrong_is_said_in_one_line(ros2: CommandLine) -> None:
     told = ros2.fails('action', 'send_goal', known, 'oder=1', code=4)
     assert "no field 'oder'; did you mean 'order'?" in told
     assert "there is no part 'X'" in ros2.fails('action', 'echo', known, '--interfaces', 'X', code=2)
-    assert 'is no id of a goal' in ros2.fails('action', 'cancel', known, 'xyz', code=4)
+    assert 'is not an id of a goal' in ros2.fails('action', 'cancel', known, 'xyz', code=4)
     assert 'required' in ros2.fails('action', 'cancel', known, code=2)
     assert 'is no time' in ros2.fails('action', 'cancel', known, '--before', 'noon', code=4)
     assert 'no such goal' in ros2.fails('action', 'cancel', known, '0' * 31 + '1', code=3)

@@ -74,7 +74,7 @@ def test_a_component_is_loaded_listed_and_unloaded(box: CommandLine) -> None:
     [
         (['/lab/bx', 'eyes', 'eyes::Camera'], 3, "no container '/lab/bx'; did you mean '/lab/box'?"),
         (['/lab/box', 'eyes', 'eyes::Nose'], 7, "did not load 'eyes::Nose': LookupError: there is no comp"),
-        (['/lab/box', 'eyes', 'eyes::Camera', '-p', 'rate=1'], 4, "--parameter 'rate=1' is no parameter"),
+        (['/lab/box', 'eyes', 'eyes::Camera', '-p', 'rate=1'], 4, "--parameter 'rate=1' is not a parameter"),
         (
             ['/lab/box', 'eyes', 'eyes::Camera', '-p', 'rate:=fast'],
             7,

@@ -100,7 +100,7 @@ def test_stubs_are_written(ros2: CommandLine, tmp_path: Path) -> None:
 def test_what_is_not_there_is_told_with_what_is_near(ros2: CommandLine) -> None:
     assert "did you mean 'std_srvs'" in ros2.fails('interface', 'package', 'std_srv', code=3)
     assert 'did you mean' in ros2.fails('interface', 'show', 'std_srvs/srv/SetBol', code=3)
-    assert "'x' is no type" in ros2.fails('interface', 'show', 'x', code=4)
+    assert "'x' is not a type" in ros2.fails('interface', 'show', 'x', code=4)
 
 
 def test_shipped_definitions_are_written_as_ros_2_writes_them() -> None:

@@ -50,7 +50,7 @@ def test_arrays_are_printed_as_lists(shelf: CommandLine, name: str, shown: str) 
         ('real', 'fast', "'real' of '{}': give a number such as 1.5, not 'fast' (double)"),
         ('flag', '"false"', "'flag' of '{}': give true or false without quotes, not 'false' (boolean)"),
         ('wholes', '[1, x]', "'wholes[1]' of '{}': give a whole number such as 3, not 'x' (integer array)"),
-        ('whole', '{a: ', "'whole' of '{}': that is no YAML: "),
+        ('whole', '{a: ', "'whole' of '{}': that is not YAML: "),
     ],
 )
 def test_a_value_of_another_type_is_refused_with_an_example(
@@ -120,11 +120,11 @@ def test_a_file_is_loaded_as_far_as_it_fits(shelf: CommandLine, tmp_path: Path) 
 @pytest.mark.parametrize(
     ('content', 'problem'),
     [
-        (b'{a: [}', 'that is no YAML: '),
+        (b'{a: [}', 'that is not YAML: '),
         (b'- 1', 'a parameter file holds names of nodes, each with ros__parameters; not [1]'),
         (b'/a: {ros__parameters: {a: 1}}', 'Param file does not contain parameters for /n'),
         (b'/n: 3', 'YAML file is not a valid ROS parameter file for node /n'),
-        (b'\xff', 'is no text in UTF-8'),
+        (b'\xff', 'is not a text in UTF-8'),
         (b'/n: &a {ros__parameters: {b: *a}}', 'that is nested too deeply'),
     ],
 )

@@ -114,7 +114,7 @@ def test_what_is_wrong_is_said_in_one_line_with_a_code_of_its_own(ros2: CommandL
     assert "a: give a whole number such as 3, not 'many' (int64)" in ros2.fails(
         'service', 'call', '/lab/add', 'a=many', code=4
     )
-    assert 'is no YAML' in ros2.fails('service', 'call', '/lab/add', '{a: [}', code=4)
+    assert 'is not YAML' in ros2.fails('service', 'call', '/lab/add', '{a: [}', code=4)
     assert "cannot read 'nowhere.yaml'" in ros2.fails('service', 'call', '/lab/add', '@nowhere.yaml', code=3)
     assert 'a: ' in ros2.fails('service', 'call', '/lab/add', f'a={2**70}', code=4)
 

@@ -422,7 +422,7 @@ def test_strangers_at_the_door(stage: Stage) -> None:
     for bad in (
         b'\x8f\x80\0\0\0\0',  # a reserved kind of frame
         b'\x81\x05hello',  # a frame without a mask
-        frame(1, b'\xff\xfe\xff'),  # text that is no UTF-8
+        frame(1, b'\xff\xfe\xff'),  # text that is not UTF-8
         bytes([129, 255])
         + (100 << 20).to_bytes(8, 'big')
         + bytes(4)

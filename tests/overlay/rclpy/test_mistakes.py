@@ -49,7 +49,9 @@ class Forgetful(Node):
             getattr(self, act)(String, 'topic', 10)
 
 
-FORGOTTEN = r"^Forgetful is no node yet: Forgetful.__init__\(\) must call super\(\).__init__\('name'\) first$"
+FORGOTTEN = (
+    r"^Forgetful is not a node yet: Forgetful.__init__\(\) must call super\(\).__init__\('name'\) first$"
+)
 
 
 def test_a_node_without_super_init_says_so_where_it_is_used_first(executor: Executor) -> None:

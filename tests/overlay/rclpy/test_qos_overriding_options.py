@@ -167,7 +167,7 @@ def test_what_cannot_be_overridden_is_refused(make_node: MakeNode) -> None:
     node = make_node('n')
     for profile, kinds, text in (
         (qos_profile_unknown, [QoSPolicyKind.RELIABILITY], '^User provided QoS profile is invalid'),
-        (TEN, [QoSPolicyKind.INVALID], 'is no policy that a QoS profile has'),
+        (TEN, [QoSPolicyKind.INVALID], 'is not a policy that a QoS profile has'),
         (TEN, ['depth'], "'depth' is not a valid PolicyKind"),
     ):
         options = QoSOverridingOptions(kinds)  # type: ignore[arg-type]

@@ -95,8 +95,8 @@ def test_a_mimic_follows_another_mimic() -> None:
 @pytest.mark.parametrize(
     ('text', 'reason'),
     [
-        ('', 'it is no XML'),
-        ('<robot name="r">', 'it is no XML'),
+        ('', 'it is not XML'),
+        ('<robot name="r">', 'it is not XML'),
         ('<model/>', 'its root is <model>, not <robot>'),
         (robot(''), 'it has no <link>'),
         (robot('<link/>'), 'a <link> has no name'),

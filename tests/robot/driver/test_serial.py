@@ -241,7 +241,7 @@ def test_a_line_that_is_none_is_said_in_a_line(world: dict[str, str]) -> None:
     with humanoid('joint_state_service', *port, env=world) as program:
         assert program.wait() == 1
     [line] = program.output.splitlines()
-    assert line.startswith('joint_state_service: /dev/null is no serial line')
+    assert line.startswith('joint_state_service: /dev/null is not a serial line')
 
 
 @pytest.mark.slow

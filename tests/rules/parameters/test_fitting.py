@@ -63,9 +63,9 @@ def test_what_cannot_be_misunderstood_is_taken(type_: Type, text: str, value: ob
         (Type.STRING_ARRAY, 'left', "p: give a list such as [left], not 'left' (string array)"),
         (Type.STRING_ARRAY, '[a, [b]]', "p[1]: give a text such as 'a', not ['b'] (string array)"),
         (Type.BYTE_ARRAY, '[256]', 'p[0]: give a number from 0 to 255, not 256 (byte array)'),
-        (Type.BOOL_ARRAY, '{a: [', 'p: that is no YAML: '),
+        (Type.BOOL_ARRAY, '{a: [', 'p: that is not YAML: '),
         (Type.BOOL_ARRAY, '&a [*a]', 'p: that is nested too deeply (boolean array)'),
-        (Type.BOOL_ARRAY, '!!python/name:a', 'p: that is no YAML: could not determine a constructor'),
+        (Type.BOOL_ARRAY, '!!python/name:a', 'p: that is not YAML: could not determine a constructor'),
     ],
 )
 def test_what_does_not_fit_is_refused_with_name_type_and_example(

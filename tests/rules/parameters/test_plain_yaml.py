@@ -54,7 +54,7 @@ def test_values_of_a_file_keep_their_types() -> None:
     assert typed_value('a', 1.0e-7) == (Type.DOUBLE, 1e-7)
     assert typed_value('a', None) == (Type.STRING, 'null')
     assert typed_value('a', dt.date(2024, 1, 2)) == (Type.STRING, '2024-01-02')
-    with pytest.raises(FileShapeError, match=r"^parameter 'a\.b': \[1, 'x'\] is no value, nor a sequence"):
+    with pytest.raises(FileShapeError, match=r"^parameter 'a\.b': \[1, 'x'\] is not a value, nor a sequence"):
         typed_value('a.b', [1, 'x'])
 
 

@@ -188,7 +188,7 @@ class GripperController(Controller):
         if not spec.lower * FINGERS <= gap <= spec.upper * FINGERS:  # NaN included
             return f'a gap of {gap} m is not one from {spec.lower * FINGERS} to {spec.upper * FINGERS} m'
         if not 0.0 <= effort <= math.inf:
-            return f'max_effort {effort} N is no force'
+            return f'max_effort {effort} N is not a force'
         if self._joint in taken:
             return f'{self._joint} is moving for another goal; cancel that one first'
         if self._joint not in self._limbs.here:

@@ -33,7 +33,7 @@ class Limbs:
         node.create_subscription(JointState, 'joint_states', self._see, 10)
 
     def _see(self, states: JointState) -> None:
-        """Joint states need not name every joint; what is no angle of ours (NaN, a tail) is not seen."""
+        """Joint states need not name every joint; what is not an angle of ours (NaN, a tail) is not seen."""
         positions = _numbers(states.name, states.position)
         if not positions:
             return

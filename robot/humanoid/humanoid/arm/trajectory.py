@@ -44,7 +44,7 @@ def refusal(
         return 'its trajectory has no points'
     for each in (*goal.path_tolerance, *goal.goal_tolerance):
         if each.name not in names:
-            return f'a tolerance names {quoted(each.name)}, which is no joint of the trajectory'
+            return f'a tolerance names {quoted(each.name)}, which is not a joint of the trajectory'
         for bound in (each.position, each.velocity):
             if not math.isfinite(bound):
                 return f'a tolerance of {each.name} is {bound}, not a number'
@@ -71,7 +71,7 @@ def refusal(
 def _other_joints(names: Sequence[str], ours: Sequence[str]) -> str:
     for name in names:
         if name not in ours:
-            return f'{quoted(name)} is no joint of this controller; it has {", ".join(ours)}'
+            return f'{quoted(name)} is not a joint of this controller; it has {", ".join(ours)}'
     missing = [name for name in ours if name not in names]
     if missing:
         return f'it leaves out {", ".join(missing)}: a goal names all joints of its controller'
@@ -136,7 +136,7 @@ class Following:
     def verdict(
         self, here: Mapping[str, JointSample], measured: float, seen: float, now: float
     ) -> Verdict | None:
-        """How it ends, or None where it goes on.
+        """How it ends, or None if it goes on.
 
         The joints were so at `measured`, by the stamp of the joint states, which came at `seen`.
         """
@@ -161,7 +161,7 @@ class Following:
         wanted: Mapping[str, tuple[float, float]],
         here: Mapping[str, JointSample],
     ) -> str:
-        """The joints that are farther off than they may be, and how far; '' where there are none."""
+        """The joints that are farther off than they may be, and how far; '' if there are none."""
         found = []
         for name, (position, velocity) in wanted.items():
             unit, bound = JOINT_BY_NAME[name].unit, bounds[name]

@@ -58,7 +58,7 @@ class Power:
             self._at = at
 
     def mean(self, at: float) -> float | None:
-        """The mean of what was told since the last call, or None where nobody tells it any longer."""
+        """The mean of what was told since the last call, or None if nobody tells it any longer."""
         if at - self._at > STALE_AFTER:
             self._told.clear()
             return None

@@ -43,7 +43,7 @@ def states(number: int, joints: Sequence[tuple[float, float, float]]) -> Frame:
 
 
 def positions_of(frame: Frame) -> Mapping[int, float]:
-    """Raises ValueError where the payload is none of TARGETS."""
+    """Raises ValueError if the payload is none of TARGETS."""
     if frame.kind != TARGETS or len(frame.payload) % _TARGET.size:
         raise ValueError('no targets')
     return dict(_TARGET.iter_unpack(frame.payload))

@@ -32,7 +32,7 @@ class DriverError(Exception):
 class MotorDriver(Protocol):
     """The motors of one robot. All calls but `close` come from one thread, in turns: `write`, then `read`.
 
-    Each may block for 20 ms at most. Both raise DriverError where the motors do not answer; they are called
+    Each may block for 20 ms at most. Both raise DriverError if the motors do not answer; they are called
     again in the next period, so a driver that lost its line opens it anew in one of them.
     """
 
@@ -110,7 +110,7 @@ class DrivenJoints:
         return self._held
 
     def update(self, now: float) -> None:
-        """Raises DriverError where the motors have not answered of late."""
+        """Raises DriverError if the motors have not answered of late."""
         with self._lock:
             self._clock = now, time.monotonic()
             self._samples = dict(self._readings)

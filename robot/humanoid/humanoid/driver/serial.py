@@ -93,7 +93,7 @@ class SerialMotors:
             termios.tcsetattr(line, termios.TCSANOW, settings)
         except termios.error as error:
             os.close(line)
-            raise self._no_line(f'is no serial line: {error}') from error
+            raise self._no_line(f'is not a serial line: {error}') from error
         self._line, self._decoder = line, Decoder()
         return line
 

@@ -24,7 +24,7 @@ def refusal(
     if not _within(FARTHEST, position):
         return f'position {position} is not within {FARTHEST:g} m of the origin'
     if not _within(GREATEST_TURN, orientation):
-        return f'orientation {orientation} is no quaternion with components up to {GREATEST_TURN:g}'
+        return f'orientation {orientation} is not a quaternion with components up to {GREATEST_TURN:g}'
     if position[2] < 0:
         return f'target z {position[2]} m is below the floor'
     if not 0.0 < timeout <= LONGEST:

@@ -104,7 +104,7 @@ class Run(Generic[ResultT, FeedbackT]):
         return _Result(self)
 
     async def cancel(self, *, timeout: float | None = None) -> bool:
-        """Ask the server to cancel the goal; True where it will. The result tells how that went.
+        """Ask the server to cancel the goal; True if it will. The result tells how that went.
 
         Raises DeadlineError, ServerLostError, ServerFailedError, ShutDownError.
         """
@@ -127,7 +127,7 @@ class Run(Generic[ResultT, FeedbackT]):
         """Wait for a server, send the goal, wait until it is accepted.
 
         Raises GoalRefused, NoServerError, DeadlineError, ServerLostError, ServerFailedError; ShutDownError,
-        InvalidHandle; EncodeError where a field cannot go on the wire.
+        InvalidHandle; EncodeError if a field cannot go on the wire.
         """
         if self._attempt is not None:
             raise ClosedError('this run was entered before: send the goal again')

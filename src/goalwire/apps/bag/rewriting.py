@@ -32,7 +32,7 @@ class Cut:
 def rewrite(sources: Sequence[Reader], target: Writer, cut: Cut) -> int:
     """Write the messages of several bags into one, in the order of their times; return how many.
 
-    Raises BagError where a name has two types among the bags.
+    Raises BagError if a name has two types among the bags.
     """
     names = dict(cut.renames)
     for source in sources:
@@ -90,7 +90,7 @@ def repair(source: Reader, target: Writer) -> int:
 def reindex(folder: str) -> Reader:
     """Write the metadata of a folder anew, from its files, and return the bag, opened.
 
-    Raises BagError where there are none, or one of them cannot be read.
+    Raises BagError if there are none, or one of them cannot be read.
     """
     if not Path(folder).is_dir():
         raise FileNotFoundError(f"nothing is at '{shown(folder)}'")

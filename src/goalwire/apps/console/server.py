@@ -172,7 +172,7 @@ class _Server(uvicorn.Server):
 async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[list[str]], object]) -> None:
     """Serve the page; `ready` is told its addresses when it can be opened, as `Settings.urls` has them.
 
-    Once in a process, for the page's routes are the process's. Raises TransportError where the port is taken
+    Once in a process, for the page's routes are the process's. Raises TransportError if the port is taken
     or the TLS files cannot be read.
     """
     listener = _listen(settings)

@@ -61,7 +61,7 @@ def parameters_from_yaml_file(
 ) -> dict[str, ParameterMessage]:
     """Return what a parameter file says, by `namespace` and name in one.
 
-    Raises OSError (also for what is no regular file, or too large), yaml.YAMLError with file and line,
+    Raises OSError (also for what is not a regular file, or too large), yaml.YAMLError with file and line,
     FileShapeError (a RuntimeError).
     """
     import yaml
@@ -87,7 +87,7 @@ def parameters_from_yaml_file(
 def values_from_yaml_file(path: str, node_name: str, *, use_wildcard: bool) -> dict[str, object]:
     """Return what a parameter file says for one node, by names, as `read_yaml` returns it.
 
-    Raises OSError (also for what is no regular file, or too large), FieldValueError for what is no YAML,
+    Raises OSError (also for what is not a regular file, or too large), FieldValueError for what is not YAML,
     FileShapeError (a RuntimeError).
     """
     from goalwire.idl.field_values import read_yaml
@@ -95,7 +95,7 @@ def values_from_yaml_file(path: str, node_name: str, *, use_wildcard: bool) -> d
     try:
         text = read_regular(path, LARGEST_PARAMETER_FILE).decode()
     except UnicodeDecodeError:
-        raise FileShapeError(f'{path} is no text in UTF-8') from None
+        raise FileShapeError(f'{path} is not a text in UTF-8') from None
     content = read_yaml(text)
     if use_wildcard and isinstance(content, dict) and set(content) == {'/**'}:
         return flat_values(content, None, use_wildcard=True)

@@ -42,7 +42,7 @@ def values_for_node(context: LaunchContext, path: Path, full_name: str) -> dict[
         raise LaunchError(f'cannot read the parameter file {shown(str(path))}: {error.strerror}') from error
     except (yaml.YAMLError, UnicodeError) as error:
         reason = ' '.join(str(error).split())
-        raise LaunchError(f'the parameter file {shown(str(path))} is no valid YAML: {reason}') from error
+        raise LaunchError(f'the parameter file {shown(str(path))} is not valid YAML: {reason}') from error
     if not isinstance(content, Mapping):
         raise LaunchError(f'the parameter file {shown(str(path))} holds no names of nodes')
     nodes = dict(_by_node(content, ''))

@@ -129,7 +129,7 @@ class ParameterFile:
             yaml.safe_load(text)
         except (yaml.YAMLError, UnicodeError) as error:
             raise SubstitutionFailure(
-                f'the parameter file {shown(str(path))} is no valid YAML: {" ".join(str(error).split())}'
+                f'the parameter file {shown(str(path))} is not valid YAML: {" ".join(str(error).split())}'
             ) from error
         self._evaluated = self._written = write_temporary(context, text)
         return self._written

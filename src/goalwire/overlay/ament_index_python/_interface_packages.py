@@ -29,7 +29,7 @@ def share(package: str) -> str | None:
 
 
 def prefix(package: str) -> str | None:
-    """The prefix that the package counts to; None where there is no such interface package."""
+    """The prefix that the package counts to; None if there is no such interface package."""
     found = _find(package)
     if found is None:
         return None

@@ -115,6 +115,6 @@ def _link(place: Path, target: Path) -> None:
 
 
 def _cache() -> Path:
-    """The user's own folder for what can be made again. Raises RuntimeError where there is none."""
+    """The user's own folder for what can be made again. Raises RuntimeError if there is none."""
     own = os.environ.get('LOCALAPPDATA' if os.name == 'nt' else 'XDG_CACHE_HOME', '')
     return (Path(own) if Path(own).is_absolute() else Path.home() / '.cache') / 'goalwire' / 'prefixes'

@@ -35,7 +35,7 @@ def get_packages_with_prefixes() -> dict[str, str]:
 def get_package_prefix(package_name: str) -> str:
     """Return the prefix that a package is installed in.
 
-    Raises PackageNotFoundError (a KeyError), and ValueError for what is no package name (REP 144).
+    Raises PackageNotFoundError (a KeyError), and ValueError for what is not a package name (REP 144).
     """
     _check_name(package_name)
     try:

@@ -30,7 +30,7 @@ class InvalidResourceNameError(ValueError):
 def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
     """Return a resource's text and the prefix that has it.
 
-    Raises LookupError where there is none, OSError where it cannot be read, and ValueErrors for bad names.
+    Raises LookupError if there is none, OSError if it cannot be read, and ValueErrors for bad names.
     """
     _check(resource_type, resource_name)
     for prefix in get_search_paths():
@@ -117,7 +117,7 @@ def _own_prefix(resource_type: str, name: str) -> str | None:
 
 
 def _visible(folder: Path) -> list[Path]:
-    """The entries of a folder that are not hidden, sorted; none where it is no folder."""
+    """The entries of a folder that are not hidden, sorted; none if it is not a folder."""
     if not folder.is_dir():
         return []
     return sorted(entry for entry in folder.iterdir() if not entry.name.startswith('.'))

@@ -47,17 +47,17 @@ class Cache(SimpleFilter):
             self.signalMessage(msg)
 
     def getInterval(self, from_stamp: Time, to_stamp: Time) -> list[Any]:
-        """Return the messages of an interval, both ends included; AssertionError where it is reversed."""
+        """Return the messages of an interval, both ends included; AssertionError if it is reversed."""
         if from_stamp > to_stamp:
             raise AssertionError(f'the interval is reversed: from {from_stamp} to {to_stamp}')
         return [msg for stamp, msg in tuple(self._entries) if from_stamp <= stamp <= to_stamp]
 
     def getElemAfterTime(self, stamp: Time) -> Any:
-        """Return the first message at or after an instant; None where there is none."""
+        """Return the first message at or after an instant; None if there is none."""
         return next((msg for own, msg in tuple(self._entries) if own >= stamp), None)
 
     def getElemBeforeTime(self, stamp: Time) -> Any:
-        """Return the last message at or before an instant; None where there is none."""
+        """Return the last message at or before an instant; None if there is none."""
         return next((msg for own, msg in reversed(tuple(self._entries)) if own <= stamp), None)
 
     def getLastestTime(self) -> Time | None:

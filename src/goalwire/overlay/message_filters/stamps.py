@@ -12,7 +12,7 @@ __all__ = ['stamp_of', 'stamp_or_arrival']
 
 
 def stamp_of(msg: Any) -> Time:
-    """Return the stamp of a message's header; raises AttributeError where it has none."""
+    """Return the stamp of a message's header; raises AttributeError if it has none."""
     stamp = msg.header.stamp
     return stamp if hasattr(stamp, 'nanoseconds') else Time.from_msg(stamp)
 

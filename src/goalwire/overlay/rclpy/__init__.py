@@ -156,7 +156,7 @@ def _drop_global_executor() -> None:
 
 
 def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:
-    """Close a context (the default one where None). Raises RuntimeError or RCLError where it is not open."""
+    """Close a context (the default one where None). Raises RuntimeError or RCLError if it is not open."""
     default = context is None
     if default:
         _drop_global_executor()  # first, so that a spin() elsewhere returns instead of raising
@@ -213,7 +213,7 @@ def spin_once(node: Node, *, executor: Executor | None = None, timeout_sec: floa
 def spin(node: Node, executor: Executor | None = None) -> None:
     """Run the callbacks of `node` until its context ends.
 
-    Raises ExternalShutdownException where a signal ended it, KeyboardInterrupt on Ctrl-C.
+    Raises ExternalShutdownException if a signal ended it, KeyboardInterrupt on Ctrl-C.
     """
     chosen = (_global_executor or get_global_executor()) if executor is None else executor
     added = chosen.add_node(node)

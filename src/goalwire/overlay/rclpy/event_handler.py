@@ -82,7 +82,7 @@ class EventHandler(SelfDriven[EventStatus | None]):
         event_type: EventType,
         parent_impl: _Endpoint,
     ) -> None:
-        """Raises UnsupportedEventTypeError where the wire cannot tell, TypeError for the other's event."""
+        """Raises UnsupportedEventTypeError if the wire cannot tell, TypeError for the other's event."""
         self.event_type = event_type
         self._reader = parent_impl.events.reader(event_type, callback_group, callback)
         self._index: int | None = None
@@ -102,7 +102,7 @@ class EventHandler(SelfDriven[EventStatus | None]):
         return self._index is not None and wait_set.is_ready('event', self._index)
 
     def take_data(self) -> EventStatus | None:
-        """Take the record with the changes since the last one; None where there are none."""
+        """Take the record with the changes since the last one; None if there are none."""
         self._check_alive()
         return self._reader.take()
 
@@ -179,7 +179,7 @@ class SubscriptionEventCallbacks:
     def create_event_handlers(
         self, callback_group: CallbackGroup, subscription: SubscriptionCore[Any], topic_name: str
     ) -> list[EventHandler]:
-        """Return a handler for each callback; raises UnsupportedEventTypeError where the wire cannot tell."""
+        """Return a handler for each callback; raises UnsupportedEventTypeError if the wire cannot tell."""
         return list(_handlers(self, _SUBSCRIPTION_EVENTS, callback_group, subscription, topic_name))
 
 
@@ -206,7 +206,7 @@ class PublisherEventCallbacks:
     def create_event_handlers(
         self, callback_group: CallbackGroup, publisher: PublisherCore[Any], topic_name: str
     ) -> list[EventHandler]:
-        """Return a handler for each callback; raises UnsupportedEventTypeError where the wire cannot tell."""
+        """Return a handler for each callback; raises UnsupportedEventTypeError if the wire cannot tell."""
         return list(_handlers(self, _PUBLISHER_EVENTS, callback_group, publisher, topic_name))
 
 
@@ -217,7 +217,7 @@ def event_handlers(
 ) -> list[EventHandler]:
     """Return the handlers of a new publisher or subscription; None asks for the default ones.
 
-    Raises UnsupportedEventTypeError where the wire cannot tell.
+    Raises UnsupportedEventTypeError if the wire cannot tell.
     """
     if isinstance(endpoint, PublisherCore):
         wanted = cast('PublisherEventCallbacks', callbacks or PublisherEventCallbacks())

@@ -285,7 +285,7 @@ class Node(BaseNode):
     ) -> Timer:
         """Create a timer of a period in seconds, on the node's clock unless another is given.
 
-        Raises RCLError below 0, TypeError or ValueError for what is no number. A callback that is not a
+        Raises RCLError below 0, TypeError or ValueError for what is not a number. A callback that is not a
         function is told in the log, and raises TypeError when it is called.
         """
         self.handle.check_open()
@@ -346,11 +346,11 @@ class Node(BaseNode):
     # -- how it ends ---------------------------------------------------------------------------------------
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
-        """Destroy a publisher of this node; False where it is not (any more)."""
+        """Destroy a publisher of this node; False if it is not (any more)."""
         return _destroy(publisher, self._publishers) and self._ros_forget_events(publisher)
 
     def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
-        """Destroy a subscription of this node; False where it is not (any more)."""
+        """Destroy a subscription of this node; False if it is not (any more)."""
         listed = self._subscriptions if subscription in self._subscriptions else list(self.subscriptions)
         return _destroy(subscription, listed) and self._ros_forget_events(subscription)
 
@@ -361,23 +361,23 @@ class Node(BaseNode):
         return True
 
     def destroy_client(self, client: Client[Any, Any]) -> bool:
-        """Destroy a client of this node; False where it is not (any more)."""
+        """Destroy a client of this node; False if it is not (any more)."""
         return _destroy(client, self._clients)
 
     def destroy_service(self, service: Service[Any, Any]) -> bool:
-        """Destroy a service of this node; False where it is not (any more)."""
+        """Destroy a service of this node; False if it is not (any more)."""
         return _destroy(service, self._services)
 
     def destroy_timer(self, timer: Timer) -> bool:
-        """Destroy a timer of this node; False where it is not (any more)."""
+        """Destroy a timer of this node; False if it is not (any more)."""
         return _destroy(timer, self._timers)
 
     def destroy_guard_condition(self, guard: GuardCondition) -> bool:
-        """Destroy a guard condition of this node; False where it is not (any more)."""
+        """Destroy a guard condition of this node; False if it is not (any more)."""
         return _destroy(guard, self._guards)
 
     def destroy_rate(self, rate: Rate) -> bool:
-        """Destroy a rate of this node; False where it is not (any more)."""
+        """Destroy a rate of this node; False if it is not (any more)."""
         timer = self._ros_rates.pop(rate, None)
         if timer is None:
             return False

@@ -67,7 +67,7 @@ class ParameterEventHandler:
     def get_parameter_from_event(
         event: ParameterEvent, parameter_name: str, node_name: str
     ) -> Parameter | None:
-        """Return the new value of a parameter of a node ('/ns/name'), None where it did not change."""
+        """Return the new value of a parameter of a node ('/ns/name'), None if it did not change."""
         return parameter_events.parameter_from_event(event, parameter_name, node_name)
 
     @staticmethod
@@ -82,7 +82,7 @@ class ParameterEventHandler:
         return self._callbacks.add_parameter(parameter_name, node_name, callback)
 
     def remove_parameter_callback(self, handle: ParameterCallbackHandle) -> None:
-        """Forget a callback; raises RuntimeError where it is not there."""
+        """Forget a callback; raises RuntimeError if it is not there."""
         self._callbacks.remove_parameter(handle)
 
     def add_parameter_event_callback(
@@ -92,7 +92,7 @@ class ParameterEventHandler:
         return self._callbacks.add_event(callback)
 
     def remove_parameter_event_callback(self, handle: ParameterEventCallbackHandle) -> None:
-        """Forget a callback; raises RuntimeError where it is not there."""
+        """Forget a callback; raises RuntimeError if it is not there."""
         self._callbacks.remove_event(handle)
 
 

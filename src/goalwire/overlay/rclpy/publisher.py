@@ -22,7 +22,7 @@ class Publisher(PublisherCore[MsgT], TopicEndpoint):
         self.show_liveliness()
 
     def wait_for_all_acked(self, timeout: Duration = _FOREVER) -> bool:
-        """Wait until every reliable subscription has all that was published; False where that takes too long.
+        """Wait until every reliable subscription has all that was published; False if that takes too long.
 
         At once True on a wire that acknowledges by flow control alone. Raises InvalidHandle once destroyed.
         """

@@ -272,7 +272,7 @@ class QoSProfile:
             liveliness_lease_duration=Duration(nanoseconds=qos.lease_ns),
             avoid_ros_namespace_conventions=qos.avoid_ros_namespace_conventions,
         )
-        # Set past the checks: a peer's KEEP_LAST of depth 0 is no mistake of this program.
+        # Set past the checks: a peer's KEEP_LAST of depth 0 is not a mistake of this program.
         profile._history, profile._depth = qos.history, qos.depth
         return profile
 

@@ -44,7 +44,7 @@ class Subscription(SubscriptionCore[MsgT], TopicEndpoint):
         self.set_callback(value)
 
     def take_message(self, msg_type: type[MsgT], raw: bool) -> tuple[Any, MessageInfo] | None:
-        """Take a message, as rclpy's handle offers it to waitables; None where there is none.
+        """Take a message, as rclpy's handle offers it to waitables; None if there is none.
 
         It is one of this subscription's type, or serialized where that is `raw`.
         """

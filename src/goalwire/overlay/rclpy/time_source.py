@@ -50,7 +50,7 @@ class TimeSource(TimeSourceCore):
     def attach_node(self, node: ClockedNode) -> None:
         """Follow `node`'s parameter, declared here where it is not yet; a node from before is left.
 
-        Raises TypeError for what is no node.
+        Raises TypeError for what is not a node.
         """
         if not isinstance(node, ClockedNode):
             raise TypeError('Node must be of type rclpy.node.Node')
@@ -73,7 +73,7 @@ class TimeSource(TimeSourceCore):
         self._node = None
 
     def attach_clock(self, clock: ROSClock) -> None:
-        """Set `clock` too. Raises ValueError where it is of another kind than ROS_TIME."""
+        """Set `clock` too. Raises ValueError if it is of another kind than ROS_TIME."""
         if not isinstance(clock, ROSClock):
             raise ValueError('Only clocks with type ROS_TIME can be attached.')  # noqa: TRY004 - rclpy's own
         super().attach_clock(clock)

@@ -17,7 +17,7 @@ START_TYPE_DESCRIPTION_SERVICE_PARAM = START_PARAMETER
 @runtime_checkable
 class _ListsServices(Protocol):
     def destroy_service(self, service: Service[Any, Any], /) -> bool:
-        """Destroy one; False where it is not the node's (any more)."""
+        """Destroy one; False if it is not the node's (any more)."""
 
 
 class TypeDescriptionService:

@@ -41,7 +41,7 @@ def ok(*, context: Context | None = None) -> bool:
 
 
 def shutdown(*, context: Context | None = None) -> None:
-    """Close a context; raises RuntimeError or RCLError where it is not open."""
+    """Close a context; raises RuntimeError or RCLError if it is not open."""
     (get_default_context(shutting_down=True) if context is None else context).shutdown()
 
 

@@ -26,7 +26,7 @@ def wait_for_message(
 ) -> tuple[Literal[True], MsgT] | tuple[Literal[False], None]:
     """Block until a message comes: (True, message); (False, None) after `time_to_wait` s or at shutdown.
 
-    A negative time is no limit. The node need not spin. Raises as Node.create_subscription does.
+    A negative time is not a limit. The node need not spin. Raises as Node.create_subscription does.
     """
     profile = QoSProfile.of(qos_profile)
     message = entity.wait_for_message(node.handle, msg_type, topic, profile.to_core(), time_to_wait)

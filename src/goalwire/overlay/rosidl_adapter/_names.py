@@ -37,24 +37,24 @@ class UnknownMessageType(InvalidSpecification):
 
 
 def is_valid_package_name(name: str) -> bool:
-    """Whether a package may be called so. Raises InvalidResourceName for what is no string."""
+    """Whether a package may be called so. Raises InvalidResourceName for what is not a string."""
     return _fits(VALID_PACKAGE_NAME_PATTERN, name)
 
 
 def is_valid_field_name(name: str) -> bool:
-    """Whether a field may be called so. Raises InvalidResourceName for what is no string."""
+    """Whether a field may be called so. Raises InvalidResourceName for what is not a string."""
     return _fits(VALID_FIELD_NAME_PATTERN, name)
 
 
 def is_valid_constant_name(name: str) -> bool:
-    """Whether a constant may be called so. Raises InvalidResourceName for what is no string."""
+    """Whether a constant may be called so. Raises InvalidResourceName for what is not a string."""
     return _fits(VALID_CONSTANT_NAME_PATTERN, name)
 
 
 def is_valid_message_name(name: str) -> bool:
     """Whether a message may be called so, one of a service or an action too.
 
-    Raises InvalidResourceName for what is no string.
+    Raises InvalidResourceName for what is not a string.
     """
     if not isinstance(name, str):
         raise InvalidResourceName(name)

@@ -27,7 +27,7 @@ _BOOLEANS = {'true': True, '1': True, 'false': False, '0': False}
 
 
 class InvalidValue(Exception):
-    """Text that is no value of the type it is given for."""
+    """Text that is not a value of the type it is given for."""
 
     def __init__(self, type_: Type | str, value_string: str, message_suffix: str | None = None) -> None:
         text = f"value '{value_string}' can not be converted to type '{type_}'"
@@ -38,7 +38,7 @@ class BaseType:
     """A type without brackets: a primitive (`pkg_name` is None) or a message.
 
     `context_package_name` is the package of messages that are named without one. Raises InvalidResourceName,
-    and TypeError for a bound that is no positive number.
+    and TypeError for a bound that is not a positive number.
     """
 
     __slots__ = ['pkg_name', 'string_upper_bound', 'type']
@@ -61,7 +61,7 @@ class BaseType:
             self.pkg_name, self.type = _message(type_string, context_package_name)
 
     def is_primitive_type(self) -> bool:
-        """Whether this is no message."""
+        """Whether this is not a message."""
         return self.pkg_name is None
 
     def _base_text(self) -> str:

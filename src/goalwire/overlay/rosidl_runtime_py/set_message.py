@@ -26,8 +26,8 @@ def set_message_fields(
     With `expand_header_auto` a header may be 'auto', with `expand_time_now` a time may be 'now': returned
     are functions that set these, to be called with a builtin_interfaces/Time at each publication.
 
-    Raises TypeError where a dictionary is missing, AttributeError for an unknown field, ValueError for text
-    that is no number.
+    Raises TypeError if a dictionary is missing, AttributeError for an unknown field, ValueError for text
+    that is not a number.
     """
     filling = _Filling(expand_header_auto, expand_time_now)
     filling.fill(msg, values)

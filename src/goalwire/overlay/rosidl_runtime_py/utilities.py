@@ -45,7 +45,7 @@ def get_interface(identifier: str) -> type:
 
 
 def get_message(identifier: str) -> type:
-    """Return the class of 'std_msgs/msg/String' or 'std_msgs/String'; ValueError for what is no message."""
+    """Return the class of 'std_msgs/msg/String' or 'std_msgs/String'; ValueError for anything else."""
     found = get_interface(_with_kind(identifier, 'msg'))
     if not is_message(found):
         raise ValueError(f"Expected the full name of a message, got '{identifier}'")
@@ -53,7 +53,7 @@ def get_message(identifier: str) -> type:
 
 
 def get_service(identifier: str) -> type:
-    """Return the class of 'std_srvs/srv/SetBool' or 'std_srvs/SetBool'; ValueError for what is no service."""
+    """Return the class of 'std_srvs/srv/SetBool' or 'std_srvs/SetBool'; ValueError for anything else."""
     found = get_interface(_with_kind(identifier, 'srv'))
     if not is_service(found):
         raise ValueError(f"Expected the full name of a service, got '{identifier}'")
@@ -63,7 +63,7 @@ def get_service(identifier: str) -> type:
 def get_action(identifier: str) -> type:
     """Return the class of 'example_interfaces/action/Fibonacci' or 'example_interfaces/Fibonacci'.
 
-    Raises ValueError for what is no action.
+    Raises ValueError for what is not an action.
     """
     found = get_interface(_with_kind(identifier, 'action'))
     if not is_action(found):

@@ -66,7 +66,7 @@ class BufferClient(BufferInterface):
     ) -> TransformStamped:
         """Return the transform from source to target at a time, 0 being the latest.
 
-        Raises TimeoutException where the server is missing or late, and the exception that it reports.
+        Raises TimeoutException if the server is missing or late, and the exception that it reports.
         """
         goal = LookupTransform.Goal(
             target_frame=target_frame,

@@ -70,7 +70,7 @@ class ConvertRegistration:
 def convert(a: Any, b_type: type[T]) -> T:
     """Return `a` as another type: directly, as a copy if it has that type, else by way of a message.
 
-    Raises TypeException where nobody has registered how.
+    Raises TypeException if nobody has registered how.
     """
     registration = ConvertRegistration()
     try:

@@ -52,10 +52,10 @@ def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
 
 
 def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
-    """Return a point of the mirror's plane, and its normal. Raises ValueError for what is no mirror."""
+    """Return a point of the mirror's plane, and its normal. Raises ValueError for what is not a mirror."""
     factor, point, normal = scale_from_matrix(matrix)
     if normal is None or abs(factor + 1) > _SAME:
-        raise ValueError('the matrix is no reflection')
+        raise ValueError('the matrix is not a reflection')
     return point, normal
 
 

@@ -104,7 +104,7 @@ def write_participant(data: ParticipantData) -> bytes:
 
 
 def read_participant(payload: bytes) -> ParticipantData:
-    """Return what a payload of SPDP tells; raises RtpsError where it tells no GUID, or has to be ignored."""
+    """Return what a payload of SPDP tells; raises RtpsError if it tells no GUID, or has to be ignored."""
     told, order = read_payload(payload)
     values: dict[str, object] = {}
     metatraffic: list[Address] = []
@@ -157,7 +157,7 @@ def write_endpoint(data: EndpointData) -> bytes:
 
 
 def read_endpoint(payload: bytes) -> EndpointData:
-    """Return what a payload of SEDP tells; raises RtpsError where a name or the GUID is missing."""
+    """Return what a payload of SEDP tells; raises RtpsError if a name or the GUID is missing."""
     told, order = read_payload(payload)
     guid = topic = type_name = None
     user_data = b''
@@ -183,7 +183,7 @@ def read_endpoint(payload: bytes) -> EndpointData:
 
 
 def read_key(payload: bytes, pid: int) -> bytes | None:
-    """Return the GUID that a payload with only a key has under `pid`; None where it has none."""
+    """Return the GUID that a payload with only a key has under `pid`; None if it has none."""
     for found, value in read_payload(payload)[0]:
         if found == pid:
             return _guid(value)

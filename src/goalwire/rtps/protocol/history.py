@@ -62,7 +62,7 @@ class HistoryCache:
         self.size += change.size
 
     def remove(self, number: int) -> None:
-        """Let go of a change; one that is not kept is no error."""
+        """Let go of a change; one that is not kept is not an error."""
         change = self.changes.pop(number, None)
         if change is not None:
             self.size -= change.size

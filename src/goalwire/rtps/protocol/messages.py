@@ -358,7 +358,7 @@ def check_header(packet: bytes) -> None:
 
 
 def split(packet: bytes) -> Iterator[tuple[int, int, int, int]]:
-    """Yield id, flags, begin and end of each submessage's body; raises RtpsError where one is cut off."""
+    """Yield id, flags, begin and end of each submessage's body; raises RtpsError if one is cut off."""
     at, size = HEADER_SIZE, len(packet)
     while at < size:
         if size - at < 4:

@@ -97,7 +97,7 @@ def write_text(text: str) -> bytes:
 
 
 def read_text(value: bytes, order: int, most: int = bounds.TEXT_SIZE) -> str:
-    """Return a text; raises RtpsError where it is cut off, longer than `most`, or not UTF-8."""
+    """Return a text; raises RtpsError if it is cut off, longer than `most`, or not UTF-8."""
     data = read_bytes(value, order, most)
     try:
         return data.rstrip(b'\0').decode()
@@ -106,7 +106,7 @@ def read_text(value: bytes, order: int, most: int = bounds.TEXT_SIZE) -> str:
 
 
 def read_bytes(value: bytes, order: int, most: int) -> bytes:
-    """Return data behind their length; raises RtpsError where they are cut off, or more than `most`."""
+    """Return data behind their length; raises RtpsError if they are cut off, or more than `most`."""
     size = read_u32(value, order)
     if size > len(value) - 4 or size > most:
         raise RtpsError(f'data of {size} bytes stand in a parameter of {len(value)}')
@@ -154,7 +154,7 @@ _BIG_LOCATOR = struct.Struct('>iI16s')
 
 
 def related_sample(qos: bytes) -> SampleIdentity | None:
-    """Return the identity of the request that inline QoS names; None where it names none."""
+    """Return the identity of the request that inline QoS names; None if it names none."""
     for pid, value in read_list(qos):
         if pid in (RELATED_SAMPLE, RELATED_SAMPLE_OF_VENDORS) and len(value) >= _IDENTITY.size:
             guid, high, low = _IDENTITY.unpack_from(value)

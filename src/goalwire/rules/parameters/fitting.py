@@ -54,7 +54,7 @@ def fit_parameter(name: str, type_: Type, given: object) -> ParameterValue:
 def fit_parameter_text(name: str, type_: Type, text: str) -> ParameterValue:
     """Return the value that a text of a command line or a form stands for, if the type is declared.
 
-    A string takes every text that is no list. Raises FieldValueError.
+    A string takes every text that is not a list. Raises FieldValueError.
     """
     try:
         given: Any = read_yaml(text)

@@ -45,7 +45,7 @@ def typed_value(name: str, value: object) -> Typed:
         typed = None
     if typed is None:
         raise FileShapeError(
-            f"parameter '{name}': {reprlib.repr(value)} is no value, nor a sequence of values of one type"
+            f"parameter '{name}': {reprlib.repr(value)} is not a value, nor a sequence of values of one type"
         )
     return typed
 

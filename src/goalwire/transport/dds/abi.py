@@ -300,7 +300,7 @@ class Library:
     """ddsi_serdata_from_ser_iov with other threads running."""
 
     def __init__(self, path: str) -> None:
-        """Load it. Raises OSError where that fails, AttributeError where a function is missing."""
+        """Load it. Raises OSError if that fails, AttributeError if a function is missing."""
         self.path = path
         releasing = {f'dds_get_{name}_status': (_I, (_I, _P)) for name in _STATUSES}
         for loaded, table in (

@@ -275,7 +275,7 @@ def _parts(entry: str, ipv6: bool) -> tuple[str, str]:
     match = _ENTRY.fullmatch(entry)
     host = (match['v6'] or match['plain'] or '') if match else ''
     if match is None or not host or not host.isprintable() or len(host) > 253:
-        raise Unusable('it is no address: write HOST, HOST:PORT or [IPV6]:PORT')
+        raise Unusable('it is not an address: write HOST, HOST:PORT or [IPV6]:PORT')
     if match['kind'] not in {None, 'udp6' if ipv6 else 'udp'}:
         raise Unusable(f"'{match['kind']}/' is not how Cyclone DDS speaks here")
     port = match['port'] or ''
@@ -295,7 +295,7 @@ def _checked(host: str, addresses: list[str], port: str, ipv6: bool) -> list[str
 
 
 def _look_up(host: str, ipv6: bool, *, numeric: bool = False) -> list[str]:
-    """Return the addresses of a host, none where it has none."""
+    """Return the addresses of a host, none if it has none."""
     family = socket.AF_INET6 if ipv6 else socket.AF_INET
     flags = socket.AI_NUMERICHOST if numeric else 0
     try:

@@ -90,7 +90,7 @@ class LocalReaders:
             self.by_topic[topic] = (*self.by_topic.get(topic, ()), dispatcher)
 
     def discard(self, topic: str, dispatcher: ReaderDispatcher) -> None:
-        """Remove a reader; an unknown one is no error."""
+        """Remove a reader; an unknown one is not an error."""
         with self._lock:
             others = tuple(each for each in self.by_topic.get(topic, ()) if each is not dispatcher)
             if others:
@@ -216,7 +216,7 @@ class QueueingWriter(Writer):
             pass
 
     def _send_first(self, write: Callable[[bytes], int]) -> bool:
-        """Send what has waited longest and let it wait no more; False where there is nothing, or no room."""
+        """Send what has waited longest and let it wait no more; False if there is nothing, or no room."""
         if self._guard is not None and self._guard.is_silent:
             self.discard_waiting()
         with self._lock:

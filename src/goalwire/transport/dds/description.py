@@ -106,7 +106,7 @@ def encode_participant(enclave: str) -> bytes:
 
 
 def enclave_of(data: bytes) -> str:
-    """Return the enclave that a participant names, '' where it names none."""
+    """Return the enclave that a participant names, '' if it names none."""
     return _pairs(data).get('enclave', '')
 
 
@@ -232,7 +232,7 @@ _PORT = re.compile(r':([0-9]+)(?=@|,|$)')
 def read_ports(library: Library, made: int, host: str) -> frozenset[int] | None:
     """Return the UDP ports at which a participant listens for discovery, if it is on `host`.
 
-    None where it does not tell, as an older Cyclone DDS, or one of another vendor.
+    None if it does not tell, as an older Cyclone DDS, or one of another vendor.
     """
     addresses = _read_property(library, made, b'__NetworkAddresses')
     if addresses is None:
@@ -253,7 +253,7 @@ def _read_property(library: Library, made: int, name: bytes) -> str | None:
 
 
 def read_user_data(library: Library, made: int) -> bytes:
-    """Return the user data in a dds_qos_t, b'' where there is none."""
+    """Return the user data in a dds_qos_t, b'' if there is none."""
     value, size = c_void_p(), c_size_t()
     if not library.dds_qget_userdata(made, byref(value), byref(size)) or not value.value:
         return b''

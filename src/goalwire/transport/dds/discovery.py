@@ -165,7 +165,7 @@ class Announcement:
             self._changed = True
 
     def remove_node(self, node_id: int) -> None:
-        """A node has gone; an unknown one is no error."""
+        """A node has gone; an unknown one is not an error."""
         with self._lock:
             self._nodes.pop(node_id, None)
             self._changed = True

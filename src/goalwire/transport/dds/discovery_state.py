@@ -111,7 +111,7 @@ class _InfoReader:
         return taken
 
     def _count(self, least_size: int) -> int:
-        """Read a count of items of at least that size; raises RemoteError where they do not fit."""
+        """Read a count of items of at least that size; raises RemoteError if they do not fit."""
         self._position += -self._position % 4
         (count,) = _U32.unpack(self._take(4))
         if count * least_size > len(self._payload):

@@ -63,7 +63,7 @@ NOBODY = Header(0, 0)
 
 
 def related_request(start: bytes) -> tuple[bytes, int] | None:
-    """Return whose request a reply answers, a GUID, and its number; None where the packet does not say.
+    """Return whose request a reply answers, a GUID, and its number; None if the packet does not say.
 
     `start` is the DATA submessage up to its payload. What is not laid out as it should be says nothing.
     """
@@ -150,7 +150,7 @@ class Translation:
     def add(self, writer: Writer, reader: Reader) -> Calls:
         """Have the replies translated that a client's reader gets.
 
-        Raises TransportError where the library's operations are not where they are looked for.
+        Raises TransportError if the library's operations are not where they are looked for.
         """
         found = c_void_p()
         check(self._library, self._sample_type_of(reader.handle, byref(found)), reader.topic)
@@ -235,7 +235,7 @@ _making = Lock()
 
 
 def translation(library: Library) -> Translation:
-    """Return the process' one translation; raises TransportError where the library does not allow it."""
+    """Return the process' one translation; raises TransportError if the library does not allow it."""
     with _making:
         if not _made:
             _made.append(Translation(library))

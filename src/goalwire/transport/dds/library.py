@@ -100,7 +100,7 @@ _CLOCK_NS = 60_000_000_000
 
 
 def find_fault(library: Library) -> str:
-    """Return what is wrong with a library, '' where nothing is."""
+    """Return what is wrong with a library, '' if nothing is."""
     domain = library.dds_create_domain(_SELFTEST_DOMAIN, _SELFTEST)
     if domain < 0:
         return 'it cannot create a domain'
@@ -139,7 +139,7 @@ _loaded: list[tuple[Library, ForkGuard]] = []
 def load() -> Library:
     """Return the library.
 
-    Raises TransportError where there is none or it does not fit, ForkedError in a child whose parent uses it.
+    Raises TransportError if there is none or it does not fit, ForkedError in a child whose parent uses it.
     """
     with _loading:
         if not _loaded:

@@ -46,7 +46,7 @@ def wrap(header: tuple[int, int], message: bytes) -> bytes:
 
 
 def unwrap(payload: bytes) -> tuple[Header, bytes]:
-    """Return the header and the message without it; raises RemoteError where there is none."""
+    """Return the header and the message without it; raises RemoteError if there is none."""
     start = ENCAPSULATION_SIZE + SIZE
     if len(payload) <= start:
         raise RemoteError(f'{len(payload)} bytes are too few for a service header and a message')

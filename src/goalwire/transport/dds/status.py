@@ -41,7 +41,7 @@ class Peer(NamedTuple):
     client_id: str
     takes_refusals: bool
     speaks_fast_dds: bool
-    """True where the peer's implementation is Fast DDS, whose services have no header."""
+    """True if the peer's implementation is Fast DDS, whose services have no header."""
     server: str
     """The id that the two ends of one server share."""
 
@@ -66,7 +66,7 @@ class Peers:
         """By handle: looked at with each message, before anybody is asked."""
 
     def publication(self, reader: int, handle: int) -> Peer | None:
-        """Return the writer that a reader is matched with; None where it has gone."""
+        """Return the writer that a reader is matched with; None if it has gone."""
         return self.known.get(handle) or self._ask(
             self._library.dds_get_matched_publication_data, reader, handle
         )
@@ -216,7 +216,7 @@ class Statuses:
         return max(count(entity, None, 0), 0)
 
     def watch_event(self, entity: int, event: EventType, changed: Changed) -> bool:
-        """Tell `changed` of an event with its totals; False where the library does not notice it."""
+        """Tell `changed` of an event with its totals; False if the library does not notice it."""
         source = _SOURCES.get(event)
         if source is None:
             return False

@@ -76,7 +76,7 @@ class DdsPublisher(OpenPort, PublisherPort):
         self._context.library.dds_assert_liveliness(self.writer.handle)
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
-        """Wait until every reliable reader has all that was published; False where that takes too long."""
+        """Wait until every reliable reader has all that was published; False if that takes too long."""
         self.state.check()
         patience = INFINITY if timeout_ns is None else timeout_ns
         return self._context.library.dds_wait_for_acks(self.writer.handle, patience) == 0

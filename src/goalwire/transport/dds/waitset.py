@@ -56,7 +56,7 @@ class WaitSet:
         check(self._library, self._library.dds_waitset_attach(self._set, condition, key), self._name)
 
     def unwatch(self, condition: int) -> None:
-        """Call no more for this condition; an unknown one is no error."""
+        """Call no more for this condition; an unknown one is not an error."""
         with self._lock:
             key = self._keys.pop(condition, None)
             if key is not None:
@@ -175,5 +175,5 @@ class DdsWirePoller(LeaderFollowers):
         self._conditions.watch(condition, handler)
 
     def unwatch(self, condition: int) -> None:
-        """Call no more for this condition; an unknown one is no error."""
+        """Call no more for this condition; an unknown one is not an error."""
         self._conditions.unwatch(condition)

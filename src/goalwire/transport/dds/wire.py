@@ -85,7 +85,7 @@ _read_info = struct.Struct('=12x?3xq8xQ').unpack_from
 
 
 def check(library: Library, result: int, what: str) -> int:
-    """Return a handle or count; raises TransportError where it is a failure."""
+    """Return a handle or count; raises TransportError if it is a failure."""
     if result < 0:
         raise TransportError(f'{what}: Cyclone DDS says: {library.dds_strretcode(result).decode()}')
     return result

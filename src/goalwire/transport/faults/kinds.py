@@ -29,7 +29,7 @@ class Kind(Enum):
 
 
 class Packet(NamedTuple):
-    """One thing on its way. Nodes by their qualified names, '' where the graph does not know the source."""
+    """One thing on its way. Nodes by their qualified names, '' if the graph does not know the source."""
 
     kind: Kind
     name: str
@@ -39,7 +39,7 @@ class Packet(NamedTuple):
     payload: Payload
     delay_ns: int = 0
     overtakes: bool = False
-    """True where it need not wait for what was sent before it on the same path."""
+    """True if it need not wait for what was sent before it on the same path."""
 
     @property
     def path(self) -> Path:
@@ -337,7 +337,7 @@ class FailedCall:
     _met: int = field(default=0, init=False, repr=False)
 
     def check(self, method: str) -> None:
-        """Count a call; raises TransportError where it is the one."""
+        """Count a call; raises TransportError if it is the one."""
         if self.struck or not fnmatchcase(method, self.method):
             return
         self._met += 1

@@ -108,7 +108,7 @@ class Plan:
             self._dead -= {node}
 
     def call(self, method: str) -> None:
-        """A method of the transport is called. Raises TransportError where that shall fail."""
+        """A method of the transport is called. Raises TransportError if that shall fail."""
         for fault in self._faults:
             if isinstance(fault, FailedCall):
                 fault.check(method)

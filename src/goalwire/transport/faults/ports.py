@@ -198,7 +198,7 @@ class FaultyClient(FaultyPort, ClientPort):
         return sequence
 
     def ended(self, call: FaultyCall) -> bool:
-        """A call has ended; False where it had before."""
+        """A call has ended; False if it had before."""
         with self._lock:
             was_over, call.is_over = call.is_over, True
             self._calls.pop(call.sequence, None)

@@ -55,7 +55,7 @@ class FilteredGraph(GraphListener):
         )
 
     def owner_of(self, gid: bytes) -> str:
-        """Return the qualified name of the node that an endpoint belongs to, '' where it is unknown."""
+        """Return the qualified name of the node that an endpoint belongs to, '' if it is unknown."""
         return self._owners.get(gid, '')
 
     def appeared(self, entity: GraphEntity) -> None:

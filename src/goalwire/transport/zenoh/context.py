@@ -147,7 +147,7 @@ class ZenohContext:
 
     @contextmanager
     def refusing(self, title: str) -> Iterator[None]:
-        """Raise TransportError where the wire refuses what the block declares."""
+        """Raise TransportError if the wire refuses what the block declares."""
         try:
             yield
         except self.errors as error:

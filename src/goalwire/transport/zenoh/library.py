@@ -26,7 +26,7 @@ def reason(error: Exception) -> str:
 def open_zenoh(configuration: Configuration) -> zenoh.Session:
     """Open a session or a router.
 
-    Raises zenoh.ZError where that fails, TransportError for a configuration that zenoh cannot use, and
+    Raises zenoh.ZError if that fails, TransportError for a configuration that zenoh cannot use, and
     ForkedError in a child whose parent had opened one.
     """
     return threads.open_session(_loaded(configuration))

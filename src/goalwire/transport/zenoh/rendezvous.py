@@ -155,7 +155,7 @@ def _sockets_on(port: int) -> list[int]:
     found = []
     for name in os.listdir('/dev/fd') if os.path.isdir('/dev/fd') else ():  # noqa: PTH112, PTH208
         descriptor = int(name)
-        with suppress(OSError):  # it is no socket, or that of the listing
+        with suppress(OSError):  # it is not a socket, or that of the listing
             looked_at = _socket.socket(fileno=descriptor)
             try:
                 is_tcp = looked_at.type == _socket.SOCK_STREAM and looked_at.family in internet
@@ -193,7 +193,7 @@ class EmbeddedRouter:
         return self._router is not None
 
     def _take_port(self) -> bool:
-        """Raises TransportError, and ForkedError where the parent of this process has used eclipse-zenoh."""
+        """Raises TransportError, and ForkedError if the parent of this process has used eclipse-zenoh."""
         try:
             import zenoh
 

@@ -206,7 +206,7 @@ class Dial:
         self._next()
 
     def _connect(self, family: socket.AddressFamily, address: Any) -> bool:
-        """Begin to connect; False where that has failed at once."""
+        """Begin to connect; False if that has failed at once."""
         try:
             sock = socket.socket(family, socket.SOCK_STREAM)
         except OSError as error:

@@ -52,7 +52,7 @@ def parse(text: str) -> Endpoint:
     host, colon, port = address.partition('#')[0].partition('?')[0].rpartition(':')
     number = as_port(port)
     if not (found and colon and host) or number is None:
-        raise TransportError(f"'{text}' is no address; write it as tcp/HOST:PORT")
+        raise TransportError(f"'{text}' is not an address; write it as tcp/HOST:PORT")
     if protocol not in PROTOCOLS:
         raise TransportError(f"'{text}': {protocol} is not spoken here, but {', '.join(PROTOCOLS)}")
     return Endpoint(protocol, host.strip('[]'), number)

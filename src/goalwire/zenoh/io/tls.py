@@ -196,7 +196,7 @@ class TlsStream:
         return self.send(join_first(buffers))
 
     def flush(self) -> bool:
-        """Send what is encrypted; False where the socket takes no more, or is being written to."""
+        """Send what is encrypted; False if the socket takes no more, or is being written to."""
         with self._lock:
             if self._is_sending:
                 return False

@@ -118,7 +118,7 @@ def read_alike_query(form: RequestForm, data: bytes, at: int, end: int) -> tuple
     """Return the query of a request that begins as the form has it, and where it ends.
 
     `at` is where the payload's length stands.
-    None: it goes on differently. Raises IndexError where the data end first.
+    None: it goes on differently. Raises IndexError if the data end first.
     """
     size = data[at]
     at += 1
@@ -156,7 +156,7 @@ def read_alike_reply(form: ReplyForm, data: bytes, at: int, end: int) -> tuple[S
     """Return the answer of a reply that begins as the form has it, and where it ends.
 
     `at` is where the attachment's length stands.
-    None: it goes on differently. Raises IndexError where the data end first.
+    None: it goes on differently. Raises IndexError if the data end first.
     """
     attachment_end = at + 1 + data[at]
     if data[at] >= _SHORT:

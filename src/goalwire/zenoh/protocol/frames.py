@@ -57,7 +57,7 @@ LENGTH_SIZE = 2
 
 
 def _missing(begun: bytes, most: int) -> int:
-    """Return how many bytes a batch lacks that has begun; 0 where that is unknown, or more than `most`."""
+    """Return how many bytes a batch lacks that has begun; 0 if that is unknown, or more than `most`."""
     if len(begun) < LENGTH_SIZE:
         return 0
     missing = LENGTH_SIZE + (begun[0] | begun[1] << 8) - len(begun)
@@ -170,7 +170,7 @@ class FrameReader:
         except IndexError:
             raise ZenohProtocolError('a message is cut off') from None
         except UnicodeDecodeError as error:
-            raise ZenohProtocolError(f'a text is no UTF-8: {error}') from None
+            raise ZenohProtocolError(f'a text is not UTF-8: {error}') from None
         finally:
             # Also where a signal's handler raises in the midst of it: then only the rest of a batch is lost.
             self._tail = data[start:] if start < end else b''

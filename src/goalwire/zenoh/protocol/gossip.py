@@ -53,7 +53,7 @@ class Gossip:
                 self._meet(node)
 
     def forget(self, zid: bytes) -> None:
-        """Forget a node; an unknown one is no error."""
+        """Forget a node; an unknown one is not an error."""
         self.nodes.pop(zid, None)
 
     def _forget_oldest(self) -> None:

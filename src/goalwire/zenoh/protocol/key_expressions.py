@@ -35,7 +35,7 @@ def check(expression: str) -> str:
             return expression
     elif all(map(_is_chunk, expression.split('/'))):
         return expression
-    raise ZenohProtocolError(f"'{expression[:200]}' is no key expression")
+    raise ZenohProtocolError(f"'{expression[:200]}' is not a key expression")
 
 
 def _has_empty_chunk(expression: str) -> bool:

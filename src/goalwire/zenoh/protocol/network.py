@@ -73,7 +73,7 @@ class Sample(NamedTuple):
 
     key: str
     payload: Payload | None
-    """None where the key was deleted."""
+    """None if the key was deleted."""
     attachment: bytes | None = None
     stamp: bytes | None = None
     source: bytes | None = None

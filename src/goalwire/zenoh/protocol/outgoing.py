@@ -342,7 +342,7 @@ class Outgoing:
             self._connection.request_flush()
 
     def flush(self) -> bool:
-        """Write what waits; False where the socket is full again."""
+        """Write what waits; False if the socket is full again."""
         self.section.run(self._flush)
         return not self.queue.size
 

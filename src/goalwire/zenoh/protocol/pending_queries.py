@@ -43,7 +43,7 @@ class PendingQueries:
         return request
 
     def cancel(self, request: int) -> None:
-        """Cancel a query: neither of its functions is called any more. An ended one is no error."""
+        """Cancel a query: neither of its functions is called any more. An ended one is not an error."""
         query = self.pending.pop(request, None)
         if query is not None:
             query.left.clear()

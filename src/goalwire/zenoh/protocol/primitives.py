@@ -179,7 +179,7 @@ def decode_text(data: bytes) -> str:
     try:
         return data.decode()
     except UnicodeDecodeError as error:
-        raise ZenohProtocolError(f'a text is no UTF-8: {error}') from None
+        raise ZenohProtocolError(f'a text is not UTF-8: {error}') from None
 
 
 def show_id(zid: bytes) -> str:

@@ -163,7 +163,7 @@ class SessionProtocol:
             return self._liveliness.present(canonical(key))
 
     def undeclare(self, number: int) -> None:
-        """Take back whatever was declared; an unknown number is no error."""
+        """Take back whatever was declared; an unknown number is not an error."""
 
         def take_back() -> None:
             if not self._entities.remove(number):

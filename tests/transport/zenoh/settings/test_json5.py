@@ -87,7 +87,7 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         ('"abc\n"', 'line 1, column 1: a text that begins with " has no end on its line'),
         ('1 /* on', "line 1, column 3: a comment '/*' has no end"),
         ('{a: #}', "line 1, column 5: '#' cannot be read here"),
-        (r'"\u12"', "'\\u' is no escape"),
+        (r'"\u12"', "'\\u' is not an escape"),
         (r'"\ud83e"', 'a text holds half a character'),
         ('[' * (DEEPEST + 1), f'more than {DEEPEST} objects and lists lie within each other'),
         ('012', "'0' cannot be read here"),

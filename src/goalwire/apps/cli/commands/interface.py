@@ -103,7 +103,7 @@ def _show(arguments: Namespace, output: Output) -> None:
 def any_type_name(given: str) -> str:
     """Return 'pkg/kind/Name' of an interface of any kind, the kind left out if it is plain.
 
-    Raises CommandError where there is none.
+    Raises CommandError if there is none.
     """
     if len(lookup.split_name(given)) != 2:
         return lookup.type_name(given, None)

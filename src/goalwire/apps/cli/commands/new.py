@@ -87,7 +87,7 @@ def _run(arguments: Namespace, output: Output) -> None:
 
 
 def _check_name(prog: str, package: str) -> None:
-    """Raise CommandError for what is no name of a ROS 2 package (REP 144) or of a Python one."""
+    """Raise CommandError for what is not a name of a ROS 2 package (REP 144) or of a Python one."""
     if re.fullmatch('[a-z][a-z0-9]*(_[a-z0-9]+)*', package) and not keyword.iskeyword(package):
         return
     wanted = '_'.join(re.findall('[a-z0-9]+', re.sub('(?<=[a-z0-9])(?=[A-Z])', '_', package).lower()))
@@ -95,7 +95,7 @@ def _check_name(prog: str, package: str) -> None:
     advice = f'write {wanted!r}' if wanted and not keyword.iskeyword(wanted) else 'as in my_robot'
     raise CommandError(
         Outcome.BAD_VALUE,
-        f'{prog}: {package!r} is no name of a package: small letters, digits, single underscores',
+        f'{prog}: {package!r} is not a name of a package: small letters, digits, single underscores',
         advice,
     )
 

@@ -72,7 +72,7 @@ def discovered(
     """
     from goalwire.graph.graph import Graph
 
-    with closing(_open_session()) as session, raised():  # what opening imports is no place for exceptions
+    with closing(_open_session()) as session, raised():  # what opening imports is not a place for exceptions
         graph = Graph(
             session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
         )

@@ -60,7 +60,7 @@ class Expression:
     """An expression of a user's."""
 
     def __init__(self, text: str) -> None:
-        """Raises CommandError for what is no expression."""
+        """Raises CommandError for what is not an expression."""
         self._text = text if len(text) <= LONGEST else text[:LONGEST] + '…'
         if len(text) > LONGEST:
             raise self._error(f'it has {len(text)} characters, and may have {LONGEST}')

@@ -18,7 +18,9 @@ def field_path(text: str) -> list[str | int]:
     while at < len(text):
         match = _STEP.match(text, at)
         if match is None:
-            raise CommandError(Outcome.BAD_VALUE, f"'{text}' is no field", "write it like 'pose.position.x'")
+            raise CommandError(
+                Outcome.BAD_VALUE, f"'{text}' is not a field", "write it like 'pose.position.x'"
+            )
         steps.append(match[1] or int(match[2]))
         at = match.end()
     return steps

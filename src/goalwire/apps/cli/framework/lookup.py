@@ -27,7 +27,7 @@ def full_name(text: str, what: str) -> str:
     if found is not None or name == '/':
         raise CommandError(
             Outcome.BAD_VALUE,
-            f"'{text}' is no name of a {what}",
+            f"'{text}' is not a name of a {what}",
             'names are made of letters, digits, underscores and slashes',
         )
     return name
@@ -59,7 +59,7 @@ def split_name(text: str) -> list[str]:
 def type_name(text: str, kind: str | None) -> str:
     """Return 'pkg/kind/Name' for 'pkg/Name', 'pkg.kind.Name', 'pkg::kind::Name' too.
 
-    A `kind` of None takes any, which must then be written. Raises CommandError for what is no name of a type,
+    A `kind` of None takes any, which must then be written. Raises CommandError for what does not name a type,
     and for a type of another kind.
     """
     parts = split_name(text)
@@ -68,7 +68,7 @@ def type_name(text: str, kind: str | None) -> str:
     if len(parts) != 3 or not all(parts) or parts[1] not in KINDS:
         raise CommandError(
             Outcome.BAD_VALUE,
-            f"'{text}' is no type",
+            f"'{text}' is not a type",
             f'write package/{kind or "msg"}/Name; see: ros2 interface list',
         )
     if kind is not None and parts[1] != kind:

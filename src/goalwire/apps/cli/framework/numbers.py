@@ -10,7 +10,7 @@ def positive(text: str) -> float:
     """Read a number above 0."""
     number = seconds(text)
     if not number > 0:
-        raise ArgumentTypeError(f"'{text}' is no number above 0")
+        raise ArgumentTypeError(f"'{text}' is not a number above 0")
     return number
 
 
@@ -21,7 +21,7 @@ def seconds(text: str) -> float:
     except ValueError:
         number = float('nan')
     if not isfinite(number):
-        raise ArgumentTypeError(f"'{text}' is no number")
+        raise ArgumentTypeError(f"'{text}' is not a number")
     return number
 
 
@@ -51,7 +51,7 @@ def _whole(text: str, least: int, wanted: str, most: float = float('inf')) -> in
     except ValueError:
         number = least - 1
     if not least <= number <= most:
-        raise ArgumentTypeError(f"'{text}' is no whole number {wanted}")
+        raise ArgumentTypeError(f"'{text}' is not a whole number {wanted}")
     return number
 
 

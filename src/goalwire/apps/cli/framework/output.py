@@ -122,6 +122,6 @@ def _without_nan(value: Json) -> Json:
 
 
 def tell(text: str) -> None:
-    """Say on standard error what the command does: that is no result, and no part of `--json`."""
+    """Say on standard error what the command does: that is not a result, and no part of `--json`."""
     sys.stderr.write(escaped(text) + '\n')
     sys.stderr.flush()

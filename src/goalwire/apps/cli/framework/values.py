@@ -41,7 +41,7 @@ def read_values(words: Sequence[str], cls: Any, *, stdin: bool = False) -> dict[
         odd = next(word for word, pair in zip(words, pairs, strict=True) if pair is None)
         raise CommandError(
             Outcome.BAD_VALUE,
-            f"'{odd}' is no pair",
+            f"'{odd}' is not a pair",
             "write key=value for each, or all of it as one word in quotes: '{a: 1, b: 2}'",
         )
     if words[0].startswith('@'):
@@ -72,7 +72,7 @@ def _file(name: str) -> str:
         with Path(name).open(encoding='utf-8') as file:
             return file.read(_MOST)
     except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or 'it is no text in UTF-8'
+        reason = getattr(error, 'strerror', None) or 'it is not a text in UTF-8'
         raise CommandError(
             Outcome.NOT_FOUND, f"cannot read '{name}': {reason}", 'name another file'
         ) from None

@@ -152,7 +152,7 @@ def read_urdf(text: str) -> RobotModel:
     try:
         top = xml_tree.read(text)
     except xml_tree.XmlError as error:
-        raise RemoteError(f'the robot_description is no XML: {error}') from None
+        raise RemoteError(f'the robot_description is not XML: {error}') from None
     if top.tag != 'robot':
         raise RemoteError(f'the robot_description is no URDF: it begins with <{top.tag}>, not <robot>')
     links = [each.attributes.get('name', '') for each in top.findall('link')]
@@ -319,7 +319,7 @@ def mesh_file(name: str) -> Path:
         raise RemoteError(f"the package '{package[:80]}' is not installed here") from None
     file = (share / inner).resolve()
     if not file.is_relative_to(share) or file.suffix.lower() not in MESH_SUFFIXES:
-        raise RemoteError(f'{name[:80]!r} is no mesh of the package: {", ".join(sorted(MESH_SUFFIXES))}')
+        raise RemoteError(f'{name[:80]!r} is not a mesh of the package: {", ".join(sorted(MESH_SUFFIXES))}')
     if not file.is_file() or file.stat().st_size > MOST_MESH_BYTES:
         raise RemoteError(f'{name[:80]!r} is not there, or too large')
     return file

@@ -222,7 +222,7 @@ class NavigationTarget:
 
 
 def navigation_target(action: str, type_name: str, fields: tuple[FormField, ...]) -> NavigationTarget | None:
-    """Return how a goal says where to go; None where it says no place."""
+    """Return how a goal says where to go; None if it says no place."""
     for field in fields:
         if field.kind == 'message' and field.base == 'geometry_msgs/msg/PoseStamped':
             return NavigationTarget(action, type_name, (field.name,))

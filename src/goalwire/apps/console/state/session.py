@@ -161,7 +161,7 @@ class Session:
     async def stop(self, robots: Iterable[str], tell: Listener) -> None:
         """Call every emergency stop of robots, all at once, and tell each answer. It never asks.
 
-        Raises NotAllowedError where the console is read-only. An allow-list does not hold it up.
+        Raises NotAllowedError if the console is read-only. An allow-list does not hold it up.
         """
         if self.settings.read_only:
             self.settings.check_may_send('')

@@ -113,7 +113,7 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
     def send_goal(self, goal: GoalT, **kwargs: Any) -> ResultResponse[ResultT] | None:
         """Send a goal, wait for its end and return status and result (the action's GetResult response).
 
-        Takes the keyword arguments of send_goal_async. Raises ShutDownError where the context ends before
+        Takes the keyword arguments of send_goal_async. Raises ShutDownError if the context ends before
         that, InvalidHandle where the client is destroyed.
         """
         handle = self.wait_for(lambda: self.send_goal_async(goal, **kwargs))

@@ -105,7 +105,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         are goalwire's own: how many goals run at a time, what becomes of the goals of a client that has
         gone, and who is told of an execute callback that raised (it may return a result to send along).
 
-        Raises TypeError for an execute callback that is not callable or a timeout that is no number,
+        Raises TypeError for an execute callback that is not callable or a timeout that is not a number,
         ValueError for a bad name or an unknown `on_client_lost`. A callback with other parameters is told in
         the log, and raises TypeError when it is called.
         """

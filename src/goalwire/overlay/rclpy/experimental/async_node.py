@@ -268,7 +268,7 @@ class AsyncNode(BaseNode):
     ) -> AsyncTimer:
         """Create a timer of a period in seconds on the node's clock; one that is late skips, in phase.
 
-        Raises RCLError below 0 or once destroyed, TypeError or ValueError for what is no number.
+        Raises RCLError below 0 or once destroyed, TypeError or ValueError for what is not a number.
         """
         self._ros_check_alive()
         period_ns = timer_period_ns(timer_period_sec)

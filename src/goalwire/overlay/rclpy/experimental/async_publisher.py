@@ -8,4 +8,4 @@ from rclpy.publisher import Publisher
 
 
 class AsyncPublisher(Adopted, Publisher[MsgT]):
-    """Made by AsyncNode.create_publisher. `publish` does not wait, so it is no coroutine."""
+    """Made by AsyncNode.create_publisher. `publish` does not wait, so it is not a coroutine."""

@@ -120,7 +120,7 @@ class BaseNode(NodeGraph, ClockedNode):
             kind = type(self).__name__
             text = f'{kind!r} object has no attribute {name!r}'
             if '_ros_core' not in self.__dict__ and (name[0] == '_' or hasattr(BaseNode, name)):
-                text = f"{kind} is no node yet: {kind}.__init__() must call super().__init__('name') first"
+                text = f"{kind} is not a node yet: {kind}.__init__() must call super().__init__('name') first"
             raise AttributeError(text, name=name, obj=self)
 
     @property
@@ -261,7 +261,7 @@ class BaseNode(NodeGraph, ClockedNode):
             self.handle.work_queue.add_poller(WaitablePoller(self.handle.work_queue, waitable))
 
     def remove_waitable(self, waitable: Waitable[Any]) -> None:
-        """Forget a waitable; raises ValueError where it is not the node's."""
+        """Forget a waitable; raises ValueError if it is not the node's."""
         self._ros_waitables.remove(waitable)
         self.handle.work_queue.remove_poller(waitable)
 
@@ -300,7 +300,7 @@ class BaseNode(NodeGraph, ClockedNode):
 
 
 def timer_period_ns(timer_period_sec: float) -> int:
-    """Return a period in ns; raises RCLError below 0, TypeError or ValueError for what is no number."""
+    """Return a period in ns; raises RCLError below 0, TypeError or ValueError for what is not a number."""
     period = int(float(timer_period_sec) * S_TO_NS)
     if period < 0:
         raise RCLError('failed to create timer: timer period must be non-negative')

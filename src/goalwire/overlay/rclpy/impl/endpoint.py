@@ -99,7 +99,7 @@ class ServiceEndpoint(Endpoint):
     ) -> None:
         """Publish each step of calls on `<service>/_service_event`, or stop that (OFF).
 
-        Raises TypeError for what is no state, InvalidHandle once destroyed.
+        Raises TypeError for what is not a state, InvalidHandle once destroyed.
         """
         self.introspect(clock, service_event_qos_profile.to_core(), introspection_state)
 

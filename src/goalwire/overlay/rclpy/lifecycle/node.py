@@ -51,7 +51,7 @@ class LifecycleNodeMixin(ManagedEntity):
         return cast('Node', self)
 
     def trigger_configure(self) -> TransitionCallbackReturnType:
-        """Make the node inactive; as all triggers raises RCLError where that is no transition from here."""
+        """Make the node inactive; as all triggers raises RCLError if that is not a transition from here."""
         return self._ros_lifecycle.trigger(CONFIGURE)
 
     def trigger_cleanup(self) -> TransitionCallbackReturnType:
@@ -115,7 +115,7 @@ class LifecycleNodeMixin(ManagedEntity):
         return publisher
 
     def destroy_lifecycle_publisher(self, publisher: LifecyclePublisher[Any]) -> bool:
-        """Destroy a publisher of this node; False where it is not (any more)."""
+        """Destroy a publisher of this node; False if it is not (any more)."""
         self._ros_lifecycle.remove(publisher)
         return self._ros_as_node().destroy_publisher(publisher)
 
@@ -129,7 +129,7 @@ class LifecycleNode(LifecycleNodeMixin, Node):
         LifecycleNodeMixin.__init__(self, enable_communication_interface=enable_communication_interface)
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
-        """Destroy a publisher of this node, a managed one too; False where it is not (any more)."""
+        """Destroy a publisher of this node, a managed one too; False if it is not (any more)."""
         if isinstance(publisher, LifecyclePublisher):
             self._ros_lifecycle.remove(publisher)
         return Node.destroy_publisher(self, publisher)

@@ -160,7 +160,7 @@ class _Reader:
             if code:
                 return chr(int(code, 16))
             if found[3] in 'ux' or (found[3].isdigit() and found[3] != '0'):
-                self._fail(f"'{found[0]}' is no escape")
+                self._fail(f"'{found[0]}' is not an escape")
             return _ESCAPED.get(found[3], found[3])
 
         text = _ESCAPE.sub(replace, token[1:-1])

@@ -91,7 +91,7 @@ def read_overrides() -> list[tuple[str, Json]]:
             continue
         known = schema.find(path)
         if known is None:
-            _warn_of(pair, f"'{path}' is no setting of Zenoh's")
+            _warn_of(pair, f"'{path}' is not a setting of Zenoh's")
             continue
         wrong = next(schema.faults(value, path, known), None) or next(
             (schema.Fault(each, 'no such setting') for each in schema.unknown(value, path, known)), None

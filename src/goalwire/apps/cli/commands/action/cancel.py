@@ -75,7 +75,7 @@ async def _full_id(node: goalwire.Node, name: str, given: str, patience: float) 
     text = given.replace('-', '').lower()
     if not text or text.strip('0123456789abcdef') or len(text) > 32:
         raise CommandError(
-            Outcome.BAD_VALUE, f"'{given}' is no id of a goal", f'see: ros2 action goals {name}'
+            Outcome.BAD_VALUE, f"'{given}' is not an id of a goal", f'see: ros2 action goals {name}'
         )
     if len(text) == 32:
         return text

@@ -94,7 +94,7 @@ def _entries(path: str) -> list[Mapping[str, Any]]:
         found = yaml.safe_load(read_regular(path, LARGEST_PARAMETER_FILE))
     except yaml.YAMLError as error:
         raise CommandError(
-            Outcome.BAD_VALUE, f'{path}: it is no YAML: {" ".join(str(error).split())}'
+            Outcome.BAD_VALUE, f'{path}: it is not YAML: {" ".join(str(error).split())}'
         ) from None
     entries = found.get('output_bags') if isinstance(found, Mapping) else None
     if not isinstance(entries, list) or not all(isinstance(e, Mapping) and e.get('uri') for e in entries):

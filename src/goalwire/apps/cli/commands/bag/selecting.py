@@ -19,5 +19,5 @@ def regular_expression(text: str) -> str:
     try:
         re.compile(text)
     except re.error as error:
-        raise ArgumentTypeError(f"'{text}' is no regular expression: {error}") from None
+        raise ArgumentTypeError(f"'{text}' is not a regular expression: {error}") from None
     return text

@@ -118,6 +118,6 @@ def _parameter(text: str, flag: str) -> Any:
     name, separator, value = text.partition(':=')
     if not separator or not name:
         raise CommandError(
-            Outcome.BAD_VALUE, f"{flag} '{text}' is no parameter", f'write: {flag} name:=value'
+            Outcome.BAD_VALUE, f"{flag} '{text}' is not a parameter", f'write: {flag} name:=value'
         )
     return Parameter(name=name, value=parameter_value_from_text(value))

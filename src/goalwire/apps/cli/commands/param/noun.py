@@ -87,7 +87,7 @@ def _list(arguments: Namespace, output: Output) -> Outcome:
     try:
         wanted = re.compile(arguments.filter or '')
     except re.error as error:
-        problem = f"--filter '{arguments.filter}' is no regular expression: {error.msg}"
+        problem = f"--filter '{arguments.filter}' is not a regular expression: {error.msg}"
         raise CommandError(Outcome.BAD_VALUE, problem, 'quote it') from None
     if arguments.node_name:
         nodes = [find_node(arguments)]

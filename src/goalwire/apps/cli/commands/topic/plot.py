@@ -120,7 +120,7 @@ async def _follow(node: goalwire.Node, curve: Curve) -> None:
             number = float(value)
         except (TypeError, ValueError):
             raise CommandError(
-                Outcome.BAD_VALUE, f"'{curve.title}' is no number", 'name a field that is one'
+                Outcome.BAD_VALUE, f"'{curve.title}' is not a number", 'name a field that is one'
             ) from None
         if isfinite(number):
             curve.points.append((monotonic(), number))
