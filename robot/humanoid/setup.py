@@ -11,7 +11,7 @@ from setuptools import find_packages, setup
 from setuptools.command.sdist import sdist
 
 package_name = 'humanoid'
-definitions = 'humanoid_definitions'  # a Python package of definition files alone
+definitions = 'humanoid_definitions'  # a Python package with nothing but definition files
 description = (
     'humanoid_description'  # the same of the body; installed as a ROS package too, for package:// names
 )

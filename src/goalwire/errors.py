@@ -129,7 +129,7 @@ def peer_text(text: object, limit: int = PEER_TEXT_LIMIT) -> str:
     r"""Return what a peer wrote as one line of at most `limit` characters, for an error or a log.
 
     Control characters are spelt out (`\n`, `\x1b`): a peer can neither forge lines nor steer a terminal.
-    What was through here once stays as it is.
+    A text that was made safe before stays as it is.
     """
     told = str(text)[: limit + 1].translate(_ESCAPED)
     return told if len(told) <= limit else told[: limit - 1] + '…'
@@ -211,15 +211,15 @@ class ForkedError(LocalError):
 
 
 class RCLError(LocalError, RuntimeError):
-    """What rclpy raises where its C library refuses."""
+    """rclpy raises it if its C library refuses."""
 
 
 class RMWError(LocalError, RuntimeError):
-    """What rclpy raises where its middleware refuses; goalwire never does, programs catch it."""
+    """rclpy raises it if its middleware refuses; goalwire never does, programs catch it."""
 
 
 class RCUtilsError(LocalError, RuntimeError):
-    """What rclpy raises where its C helpers refuse; goalwire never does, programs catch it."""
+    """rclpy raises it if its C helpers refuse; goalwire never does, programs catch it."""
 
 
 class ShutDownError(RCLError, ClosedError):

@@ -98,5 +98,5 @@ def test_an_action_is_known_by_its_parts() -> None:
 
 def test_a_name_that_leads_elsewhere_is_refused() -> None:
     description = TypeDescription(type_description=IndividualTypeDescription(type_name='../etc/msg/X'))
-    with pytest.raises(InterfaceError, match='no interface name'):
+    with pytest.raises(InterfaceError, match='not an interface name'):
         register_descriptions(description.type_description.type_name, [description])

@@ -246,7 +246,7 @@ def test_lines_count_through_the_parts_of_an_action() -> None:
     ('package', 'name'), [('Demo', 'Ok'), ('demo_msgs', 'low'), ('demo__msgs', 'Ok'), ('demo', 'A_B')]
 )
 def test_forbidden_names_are_refused(package: str, name: str) -> None:
-    with pytest.raises(InterfaceSyntaxError, match=r'is no (package|type) name'):
+    with pytest.raises(InterfaceSyntaxError, match=r'is not a (package|type) name'):
         parse_message('', package, name)
 
 

@@ -205,7 +205,7 @@ def test_definitions_in_other_encodings_are_refused_with_file_and_line(tmp_path:
     """
     done = run_python(program, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, '')
-    assert done.stdout.count('no UTF-8 text') == 6
+    assert done.stdout.count('not UTF-8 text') == 6
     assert f'{package / "msg" / "InGb2312.msg"}:2:1' in done.stdout
 
 

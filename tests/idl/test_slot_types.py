@@ -72,5 +72,5 @@ def test_rosidls_types_compare_by_class_and_attributes() -> None:
 
 
 def test_what_is_no_basic_type_is_refused() -> None:
-    with pytest.raises(AssertionError, match="'float64' is no basic type"):
+    with pytest.raises(AssertionError, match="'float64' is not a basic type"):
         idl.BasicType('float64')

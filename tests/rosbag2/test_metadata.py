@@ -126,7 +126,7 @@ def test_qos_are_spelt_as_version_9_does() -> None:
 @pytest.mark.parametrize(
     ('text', 'told'),
     [
-        ('a: [', 'no YAML'),
+        ('a: [', 'not YAML'),
         ('other: 1', 'belongs to no bag'),
         (_START.format(version=10, path='x', topic='', end=''), 'version 10'),
         ('rosbag2_bagfile_information:\n  version: 9\n', 'incomplete or broken'),
@@ -140,5 +140,5 @@ def test_what_is_wrong_is_told(tmp_path: Path, text: str, told: str) -> None:
 
 
 def test_text_of_a_file_that_is_no_map_is_told() -> None:
-    with pytest.raises(BagError, match='no YAML map'):
+    with pytest.raises(BagError, match='not a YAML map'):
         facts_of_text('1', 'bag_0.mcap')

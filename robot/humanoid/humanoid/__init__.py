@@ -1,1 +1,1 @@
-"""A humanoid robot's services and actions, written for rclpy alone."""
+"""A humanoid robot's services and actions, written for rclpy and nothing else."""

@@ -27,7 +27,7 @@ PROGRAMS = {
 }
 
 
-CLOSED_PIPE = 141  # the exit code where nobody reads the output any more, as after `| head`
+CLOSED_PIPE = 141  # the exit code if nobody reads the output any more, as after `| head`
 
 
 def main(args: Sequence[str] | None = None) -> int:

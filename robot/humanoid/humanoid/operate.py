@@ -186,7 +186,7 @@ def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = N
 
 
 def _progress(text: str) -> None:
-    """Show how far it is, on a terminal alone; '' clears the line."""
+    """Show how far it is, only on a terminal; '' clears the line."""
     if sys.stdout.isatty():
         print(f'\r\033[K{text}', end='', flush=True)
 

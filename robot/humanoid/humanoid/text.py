@@ -12,7 +12,7 @@ LONGEST_NAME = 60  # characters of a name that is not one of ours
 
 
 def brief(text: str, longest: int = LONGEST) -> str:
-    """The text, or its beginning and its end where it has more than `longest` characters."""
+    """The text, or its beginning and its end if it has more than `longest` characters."""
     if len(text) <= longest:
         return text
     half = longest // 2

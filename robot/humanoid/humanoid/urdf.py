@@ -50,7 +50,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """Positions in rad, or m where it is prismatic; velocity in the same per second; effort in N·m or N."""
+    """Positions in rad, or m if it is prismatic; velocity in the same per second; effort in N·m or N."""
 
     name: str
     kind: str

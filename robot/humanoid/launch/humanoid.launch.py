@@ -1,4 +1,4 @@
-"""The humanoid's servers, and a mission on top where it is asked for.
+"""The humanoid's servers, and a mission on top if it is asked for.
 
 ros2 launch humanoid humanoid.launch.py
 ros2 launch humanoid humanoid.launch.py mission:=true namespace:=h1

@@ -1,4 +1,4 @@
-"""Who is there: the nodes and endpoints that a node sees, what keeps them apart, and when that changes."""
+"""The graph as a node sees it: nodes, endpoints, reasons why two endpoints do not match, and changes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class GraphProblem:
     name: str
     """Of their topic or service."""
     text: str
-    """What is wrong, and what to do."""
+    """The problem, and how to solve it."""
     endpoints: tuple[GraphEntity, ...]
 
 

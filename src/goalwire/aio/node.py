@@ -98,7 +98,7 @@ CONTEXTS = SharedContexts()
 
 
 class Node:
-    """`async with goalwire.Node('name') as node:`, once. Everything here is for the loop's thread alone.
+    """`async with goalwire.Node('name') as node:`, once. Only the loop's thread may use it.
 
     Leaving the block cancels the handlers that run, waits until they have cleaned up, and closes whatever the
     node has made. An error of the block leaves it as it is; one of a handler is logged, and its client learns
@@ -188,7 +188,7 @@ class Node:
     ) -> None:
         core, self._core = self._open_core(), None
         try:
-            await self._host.__aexit__(None, None, None)  # the error of the block is no business of handlers
+            await self._host.__aexit__(None, None, None)  # the error of the block does not concern handlers
         finally:
             self._clock.close()
             try:
@@ -234,7 +234,7 @@ class Node:
 
     @property
     def graph(self) -> GraphView:
-        """Who is there: nodes, endpoints, what keeps them apart, and when that changes."""
+        """The graph as this node sees it: nodes, endpoints, reasons why two do not match, and changes."""
         return GraphView(self._open_core())
 
     def statistics(self) -> NodeStatistics:
@@ -304,7 +304,7 @@ class Node:
         timeout: float | None = None,
         retry: Retry | None = None,
     ) -> Client[RequestT, ResponseT]:
-        """Make a service client, whose calls may take `timeout` s where they say nothing else.
+        """Make a service client, whose calls may take `timeout` s if they give none.
 
         With `retry` requests are sent again, which the service must be idempotent for: see Retry. Raises
         InvalidServiceNameException, and RuntimeError or AttributeError for what is not a service type.
@@ -339,7 +339,7 @@ class Node:
         *,
         timeout: float | None = None,
     ) -> ActionClient[GoalT, ResultT, FeedbackT]:
-        """Make an action client, whose goals may take `timeout` s where they say nothing else.
+        """Make an action client, whose goals may take `timeout` s if they give none.
 
         Raises InvalidTopicNameException, and RuntimeError or AttributeError for what is not an action type.
         """

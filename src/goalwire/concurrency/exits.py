@@ -19,7 +19,7 @@ from types import FrameType
 
 
 class Stage(IntEnum):
-    """What is closed when."""
+    """The order in which things are closed."""
 
     CONTEXTS = 0
     SESSIONS = 1

@@ -67,7 +67,7 @@ class NodeCore:
         port = context.session.node(self.name)
         self._port: NodePort | None = port
         self.remains = Remains(port)
-        """What is done if the program drops this and does not destroy it."""
+        """Ends the node if the program drops it and does not destroy it."""
         self._finalizer = finalize(self, self.remains.close_soon)
         self._finalizer.atexit = False
         self._owned: dict[int, Owned] = {}

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Remains:
-    """What is to be undone for one node. It must not hold the node, nor anything that does."""
+    """The work that ends one node. It must not hold the node, nor anything that does."""
 
     def __init__(self, port: NodePort) -> None:
         self._port = port

@@ -57,7 +57,7 @@ class LoggingNode(InGraph, Protocol):
 
     @property
     def remains(self) -> Remains:
-        """What is done if the program drops the node."""
+        """Ends the publisher if the program drops the node."""
 
 
 class Rosout:
@@ -166,7 +166,7 @@ def encode_log(record: LogRecord) -> bytes:
     """Return a record as a serialized rcl_interfaces/msg/Log.
 
     By hand, since making the class takes a hundred times as long as the first line of most programs may.
-    What a ROS string cannot hold is spelt out: a line is never lost.
+    Characters that a ROS string cannot hold are spelt out: a line is never lost.
     """
     seconds, nanoseconds = divmod(min(record.stamp_ns, LATEST_STAMP), S_TO_NS)
     data = bytearray(_HEAD.pack(b'\0\1\0\0', seconds, nanoseconds, record.severity))

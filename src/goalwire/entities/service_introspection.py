@@ -57,7 +57,7 @@ class Introspected:
         Raises TypeError for what is not a state, InvalidHandle once destroyed.
         """
         if not isinstance(state, ServiceIntrospectionState):
-            raise TypeError(f'{state!r} is no ServiceIntrospectionState')
+            raise TypeError(f'{state!r} is not a ServiceIntrospectionState')
         if self.destroyed:
             raise InvalidHandle
         self.end_introspection()

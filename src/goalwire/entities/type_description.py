@@ -148,7 +148,7 @@ def _default_text(default: Default | None) -> str:
 def sources(type_name: str) -> list[TypeSource]:
     """Return the text of the files that define a type and all types in it.
 
-    What is derived from a service's or action's file has no text of its own.
+    Types that are derived from a service's or action's file have no text of their own.
     """
     from type_description_interfaces.msg import TypeSource
 

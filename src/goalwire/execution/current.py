@@ -1,4 +1,4 @@
-"""What the running callback has: the exclusive groups that it holds, and the executor that runs it."""
+"""The state of the running callback: the exclusive groups that it holds, and the executor that runs it."""
 
 from __future__ import annotations
 

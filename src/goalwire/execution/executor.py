@@ -1,4 +1,4 @@
-"""What both executors of rclpy have in common: nodes, tasks, and the ways to spin (rclpy.executors)."""
+"""The common part of rclpy's executors: nodes, tasks, and the ways to spin (rclpy.executors)."""
 
 from __future__ import annotations
 

@@ -184,7 +184,7 @@ class _Handler:
 
     def __init__(self, previous: Any) -> None:
         self.previous = previous
-        """What `signal.getsignal` said; None for one that no Python code has installed."""
+        """The handler that `signal.getsignal` returned; None if no Python code has installed it."""
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         for listener in _listeners:

@@ -301,7 +301,7 @@ class ShutdownSignal:
     def borrow_waiter(self) -> Waiter:
         """The same for a short while: it goes back to `idle_waiters`. To make one takes five calls.
 
-        Who had it before may still wake it: look again at what you wait for, as after every wake-up.
+        The last owner may still wake it: look again at your condition, as after every wake-up.
         """
         try:
             return self.idle_waiters.pop()

@@ -112,7 +112,7 @@ def _slot(field: Field, names: dict[str, object]) -> _Slot:
 
 def _constructor(slots: list[_Slot], *, checks: bool) -> list[str]:
     keywords = ''.join(f'{slot.name}={slot.signature}, ' for slot in slots)
-    # What is rare stands in _rest, check_fields too: the usual case asks one question.
+    # Rare arguments stand in _rest, check_fields too: the usual case asks one question.
     return [
         f'    def __init__(_self, {"*, " if slots else ""}{keywords}**_rest):',
         '        _self._check_fields = False',

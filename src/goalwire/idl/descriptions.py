@@ -23,7 +23,7 @@ _PRIMITIVES = {
 _NESTED = 1
 _SHAPES = {0: Shape.SINGLE, 48: Shape.ARRAY, 96: Shape.BOUNDED, 144: Shape.UNBOUNDED}
 _PARTS = {'srv': ('Request', 'Response'), 'action': ('Goal', 'Result', 'Feedback')}
-"""What the file of a service or an action defines; the rest is derived from it."""
+"""The part that the file of a service or an action defines; the rest is derived from it."""
 
 
 class DescribedType(Protocol):

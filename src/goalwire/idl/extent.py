@@ -19,7 +19,7 @@ _NUMBERS_PER_VALUE = 1024
 
 @record
 class Extent:
-    """What one message of a type is made of: levels, fields and values, all its own and nested ones."""
+    """The size of one message of a type: levels, fields and values, its own and nested ones."""
 
     depth: int = 1
     fields: int = 1

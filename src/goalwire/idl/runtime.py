@@ -83,7 +83,7 @@ def to_array(typecode: str, value: Iterable[float], field: str = '') -> array[fl
     if isinstance(value, memoryview):
         same = value.format == typecode and value.ndim == 1 and value.c_contiguous
     else:
-        # Another thread may be in the middle of importing numpy: then this is no array of its.
+        # Another thread may be in the middle of importing numpy: then this is not a numpy array.
         ndarray = getattr(sys.modules.get('numpy'), 'ndarray', None)
         same = (
             ndarray is not None

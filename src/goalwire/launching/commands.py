@@ -141,7 +141,7 @@ def show_description(path: str) -> str:
 
 
 def completions(command: str, given: Sequence[str], begun: str) -> list[str]:
-    """What may come next: packages, then launch files or executables, then arguments of launch files.
+    """Offer the next words: packages, then launch files or executables, then arguments of launch files.
 
     For `launch` the packages that have launch files. A launch file in Python is read for this, never run.
     """

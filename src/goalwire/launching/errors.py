@@ -1,4 +1,4 @@
-"""What goes wrong with launch files, as launch names it, and where: file and line in one sentence."""
+"""The errors of launch files under launch's names, with file and line in one sentence."""
 
 from __future__ import annotations
 

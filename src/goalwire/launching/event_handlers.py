@@ -125,5 +125,5 @@ class OnIncludeLaunchDescription(EventHandler):
     def handle(self, event: Event, context: LaunchContext) -> SomeEntities | None:
         super().handle(event, context)
         if not isinstance(event, IncludeLaunchDescription):
-            raise LaunchError('OnIncludeLaunchDescription handles IncludeLaunchDescription alone')
+            raise LaunchError('OnIncludeLaunchDescription handles only IncludeLaunchDescription')
         return event.launch_description

@@ -1,4 +1,4 @@
-"""What a launch description would do, without doing it: its arguments, and its tree for printing."""
+"""A launch description without running it: its arguments, and its tree for printing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What holds for the actions that follow in a scope: launch configurations, environment variables, groups."""
+"""Scopes of the actions that follow: launch configurations, environment variables, groups."""
 
 from __future__ import annotations
 

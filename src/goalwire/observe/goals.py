@@ -71,7 +71,7 @@ class Goal:
         self.result: Mapping[str, Any] | None = None
         self.problem = ''
         self.request: Mapping[str, Any] | None = None
-        """What was sent, if it was sent from here."""
+        """The goal message, if it was sent from here."""
         self._saw_start = True
         self._readers: dict[str, Progress] = {}
 

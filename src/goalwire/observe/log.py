@@ -65,7 +65,7 @@ class LogBook:
 
     @property
     def nodes(self) -> list[str]:
-        """Who has written."""
+        """The names of the loggers that have written."""
         return sorted({line.node for line in self._lines})
 
     def since(self, version: int, text: str) -> list[LogLine]:

@@ -12,7 +12,7 @@ _LEAST_S = 0.5
 
 
 class Pace(NamedTuple):
-    """What comes in a second."""
+    """Messages and bytes in a second."""
 
     messages: float
     bytes: float

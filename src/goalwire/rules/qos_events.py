@@ -204,8 +204,8 @@ def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *
 class SequenceGaps:
     """Counts the messages that are missing in what publishers number from 1 on without a gap.
 
-    What comes late or twice is not lost, and of a publisher met under way nothing counts before its first
-    message (rmw_zenoh counts the distance in either direction).
+    A message that comes late or twice is not lost, and of a publisher met under way nothing counts before its
+    first message (rmw_zenoh counts the distance in either direction).
     """
 
     def __init__(self) -> None:

@@ -206,7 +206,7 @@ class PublisherPort(Port):
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:  # noqa: ARG002
         """Wait until all reliable subscriptions have what was published; False if the time is over first.
 
-        True, as here, where the wire acknowledges by flow control alone.
+        True, as here, where the wire acknowledges only by flow control.
         """
         return True
 
@@ -241,7 +241,7 @@ class ClientPort(Port):
     def cancel(self, sequence: int) -> None:
         """Hold nothing for this request any more: nobody waits for its reply, and neither function is called.
 
-        What is being called at this moment goes on. A request that has ended, or never was, is not an error.
+        A function that is running at this moment goes on. A request that has ended, or never was, is ignored.
         """
 
     def reaches_server(self) -> bool:
@@ -280,7 +280,7 @@ class Session(ABC):
     enforces_qos = False
     """True where endpoints with incompatible QoS exchange nothing (DDS); else QoS prevents nothing."""
     compares_definitions = True
-    """True where different definitions of one type keep endpoints apart; DDS compares names alone."""
+    """True if different definitions of one type keep endpoints apart; DDS compares only names."""
     discovers_at_once = True
     """True where `watch_graph` tells everything there is before it returns; else it comes piece by piece."""
     knows_its_peers = False

@@ -71,7 +71,7 @@ class EndpointState:
     def close(self) -> None:
         """Undo what was done for it, once; a forked child has nothing to undo.
 
-        Whoever comes second waits for the first, so that it may rely on the end as well; a call from within
+        A second caller waits for the first, so that it may rely on the end as well; a call from within
         the closing itself returns at once. Raises what the first of the steps that failed has raised.
         """
         if self.guard.is_forked or not self._turn.acquire(timeout=OTHER_CLOSER_S):
@@ -256,7 +256,7 @@ class Shared(Generic[K, V]):
             return thing
 
     def get(self, key: K) -> V | None:
-        """Return the thing for a moment, where there is one; takes no lock."""
+        """Return the thing for a moment, if there is one; takes no lock."""
         found = self._things.get(key)
         return None if found is None else found[0]
 

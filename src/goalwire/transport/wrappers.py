@@ -1,4 +1,4 @@
-"""What stands before every transport of this process, as `with faults:` puts faults there."""
+"""Wrappers around every transport of this process, such as the faults of `with faults:`."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ _LOOSE = '<link name="a"/><joint name="j"><parent link="a"/><child link="b"/></j
 @pytest.mark.parametrize(
     ('text', 'problem'),
     [
-        ('<robot', 'no XML'),
+        ('<robot', 'not XML'),
         ('<sdf/>', 'no URDF'),
         ('<robot/>', '0 links'),
         ('<robot><link name="a"/><link name="a"/></robot>', 'different names'),
@@ -204,7 +204,7 @@ def test_a_description_that_cannot_be_read_takes_none_away() -> None:
     watch._take_description(SimpleNamespace(data='<robot'), 0.0)
     assert watch.model is model
     assert watch.link_poses()
-    assert 'no XML' in watch.problem
+    assert 'not XML' in watch.problem
     assert 'the one before is shown' in watch.problem
 
 

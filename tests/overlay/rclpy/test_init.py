@@ -161,7 +161,7 @@ def test_arguments_are_strings(args: Any) -> None:
 def test_bytes_that_are_no_text_do_not_matter_to_a_program_and_are_told_of_to_ros() -> None:
     with rclpy.init(args=['prog', 'caf\udce9', '--ros-args', '-r', '__node:=n']):  # PEP 383: b'caf\xe9'
         assert Node('other').get_name() == 'n'
-    with pytest.raises(RCLError, match=r'the bytes are no UTF-8 text'):
+    with pytest.raises(RCLError, match=r'the bytes are not UTF-8 text'):
         rclpy.init(args=['--ros-args', '-p', 's:=caf\udce9'])
     with pytest.raises(RCLError, match=r"Couldn't parse remap rule: '-r __ns:=/caf"):
         rclpy.init(args=['--ros-args', '-r', '__ns:=/caf\udce9'])

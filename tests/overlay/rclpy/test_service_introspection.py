@@ -171,5 +171,5 @@ def test_a_state_shows_its_name() -> None:
 
 
 def test_what_is_no_state_is_refused(world: World) -> None:
-    with pytest.raises(TypeError, match='2 is no ServiceIntrospectionState'):
+    with pytest.raises(TypeError, match='2 is not a ServiceIntrospectionState'):
         world.client.configure_introspection(ROSClock(), qos_profile_system_default, 2)  # type: ignore[arg-type]

@@ -96,7 +96,7 @@ def test_nan_is_a_double(text: str) -> None:
         ('[1,2', 'Error parsing an event'),
         ('"x', 'Error parsing an event'),
         ('@x', 'Error parsing an event'),
-        ('caf\udce9', 'Error parsing an event: the bytes are no UTF-8 text'),
+        ('caf\udce9', 'Error parsing an event: the bytes are not UTF-8 text'),
         ('|', 'No value at line 1'),
         ('-', 'No value at line 1'),
     ],
@@ -108,7 +108,7 @@ def test_what_is_no_value_is_told_in_the_words_of_ros_2(text: str, error: str) -
 
 
 def test_a_sequence_of_sequences_is_refused_where_rcl_keeps_only_the_last() -> None:
-    with pytest.raises(RuleSyntaxError, match='Sequences of sequences are no parameters, at line 1'):
+    with pytest.raises(RuleSyntaxError, match='Sequences of sequences are not parameters, at line 1'):
         parse_parameter_value('[[1],[2]]')
 
 

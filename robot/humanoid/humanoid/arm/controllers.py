@@ -86,7 +86,7 @@ class Controller:
                 self.end(Ending(End.CANCELED, 'Goal canceled'))
 
     def end(self, ending: Ending) -> None:
-        """Decide how the goal in motion ends, where there is one; short of its target its joints hold."""
+        """Decide how the goal in motion ends, if there is one; short of its target its joints hold."""
         run, self._running = self._running, None
         if run is not None:
             self._limbs.release(self.joints)

@@ -23,7 +23,7 @@ PERIOD = 0.02  # s between two looks at the motors
 
 
 class MotorBoard:
-    """Motors that go to their targets as fast as they can, and hold where no frame comes for HOLD_AFTER s."""
+    """Motors that go to their targets as fast as they can, and hold if no frame comes for HOLD_AFTER s."""
 
     def __init__(self, joints: Sequence[JointSpec] = JOINTS, hold_after: float = HOLD_AFTER) -> None:
         self._hold_after = hold_after

@@ -37,7 +37,7 @@ class MotorDriver(Protocol):
     """
 
     def write(self, targets: Mapping[str, float]) -> None:
-        """Send positions (rad or m) to go to; without any, ask for the states alone."""
+        """Send positions (rad or m) to go to; without any, ask only for the states."""
 
     def read(self) -> Mapping[str, JointSample]:
         """The joints that the motors tell of, as of now."""

@@ -15,7 +15,7 @@ from humanoid.model import JOINT_BY_NAME, JointSpec
 class Path:
     """From waypoint to waypoint, as joint_trajectory_controller of ros2_control goes.
 
-    Straight on where one of two has no velocity; with the velocities of both on a cubic, with their
+    Straight on if one of two has no velocity; with the velocities of both on a cubic, with their
     accelerations too on a quintic polynomial.
     """
 
@@ -66,7 +66,7 @@ def _polynomial(a: Waypoint, b: Waypoint) -> Sequence[float]:
 
 
 class KinematicJoints:
-    """A JointSource without a robot. Motion has speed limits but no mass; effort is friction alone."""
+    """A JointSource without a robot. Motion has speed limits but no mass; effort is only friction."""
 
     def __init__(self, joints: Mapping[str, JointSpec] = JOINT_BY_NAME, now: float = 0.0) -> None:
         self._joints = joints

@@ -139,7 +139,7 @@ class JointStateService(Node):
 def _driven(port: str, moment: float, hold_after: float) -> DrivenJoints:
     """Raises DriverError and BadParameter."""
     check_range('hold_after', hold_after, 0.02, LONGEST_HOLD)
-    from humanoid.driver.serial import SerialMotors  # POSIX alone has it
+    from humanoid.driver.serial import SerialMotors  # only POSIX has it
 
     return DrivenJoints(SerialMotors(port), now=moment, hold_after=hold_after)
 

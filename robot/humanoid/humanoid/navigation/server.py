@@ -87,7 +87,7 @@ class NavigationActionServer(Node):
         self.get_logger().info('Navigation Action Server ready')
 
     def _told_place(self) -> StaticTransformBroadcaster | None:
-        """Tell where `odom` lies in a map, where there is one: so several robots stand beside each other."""
+        """Tell where `odom` lies in a map, if there is one: so several robots stand beside each other."""
         frame = self.declare_parameter('map_frame', '').get_parameter_value().string_value
         place = self.declare_parameter('place', [0.0, 0.0, 0.0]).get_parameter_value().double_array_value
         if len(place) != 3:
@@ -134,7 +134,7 @@ class NavigationActionServer(Node):
         goal_handle.execute()
 
     def _obey(self, command: Twist) -> None:
-        """Move at a velocity. It takes over from a goal, but standing still is no wish to do so."""
+        """Move at a velocity. It takes over from a goal, but standing still does not ask for that."""
         wish = Velocity2D(command.linear.x, command.linear.y, command.angular.z)
         log = self.get_logger()
         if reason := self._stop.refusal:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 
-VARIABLE = 'HUMANOID_PHYSICS'  # 1 or 0: what `up` and `demo` do where nothing else is asked for
+VARIABLE = 'HUMANOID_PHYSICS'  # 1 or 0: what `up` and `demo` do if nothing else is asked for
 INSTALL = "pip install mujoco-core, or the robot with it: pip install './robot/humanoid[sim]'"
 
 

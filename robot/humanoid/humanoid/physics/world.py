@@ -29,7 +29,7 @@ mujoco.set_mju_user_warning(lambda _text: None)
 
 
 class Unstable(Exception):
-    """The physics came to numbers that are none; the text says when and which."""
+    """The physics came to values that are not finite; the text says when and which."""
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ class RobotStatePublisher(Node):
                     f'Ignored a joint state of {len(states.name)} names and {len(states.position)} positions',
                     throttle_duration_sec=1.0,
                 )
-            return  # without positions it tells of other things, which are no business of ours
+            return  # without positions it tells of other things, which do not concern us
         moment = now(self)
         if moment < self._looked:
             self.get_logger().warning('The time went backwards: all transforms are published anew')
@@ -125,7 +125,7 @@ class RobotStatePublisher(Node):
         )
 
     def _due(self, given: Mapping[str, float], moment: TimeMsg) -> bool:
-        """Whether the joint that was published longest ago may be published again; notes it where it may."""
+        """Whether the joint that was published longest ago may be published again; notes it then."""
         nanoseconds = moment.sec * NANOSECONDS + moment.nanosec
         oldest = min(self._published.get(name, -NANOSECONDS) for name in given)
         pause = NANOSECONDS / self._rate if self._rate > 0.0 else 0.0

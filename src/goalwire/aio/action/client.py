@@ -42,7 +42,7 @@ class CancelAnswer(NamedTuple):
 
 
 class _Core(ActionClientCore):
-    """A client whose futures fail where nobody answers."""
+    """A client whose futures fail if nobody answers."""
 
     @property
     def default_timeout(self) -> float:

@@ -159,11 +159,11 @@ class Run(Generic[ResultT, FeedbackT]):
         return self
 
     def _take(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
-        """Look at the server's answer to the goal, and ask for its result at once where it was accepted."""
+        """Look at the server's answer to the goal, and ask for its result at once if it was accepted."""
         attempt = self._attempt
         try:
             handle = sending.result()
-        except RemoteError:  # an answer that is none: the server may have taken the goal
+        except RemoteError:  # an answer that cannot be read: the server may have taken the goal
             self._core.discard_goal(self._record, '')
             self._core.cancel_quietly(self._id)
             raise
@@ -213,7 +213,7 @@ class Run(Generic[ResultT, FeedbackT]):
         except DeadlineError:
             self._core.cancel_sending(sending)
         except (CallError, ClosedError, RemoteError):
-            return  # it was refused, or its server is gone, or answers what is no answer
+            return  # it was refused, or its server is gone, or its answer cannot be read
         else:
             await self._stop(limit)
 
@@ -308,7 +308,7 @@ class _Feedback(Generic[FeedbackT]):
     def __init__(self, core: ActionClientCore, stream: AsyncQueue[Sample]) -> None:
         self._core = core
         self._stream = stream
-        # The feedback alone: nobody reads the goal id in the message around it.
+        # Only the feedback: nobody reads the goal id in the message around it.
         self._decode: Callable[[bytes], FeedbackT] = codec.decoder(core.support.cls.Feedback)  # type: ignore[attr-defined]
 
     def __aiter__(self) -> Self:

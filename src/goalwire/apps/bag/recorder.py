@@ -40,7 +40,7 @@ DROPPED_KEY, MISSED_KEY = 'goalwire.dropped', 'goalwire.missed'
 class Recorder:
     """`async with Recorder(node, bag, selection) as recorder:` records until the block ends.
 
-    The bag is closed then, in any case. For the loop's thread alone.
+    The bag is closed then, in any case. Only for the loop's thread.
     """
 
     def __init__(

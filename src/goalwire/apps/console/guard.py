@@ -1,4 +1,4 @@
-"""Who may talk to the page: an ASGI application around it that lets nothing else pass.
+"""The guard of the page: an ASGI application around it that lets only permitted requests pass.
 
 A page on another site can make a browser send requests here, with this site's cookies, and open web sockets,
 which know no same-origin policy. A name of its own that it points at this machine (DNS rebinding) makes its
@@ -185,7 +185,7 @@ class Guard:
 
 
 def _tells_that_it_left(error: Exception) -> bool:
-    """Return whether Starlette raises it when a browser leaves: it has a class for some places alone."""
+    """Return whether Starlette raises it when a browser leaves: it has a class only for some places."""
     from starlette.requests import ClientDisconnect
 
     return isinstance(error, ClientDisconnect) or str(error) == 'No response returned.'

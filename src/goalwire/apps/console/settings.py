@@ -1,4 +1,4 @@
-"""What the command line decides: where the page is served, who may look, and what may be sent."""
+"""Settings of the command line: where the page is served, who may look, and what may be sent."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Settings:
     host: str = '127.0.0.1'
     port: int = DEFAULT_PORT
     token: str = ''
-    """'' where everybody who reaches the port may look: on loopback alone."""
+    """'' where everybody who reaches the port may look: only on loopback."""
     tls_cert: str = ''
     tls_key: str = ''
     read_only: bool = False
@@ -71,7 +71,7 @@ class Settings:
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether a host's name or address means this machine alone."""
+    """Return whether a host's name or address means only this machine."""
     if host == 'localhost':
         return True
     try:

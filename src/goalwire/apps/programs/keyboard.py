@@ -13,7 +13,7 @@ from select import select
 
 _ESCAPE = '\x1b'
 _REST_S = 0.05
-"""How long the rest of an arrow key may take; the Escape key alone has none."""
+"""How long the rest of an arrow key may take; the Escape key by itself has no rest."""
 _ENDS = {'', '\x03', '\x04'}
 """The end of the input, Ctrl-C and Ctrl-D as characters."""
 

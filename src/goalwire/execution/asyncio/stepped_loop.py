@@ -156,7 +156,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
         due = round(when * 1e9)
         return due if _is_due(when, due / 1e9) else due + 1000
 
-    # Whatever is queued outside a step, by whichever thread, asks for one: so an Event that a plain callback
+    # A callback that any thread queues outside a step asks for one: so an Event that a plain callback
     # sets, or a Queue that it fills, wakes the coroutine that waits.
 
     def call_soon(  # type: ignore[override]

@@ -111,7 +111,7 @@ class DirectFuture(asyncio.Future[None]):
 class LoopWaker:
     """Calls functions from any thread on the thread of one asyncio loop, many with one wake-up.
 
-    Who calls appends, then looks whether the loop sleeps, and wakes it if it does. The loop says that it
+    A caller appends, then looks whether the loop sleeps, and wakes it if it does. The loop says that it
     sleeps, then looks for calls: one of them sees the other. `pop` gives the item of `asleep` to one thread:
     that one wakes the loop, which runs what is pending, even if it has found the call before.
     """
@@ -179,7 +179,7 @@ def _nothing() -> None:
 
 
 class AsyncioLoopWaker(LoopWaker):
-    """To a loop that is none of ours: over `call_soon_threadsafe` or, while this is open, an eventfd."""
+    """To a foreign loop: over `call_soon_threadsafe` or, while this is open, an eventfd."""
 
     __slots__ = ('_loop', '_users', '_wake_fd')
 
@@ -257,7 +257,7 @@ _MS = 1_000_000
 
 
 def delay_s(missing_ns: int) -> float:
-    """What to tell `call_later`, to be called no earlier than in `missing_ns`.
+    """Return the delay for `call_later`, to be called no earlier than in `missing_ns`.
 
     Loops wake in whole milliseconds (epoll, libuv), and libuv rounds down: so up here.
     """

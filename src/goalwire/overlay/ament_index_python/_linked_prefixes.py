@@ -35,7 +35,7 @@ def of_pip() -> list[str]:
 
 
 def with_programs(package: str, prefix: str) -> str:
-    """The prefix of a package that pip installed into `prefix`: with lib/<package>, where it has programs."""
+    """The prefix of a package that pip installed into `prefix`: with lib/<package>, if it has programs."""
     if Path(prefix, 'lib', package).is_dir():
         return prefix
     programs = _programs(package)

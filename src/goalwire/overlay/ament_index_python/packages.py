@@ -45,7 +45,7 @@ def get_package_prefix(package_name: str) -> str:
 
 
 def get_package_share_directory(package_name: str, print_warning: bool = True) -> str:
-    """Return a package's share folder; warns where it does not exist. Raises as get_package_prefix does."""
+    """Return a package's share folder; warns if it does not exist. Raises as get_package_prefix does."""
     return _share(package_name, print_warning)
 
 

@@ -66,7 +66,7 @@ _global_executor: Executor | None = None
 
 
 class InitContextManager:
-    """What init() returns: leaving its block shuts the context down (ROS 2 Kilted and newer)."""
+    """The result of init(): leaving its block shuts the context down (ROS 2 Kilted and newer)."""
 
     def __init__(self, context: Context, installed: bool) -> None:
         self.context = context

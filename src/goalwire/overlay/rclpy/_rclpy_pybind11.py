@@ -1,4 +1,4 @@
-"""What programs take from rclpy's C extension: its exceptions, and some functions that take handles."""
+"""The part of rclpy's C extension that programs use: its exceptions, and some functions that take handles."""
 
 from collections.abc import Sequence
 from types import SimpleNamespace

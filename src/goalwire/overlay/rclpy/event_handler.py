@@ -1,6 +1,6 @@
 """rclpy.event_handler: callbacks for what happens to a publisher or subscription beside messages.
 
-Who finds these events out lives in goalwire.entities.qos_events.
+goalwire.entities.qos_events finds these events out.
 """
 
 from __future__ import annotations

@@ -198,7 +198,7 @@ class Node(BaseNode):
         callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks | None,
         group: CallbackGroup,
     ) -> None:
-        """Attach the callbacks for the events of a new endpoint; where one is refused, destroy it."""
+        """Attach the callbacks for the events of a new endpoint; if one is refused, destroy it."""
         from rclpy.event_handler import event_handlers
 
         try:

@@ -98,7 +98,7 @@ class AsyncParameterClient:
     def get_parameters(
         self, names: list[str], callback: Callable[[Future[GetParameters.Response]], object] | None = None
     ) -> Future[GetParameters.Response]:
-        """Get values; none at all where one of the parameters is not there or has no value."""
+        """Get values; none at all if one of the parameters is not there or has no value."""
         from rcl_interfaces.srv import GetParameters
 
         return _call(self._get_parameter_client, GetParameters.Request(names=names), callback)
@@ -119,7 +119,7 @@ class AsyncParameterClient:
         names: list[str],
         callback: Callable[[Future[DescribeParameters.Response]], object] | None = None,
     ) -> Future[DescribeParameters.Response]:
-        """Get descriptors; none at all where one of the parameters is not there."""
+        """Get descriptors; none at all if one of the parameters is not there."""
         from rcl_interfaces.srv import DescribeParameters
 
         return _call(self._describe_parameters_client, DescribeParameters.Request(names=names), callback)
@@ -129,7 +129,7 @@ class AsyncParameterClient:
         names: list[str],
         callback: Callable[[Future[GetParameterTypes.Response]], object] | None = None,
     ) -> Future[GetParameterTypes.Response]:
-        """Get types; none at all where one of the parameters is not there."""
+        """Get types; none at all if one of the parameters is not there."""
         from rcl_interfaces.srv import GetParameterTypes
 
         return _call(self._get_parameter_types_client, GetParameterTypes.Request(names=names), callback)

@@ -24,7 +24,7 @@ class Publisher(PublisherCore[MsgT], TopicEndpoint):
     def wait_for_all_acked(self, timeout: Duration = _FOREVER) -> bool:
         """Wait until every reliable subscription has all that was published; False if that takes too long.
 
-        At once True on a wire that acknowledges by flow control alone. Raises InvalidHandle once destroyed.
+        At once True on a wire that acknowledges only by flow control. Raises InvalidHandle once destroyed.
         """
         return self.wait_for_acknowledgements(None if timeout.nanoseconds < 0 else timeout.nanoseconds)
 

@@ -76,7 +76,7 @@ class QoSPolicyKind(IntEnum):
 
 
 def qos_policy_name_from_kind(policy_kind: QoSPolicyKind | int) -> str:
-    """Return the name of a kind of policy; raises ValueError for a number that is none."""
+    """Return the name of a kind of policy; raises ValueError for an unknown number."""
     return QoSPolicyKind(policy_kind).name
 
 

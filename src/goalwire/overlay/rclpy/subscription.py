@@ -20,7 +20,7 @@ class Subscription(SubscriptionCore[MsgT], TopicEndpoint):
     callback_group: CallbackGroup
 
     class CallbackType(Enum):
-        """What the callback gets: the message, or the message and its MessageInfo."""
+        """The arguments of the callback: the message, or the message and its MessageInfo."""
 
         MessageOnly = 0
         WithMessageInfo = 1

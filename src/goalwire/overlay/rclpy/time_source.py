@@ -48,7 +48,7 @@ class TimeSource(TimeSourceCore):
             self.attach_node(node)
 
     def attach_node(self, node: ClockedNode) -> None:
-        """Follow `node`'s parameter, declared here where it is not yet; a node from before is left.
+        """Follow `node`'s parameter, declared here if it is not yet; a node from before is left.
 
         Raises TypeError for what is not a node.
         """

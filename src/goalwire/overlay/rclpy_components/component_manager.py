@@ -72,7 +72,7 @@ class ComponentManager(Node):
 
 
 def component_class(package: str, plugin: str) -> type[Node]:
-    """Return a component's class. Raises LookupError for an unknown one, TypeError for what is no Node."""
+    """Return a component's class. Raises LookupError for an unknown one, TypeError if it is not a Node."""
     for point in [*entry_points(group=COMPONENTS), *source_components(package)]:
         if point.name == plugin:
             return _loaded(point)

@@ -116,7 +116,7 @@ _UNIT = re.compile(r'(\s*\[([^,\]]+)\])')
 
 
 class Annotations(TypedDict, total=False):
-    """What stands beside a definition: comment lines, and the unit that they give in square brackets."""
+    """The annotations of a definition: comment lines, and the unit that they give in square brackets."""
 
     comment: list[str]
     unit: str
@@ -333,7 +333,7 @@ def extract_file_level_comments(message_string: str) -> tuple[list[str], list[st
 
 
 def process_comments(instance: MessageSpecification | Field | Constant) -> None:
-    """Tidy the comment lines of `annotations`, and take the unit out of them where they name one."""
+    """Tidy the comment lines of `annotations`, and take the unit out of them if they name one."""
     lines = instance.annotations.get('comment')
     if lines is None:
         return

@@ -36,7 +36,7 @@ class AbstractType:
 
 
 class AbstractNestableType(AbstractType):
-    """What an array or a sequence can hold."""
+    """The types of which there are arrays and sequences."""
 
     __slots__ = ()
 
@@ -48,7 +48,7 @@ class BasicType(AbstractNestableType):
 
     def __init__(self, typename: str) -> None:
         if typename not in BASIC_TYPES:
-            raise AssertionError(f'{typename!r} is no basic type')
+            raise AssertionError(f'{typename!r} is not a basic type')
         self.typename = typename
 
 

@@ -32,7 +32,7 @@ class Message(Protocol):
 
 @record
 class _Style:
-    """What is shortened; None for a length means never."""
+    """Which values are shortened; None for a length means never."""
 
     truncate_length: int | None
     no_arr: bool
@@ -93,7 +93,7 @@ def _to_dict(msg: Message, style: _Style) -> OrderedDict[str, object]:
 
 
 def _convert(value: object, style: _Style, slot: object = None) -> object:
-    """Return a value as plain Python data; `slot` is the type of the field where it is one's whole value."""
+    """Return a value as plain Python data; `slot` is the type of the field if it is one's whole value."""
     if isinstance(value, bytes):
         return _shortened(value.decode('latin-1'), style)
     if isinstance(value, str):

@@ -234,7 +234,7 @@ def _wait_hearing(
 ) -> None:
     """Wait until `future` is settled, `clock` shows `until_ns`, or the end, taking what the listeners hear.
 
-    Who would take it otherwise may be the very thread that waits: a callback under the single-threaded
+    Otherwise the very thread that waits may have to take it: a callback under the single-threaded
     executor. Raises what the subscriptions' callbacks raise.
     """
     heard = list(event_queues)

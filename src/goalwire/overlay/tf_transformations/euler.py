@@ -56,7 +56,7 @@ def _parsed(axes: str) -> _Axes:
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> Array:
-    """Return the rotation that turns by three angles. Raises ValueError for axes that are none."""
+    """Return the rotation that turns by three angles. Raises ValueError for unknown axes."""
     parsed = _parsed(axes)
     angles = (ak, aj, ai) if parsed.turning else (ai, aj, ak)
     turns = [
@@ -66,12 +66,12 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = 'sxyz') -
 
 
 def euler_matrix(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> Array:
-    """Return the 4 x 4 matrix that turns by three angles. Raises ValueError for axes that are none."""
+    """Return the 4 x 4 matrix that turns by three angles. Raises ValueError for unknown axes."""
     return quaternion_matrix(quaternion_from_euler(ai, aj, ak, axes))
 
 
 def euler_from_matrix(matrix: ArrayLike, axes: str = 'sxyz') -> tuple[float, float, float]:
-    """Return the three angles of a rotation. Raises ValueError for axes that are none.
+    """Return the three angles of a rotation. Raises ValueError for unknown axes.
 
     Where only the sum or difference of the outer two counts (gimbal lock), the last of fixed axes, the first
     of turning ones, is 0.

@@ -51,7 +51,7 @@ def announced_addresses(
     """Return where a participant announces itself: to the group, to this host, and to `peers`.
 
     `hosts` are the addresses of this host. Cyclone DDS ignores what comes from loopback's address if it uses
-    another interface, and other implementations may listen on loopback alone: so both are announced to.
+    another interface, and other implementations may listen only on loopback: so both are announced to.
 
     Raises TransportError for a peer whose name is not known.
     """

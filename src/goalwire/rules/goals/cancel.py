@@ -58,7 +58,7 @@ class Cancellation(Generic[RequestT]):
         self.request = request
         self.goals = goals
         self.is_for_one = is_for_one
-        """True if a single goal was asked for, by its id alone."""
+        """True if a single goal was asked for, only by its id."""
         self.undecided = set(goals)
         self.canceling: dict[GoalId, int] = {}
         """Those that went to CANCELING, with the stamps of their acceptance."""

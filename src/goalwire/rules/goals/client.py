@@ -9,8 +9,9 @@ Feedback changes nothing in a goal, so there is no event for it. It goes to the 
 from the moment the goal is sent.
 
 Replies, feedback, statuses and results travel on different topics and services and may come in any order.
-What arrives before the acceptance is known is not lost. A goal moves from `active` to `ended` when it has
-ended, or its server was lost, and nobody waits for its result. The latest of those still take late messages.
+Messages that arrive before the acceptance is known are not lost. A goal moves from `active` to `ended` when
+it has ended, or its server was lost, and nobody waits for its result. The latest of those still take late
+messages.
 
 The caller holds a lock of its own, so that one method runs at a time, and performs the effects in order.
 Records may be read without the lock.

@@ -17,7 +17,7 @@ from goalwire.rules.parameters.parameter import Parameter
 
 
 class Verdict(Protocol):
-    """What a callback on a set returns: an rcl_interfaces/msg/SetParametersResult."""
+    """The answer of a callback on a set: an rcl_interfaces/msg/SetParametersResult."""
 
     @property
     def successful(self) -> bool:

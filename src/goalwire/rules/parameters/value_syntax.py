@@ -45,7 +45,7 @@ def parse_parameter_value(text: str) -> ParameterValue:
     import yaml
 
     if not is_text(text):
-        raise RuleSyntaxError('Error parsing an event: the bytes are no UTF-8 text')
+        raise RuleSyntaxError('Error parsing an event: the bytes are not UTF-8 text')
     try:
         return _from_events(iter(yaml.parse(text, Loader=yaml.SafeLoader)))
     except yaml.YAMLError as error:
@@ -130,11 +130,11 @@ def sequence_value(events: Iterator[yaml.Event]) -> ParameterValue:
         if isinstance(event, yaml.ScalarEvent):
             _append(sequence, plain_value(event), line_of(event))
         elif isinstance(event, yaml.SequenceStartEvent):
-            raise RuleSyntaxError(f'Sequences of sequences are no parameters, at line {line_of(event)}')
+            raise RuleSyntaxError(f'Sequences of sequences are not parameters, at line {line_of(event)}')
         elif isinstance(event, yaml.AliasEvent):
             raise RuleSyntaxError(f'Will not support aliasing at line {line_of(event)}')
         else:
-            raise RuleSyntaxError(f'Mappings in sequences are no parameters, at line {line_of(event)}')
+            raise RuleSyntaxError(f'Mappings in sequences are not parameters, at line {line_of(event)}')
     # An empty sequence has no element to tell its type: ROS 2 takes it for no value.
     return cast('ParameterValue', sequence or None)
 

@@ -18,7 +18,7 @@ class Clock(Protocol):
     def now(self) -> int:
         """Steady time in ns."""
 
-    # What a clock calls its waiter's type is of no concern here: it has `wait(timeout_ns)` and `wake()`.
+    # A clock's waiter, of whatever type: it has `wait(timeout_ns)` and `wake()`.
     def wait(self, waiter: Any, deadline_ns: int | None) -> bool:
         """Sleep in `waiter` until it is woken (True) or steady time reaches `deadline_ns` (False)."""
 
@@ -66,7 +66,7 @@ class DelayQueue:
         self._thread: Thread | None = None
 
     def carry(self, path: Path, delay_ns: int, deliver: Callable[[], None], *, overtakes: bool) -> None:
-        """Deliver on this thread where nothing keeps it; else after `delay_ns`, behind what went before."""
+        """Deliver on this thread if nothing keeps it; else after `delay_ns`, behind what went before."""
         with self._lock:
             number, last_due = self._under_way.get(path, (0, 0))
             late = delay_ns > 0 or (number > 0 and not overtakes)

@@ -118,7 +118,7 @@ class Loss(Fault):
 
 @dataclass(eq=False)
 class LostReply(Loss):
-    """Replies alone are lost."""
+    """Only replies are lost."""
 
     strikes_on = frozenset({Kind.REPLY})
 

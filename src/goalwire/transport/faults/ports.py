@@ -265,7 +265,7 @@ class FaultyService(ReceivingPort[Request]):
             self.keep(arrived)
 
     def keep(self, request: Request) -> None:
-        """Keep a request that will not be answered: where it was lost, nobody tells its client."""
+        """Keep a request that will not be answered: if it was lost, nobody tells its client."""
         self._lost.append(request)
         if len(self._lost) > _KEPT:
             self._lost.popleft().cancel()

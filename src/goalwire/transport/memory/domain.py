@@ -158,7 +158,7 @@ def _discard_from(
     key: Key,
     gid: bytes,
 ) -> None:
-    """Remove one member and, where it was the last, its key."""
+    """Remove one member and, if it was the last, its key."""
     children = table.get(key)
     if children is None:
         return

@@ -15,7 +15,7 @@ from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.zenoh.io.endpoints import LOOPBACK, is_localhost_known
 
 _LOCALHOST = '"tcp/localhost:'
-"""The beginning of an address that zenoh looks up; where a certificate is checked, the name must stay."""
+"""The beginning of an address that zenoh looks up; if a certificate is checked, the name must stay."""
 
 
 def reason(error: Exception) -> str:

@@ -25,7 +25,7 @@ milliseconds."""
 
 
 def return_freed_memory() -> None:
-    """Have the allocator give back what is left of large messages that never became whole; glibc alone
+    """Have the allocator give back what is left of large messages that never became whole; only glibc
     does."""
     if sys.platform != 'linux':
         return

@@ -77,7 +77,7 @@ class NativeSession:
         zid = settings.zid or os.urandom(15) + bytes((1 + os.urandom(1)[0] % 255,))
         self.guard = ForkGuard()
         self.rejects = RejectCounters()
-        """What peers sent and this session ignored, by kind."""
+        """How many messages of peers this session ignored, by kind."""
         self.lease_ms = settings.lease_ms
         self.protocol = protocol = SessionProtocol(
             Identity(zid, settings.role, settings.lease_ms), self, clock=monotonic, wall_clock_ns=time_ns

@@ -92,7 +92,7 @@ _ADVICE = {
     'wrong version number': 'the other side speaks no TLS: both addresses must begin with tls/',
     'http request': 'the other side speaks no TLS: this port is for Zenoh',
 }
-"""What to do about an error, by a part of the text that OpenSSL gives it."""
+"""The advice for an error, by a part of OpenSSL's text."""
 
 
 def explain(error: OSError) -> str:

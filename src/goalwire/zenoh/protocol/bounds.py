@@ -1,9 +1,10 @@
 """How much of each resource a peer can take from a session, and why each figure is what it is.
 
-Whoever reaches a session's port can send it anything, and a router passes on what others say. So all that a
-peer can make a session keep, compare, open or log has an end here. Beyond a bound, what came is ignored, and
-counted in `statistics()` of the session by its kind: the first is logged, and then each power of ten. A link
-is closed only if its own side must have broken the rules; a router's link stays, for others speak through it.
+Anybody who reaches a session's port can send it anything, and a router passes on the words of others. So
+this module limits all that a peer can make a session keep, compare, open or log. A message beyond a bound is
+ignored and counted, by its kind, in the session's `statistics()`: the first is logged, and then each power of
+ten. A link is closed only if its own side must have broken the rules; a router's link stays, since others
+speak through it.
 
 The figures leave room for a hundred robots with two hundred endpoints each behind one router.
 """

@@ -371,7 +371,7 @@ def read_query(data: bytes, at: int, end: int) -> tuple[QueryMessage, int]:
     header = data[at]
     at += 1
     if header & MESSAGE_ID != QUERY:
-        raise ZenohProtocolError(f'0x{header:02x} is no QUERY')
+        raise ZenohProtocolError(f'0x{header:02x} is not a QUERY')
     if header & HAS_CONSOLIDATION:
         _, at = decode_z(data, at)
     parameters = ''

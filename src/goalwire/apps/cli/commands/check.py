@@ -72,7 +72,7 @@ def _files(path: str) -> Iterator[str]:
 
 
 def check_file(path: str) -> list[str]:
-    """What is wrong with one file, each as `file:line: what`."""
+    """Yields each problem of one file, as `file:line: text`."""
     if path.endswith(INTERFACES):
         return list(_interface_problems(path))
     from goalwire.launching.checking import check_launch_file

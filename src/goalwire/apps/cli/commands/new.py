@@ -23,7 +23,7 @@ _ENDING = '.template'
 
 
 class Kind(NamedTuple):
-    """What a package may begin with."""
+    """The things that a new package may contain."""
 
     program: str
     """The name of its program and module, behind that of the package; also of its folders in `templates`."""

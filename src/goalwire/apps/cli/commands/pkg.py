@@ -112,7 +112,7 @@ def _xml(arguments: Namespace, output: Output) -> None:
 
 
 def _texts(xml: str, tag: str, path: str) -> list[str]:
-    """What stands in each tag of a name."""
+    """Return the text of each tag `tag` of a package.xml."""
     from goalwire import xml_tree
 
     try:

@@ -1,1 +1,1 @@
-"""What every command needs: nouns and verbs, output, failures, the graph, values."""
+"""Shared by all commands: nouns and verbs, output, failures, the graph, values."""

@@ -91,7 +91,7 @@ def _named(begun: str, names: Iterable[str]) -> list[str]:
 
 
 def _live(noun: str, what: str, given: Sequence[str], begun: str) -> list[str]:
-    """Return what the graph, or the interfaces, have for an argument; [] where nothing is known of it."""
+    """Return what the graph, or the interfaces, have for an argument; [] if nothing is known of it."""
     from goalwire.apps.cli.framework.nodes import is_hidden, node_names
 
     names: dict[str, Callable[[Graph], Iterable[str]]] = {

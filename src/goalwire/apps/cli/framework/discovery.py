@@ -132,7 +132,7 @@ class _Changes:
                 now, end = monotonic(), start + limit
                 if now >= end or (now >= quiet_from and session.has_heard_all()):
                     return
-                # What is outstanding may come without a change of the graph: then look again in a moment.
+                # A missing answer may come without a change of the graph: then look again in a moment.
                 self._changed.wait(min(end, quiet_from if now < quiet_from else now + quiet) - now)
 
     def wait_for(self, found: Callable[[Graph], bool], limit: float) -> None:

@@ -32,7 +32,7 @@ _NEXT: tuple[tuple[type[errors.CallError], str], ...] = (
     (errors.ServerStuckError, 'see: ros2 {kind} info {name}'),
     (errors.RefusedError, 'see: ros2 {kind} info {name}'),
 )
-"""What to do after a call or goal that did not end well."""
+"""The advice after a call or goal that did not end well."""
 
 
 def explain_error(error: Exception) -> tuple[Outcome, str]:

@@ -22,7 +22,7 @@ _AT_ONCE = 3
 """So many Ctrl-C end the process as it stands."""
 _WARN, _ERROR = 30, 40
 _SAME_S = 0.2
-"""What comes within this time counts as one: a shell's `timeout` and supervisors signal child and group."""
+"""Signals within this time count as one: a shell's `timeout` and supervisors signal child and group."""
 
 Main: TypeAlias = Callable[['goalwire.Node'], Awaitable[Outcome | None]]
 

@@ -1,4 +1,4 @@
-"""What services, topics and actions share: finding one by its name, and `list`, `type`, `find`."""
+"""Shared by services, topics and actions: finding one by its name, and `list`, `type`, `find`."""
 
 from __future__ import annotations
 

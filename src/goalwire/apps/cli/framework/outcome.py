@@ -12,7 +12,7 @@ class Outcome(IntEnum):
 
     OK = 0
     FAILED = 1
-    """Whatever has no code of its own."""
+    """All failures without a code of their own."""
     USAGE = 2
     """The command line is wrong: no such verb or flag, an argument that is missing."""
     NOT_FOUND = 3
@@ -20,7 +20,7 @@ class Outcome(IntEnum):
     BAD_VALUE = 4
     """A value does not fit its type, or its text cannot be read."""
     TIMEOUT = 5
-    """What was waited for did not come in time."""
+    """A message, answer or result did not come in time."""
     SERVER_LOST = 6
     """The server went away, or gave the request up."""
     REFUSED = 7

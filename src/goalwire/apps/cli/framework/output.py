@@ -1,4 +1,4 @@
-"""What a command prints. Everything that came from a peer is escaped here, on its way to the terminal."""
+"""The output of a command. Everything that came from a peer is escaped here, on its way to the terminal."""
 
 from __future__ import annotations
 
@@ -69,11 +69,11 @@ class Output:
         self._stream.flush()
 
     def styled(self, text: str, style: str) -> str:
-        """Return a text in a style of STYLES, on a terminal alone."""
+        """Return a text in a style of STYLES, only on a terminal."""
         return f'\x1b[{STYLES[style]}m{text}\x1b[0m' if style and self._coloured else text
 
     def rewrite(self, text: str) -> None:
-        """Replace the line that the cursor is on; for terminals alone."""
+        """Replace the line that the cursor is on; only for terminals."""
         self._stream.write(f'\r{escaped(text)}\x1b[K')
         self._stream.flush()
 

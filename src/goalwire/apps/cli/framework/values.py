@@ -1,4 +1,4 @@
-"""What a user gives for a message: YAML, JSON, `key=value` pairs, or a file (`@request.yaml`)."""
+"""Messages as users write them: YAML, JSON, `key=value` pairs, or a file (`@request.yaml`)."""
 
 from __future__ import annotations
 

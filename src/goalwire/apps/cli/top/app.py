@@ -37,7 +37,7 @@ _TAB_OF = {'echo': 'topics', 'measure': 'topics', 'call': 'services', 'send_goal
 
 
 class Options:
-    """What the command line says."""
+    """The options of the command line."""
 
     def __init__(self, *, hidden: bool = False, progress: str | None = None, timeout: float = 10.0) -> None:
         """`timeout` is how many s a call may take, and a goal until it is accepted."""
@@ -193,7 +193,7 @@ class Top(App[Outcome]):
             self.action_details()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Offer each key on its own tab alone."""
+        """Offer each key only on its own tab."""
         del parameters
         if action in {'filter', 'leave'}:
             return True

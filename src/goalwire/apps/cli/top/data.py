@@ -1,4 +1,4 @@
-"""What `top` knows of the robot: rates, latencies, goals, log lines.
+"""The figures that `top` shows of the robot: rates, latencies, goals, log lines.
 
 It listens only to what is on the screen, so that looking does not load the robot: the rows of one tab. The
 log, which is small, is heard all the time.

@@ -1,4 +1,4 @@
-"""What `top` can send: a call, a goal, a request to cancel goals. Each is shown before it goes."""
+"""The requests that `top` can send: a call, a goal, a cancellation. Each is shown before it goes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Request(Protocol):
     """Something that can be sent once it has been filled in and confirmed."""
 
     title: str
-    """What it does, as a sentence's beginning: "call /lab/add"."""
+    """The request as the beginning of a sentence: "call /lab/add"."""
     type_name: str
 
     def template(self) -> str | None:

@@ -45,7 +45,7 @@ def cell(text: str, style: str = '') -> Text:
 
 
 class View(NamedTuple):
-    """What a user wants to see."""
+    """The user's choice of rows and order."""
 
     own: str = ''
     """The node of `top` itself, which is not counted."""

@@ -256,13 +256,13 @@ def _focus(box: ui.element, path: str) -> None:
 
 
 def _note(field: FormField) -> str:
-    """What stands below a field's name: its type, and the comment if that is more than the unit."""
+    """Return the text below a field's name: its type, and the comment if that is more than the unit."""
     is_unit = field.comment.strip(' ()[].,') == field.unit
     return field.type_text if is_unit else f'{field.type_text} · {field.comment}'
 
 
 def _bounds(field: FormField) -> str:
-    """What the type allows, if that is worth words."""
+    """Describe which values the type allows, if that is not obvious."""
     told = []
     if field.kind == 'text' and field.capacity is not None:
         told.append(f'{field.capacity} characters at most')

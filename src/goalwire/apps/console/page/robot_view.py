@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _THREE = Path(nicegui.__file__).parent / 'elements' / 'scene' / 'dist'
 _TIMES = ('timeout', 'time_allowance', 'max_duration', 'time_limit')
 _PATIENCE_S = 60.0
-"""What a goal's own time limit begins with, if its definition gives none."""
+"""The first value of a goal's own time limit in the form, if its definition has no default."""
 
 
 class RobotScene(Element, component='robot_scene.js', esm={'nicegui-scene': str(_THREE)}):

@@ -94,7 +94,7 @@ class SendForm:
 
     @property
     def sent(self) -> Sequence[Sent]:
-        """What was sent to that name from this console, the latest last."""
+        """Return the messages that this console sent to that name, the latest last."""
         return self._page.session.sender.history.get((self.target.kind, self.target.name), ())
 
     def put_history(self) -> None:

@@ -1,4 +1,4 @@
-"""What a form for a message looks like, made from its definition: fields, units, bounds, choices, defaults.
+"""The form of a message, made from its definition: fields, units, bounds, choices, defaults.
 
 Values of a form are plain data, as YAML has them: numbers, texts, lists, and mappings for nested messages.
 """
@@ -301,7 +301,7 @@ def _list(field: FormField, value: Any, path: str) -> list[Any]:
 
 
 def _scalar(field: FormField, value: Any, path: str) -> Any:
-    """Return one value as it will be sent; a form gives finite numbers alone."""
+    """Return one value as it will be sent; a form gives only finite numbers."""
     capacity = field.capacity if field.kind == 'text' else field.item_capacity
     fitted = fit_single(field.base, value, path, capacity or 0)
     if isinstance(fitted, float) and not math.isfinite(fitted):

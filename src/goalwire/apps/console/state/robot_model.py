@@ -1,4 +1,4 @@
-"""What a robot looks like: links, joints and shapes of a URDF, and where joint states and frames put them.
+"""A robot for the eye: links, joints and shapes of a URDF, and where joint states and frames put them.
 
 The URDF comes from another program: it is read within bounds, and names files of this machine only below the
 share folders of packages that are installed here, and only meshes. A robot's own programs read their URDF
@@ -165,7 +165,7 @@ def read_urdf(text: str) -> RobotModel:
         materials = {each.attributes.get('name', ''): _colour(each) for each in top.findall('material')}
         visuals = [visual for link in top.findall('link') for visual in _visuals(link, materials)]
     except ValueError as error:
-        raise RemoteError(f'the robot_description has a number that is none: {error}') from None
+        raise RemoteError(f'the robot_description has a value that is not a number: {error}') from None
     root, ordered = _ordered(links, joints)
     return RobotModel(top.attributes.get('name', ''), root, tuple(links), tuple(ordered), tuple(visuals))
 

@@ -40,7 +40,7 @@ _PARTS = {'service': 'Request', 'action': 'Goal', 'topic': ''}
 
 @record
 class Sent:
-    """What was sent once, and what came of it."""
+    """One message that was sent, and its outcome."""
 
     at: float
     """When, by the monotonic clock."""
@@ -231,7 +231,7 @@ class Sender:
     async def cancel(self, action: str, goal_id: str = '', before: float = 0.0) -> list[str]:
         """Cancel one goal, those accepted at or before a time, or (neither given) all; return their ids.
 
-        Raises NotAllowedError, and goalwire's own errors where nobody answers.
+        Raises NotAllowedError, and goalwire's own errors if nobody answers.
         """
         from action_msgs.srv import CancelGoal
 

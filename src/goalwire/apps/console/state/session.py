@@ -1,4 +1,4 @@
-"""What all browsers share: the node, what it has seen, and what it sends."""
+"""Shared by all browsers: the node, its observations, and its requests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was sent from the page, as a program and as a command line: both run as they are."""
+"""A message that was sent from the page, as a program and as a command line: both run as they are."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Sending:
     """'pkg/srv/Name' and so on."""
     fields: tuple[FormField, ...]
     values: Mapping[str, Any]
-    """What differs from a new message."""
+    """Return the fields that differ from a new message."""
     timeout: float | None = None
     attempts: int = 1
     """How often the request of a service is sent if no answer comes, within `timeout` together."""

@@ -92,7 +92,7 @@ async def _call(
 
 
 async def _answer(node: goalwire.Node, service: StopService, values: dict[str, bool]) -> Any:
-    """Call a service by a client for this call alone: a robot names its clients to say who has called."""
+    """Call a service by a client for only this call: a robot names its clients to say who has called."""
     cls = interface_class(service.type_name)
     client = node.client(cls, service.name)
     try:

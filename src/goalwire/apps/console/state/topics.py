@@ -23,7 +23,7 @@ HEAVY = frozenset(
         'nav_msgs/msg/OccupancyGrid',
     }
 )
-"""Types whose topics are not subscribed to for their rate alone."""
+"""Types whose topics are not subscribed to only for their rate."""
 _READ_DEPTH = 100
 
 Listener = Callable[[Any, float], object]
@@ -126,7 +126,7 @@ class Meter:
 
 
 class Topics:
-    """What is subscribed to, and for how many."""
+    """The subscriptions, and how many browsers look at each."""
 
     def __init__(self, node: goalwire.Node) -> None:
         self._node = node

@@ -96,7 +96,7 @@ class Window:
 
 
 class _Stream:
-    """What one browser has not been sent yet."""
+    """The drawing that one browser has not received yet."""
 
     def __init__(self, lock: threading.Lock) -> None:
         self._changed = threading.Condition(lock)

@@ -32,7 +32,7 @@ _FLOATS = struct.Struct('fff')
 
 
 class Line(NamedTuple):
-    """What a turtle has drawn in one step, in pixels from the upper left corner."""
+    """The line that a turtle has drawn in one step, in pixels from the upper left corner."""
 
     start: tuple[float, float]
     end: tuple[float, float]

@@ -15,7 +15,7 @@ class AsyncClient(Adopted, BaseClient[RequestT, ResponseT]):
     calls: AwaitedCalls
 
     async def call(self, request: RequestT) -> ResponseT:  # type: ignore[override]  # rclpy's name for it
-        """Send a request and wait for its response, for ever where nobody answers: use asyncio.timeout.
+        """Send a request and wait for its response, for ever if nobody answers: use asyncio.timeout.
 
         Raises CancelledError if the client is destroyed meanwhile and RuntimeError if it was before,
         ShutDownError at shutdown; TypeError and EncodeError for what is no such request.

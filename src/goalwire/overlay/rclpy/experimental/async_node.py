@@ -40,7 +40,7 @@ class AsyncNode(BaseNode):
     Callbacks, plain or `async def`, run in the loop that entered the node, until its block is left. That
     cancels the callbacks that run, waits until they have cleaned up and destroys the node. An error in a
     callback behaves as that of a task in an asyncio.TaskGroup: the body is cancelled, and an ExceptionGroup
-    leaves the block. Everything here is for the loop's thread alone.
+    leaves the block. Only the loop's thread may use it.
     """
 
     _clock: AsyncClock

@@ -71,7 +71,7 @@ class LifecycleNodeMixin(ManagedEntity):
         return self._ros_lifecycle.trigger(DEACTIVATE)
 
     def add_managed_entity(self, entity: ManagedEntity) -> None:
-        """Add an entity that follows the transitions; raises TypeError for what is no ManagedEntity."""
+        """Add an entity that follows the transitions; raises TypeError for anything but a ManagedEntity."""
         self._ros_lifecycle.add(entity)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturnType:

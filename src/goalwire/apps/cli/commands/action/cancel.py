@@ -26,7 +26,7 @@ CODES = {
     2: (Outcome.NOT_FOUND, 'the server knows no such goal'),
     3: (Outcome.REFUSED, 'the goal has ended already'),
 }
-"""What action_msgs/srv/CancelGoal answers if nothing is cancelled."""
+"""The codes of action_msgs/srv/CancelGoal for a request that cancels nothing."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""What the verbs of `ros2 param` share: the node, and asking it."""
+"""Shared by the verbs of `ros2 param`: finding the node, and asking it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What echo, hz, bw and delay share: the topic's type, and a subscription that suits its publishers."""
+"""Shared by echo, hz, bw and delay: the topic's type, and a subscription that suits its publishers."""
 
 from __future__ import annotations
 
