@@ -475,7 +475,12 @@ TARGETS = (
     Target('zenoh_client', hear_from(Role.CLIENT), RemoteError, (*_ASKED, *_DECLARED)),
     Target('zenoh_router', hear_from(Role.ROUTER), RemoteError, (*_TOLD, *_DECLARED)),
     Target('zenoh_pieces', join_pieces, RemoteError, (b'\3\x10a\2\x10b\0\x10c', b'\1\xffa\x80\0\0')),
-    Target('zenoh_history', ask_for_history, (), (b'_max=2', b'_sn=1..3;_max=1', b'_sn=..')),
+    Target(
+        'zenoh_history',
+        ask_for_history,
+        (),
+        (b'_max=2', b'_sn=1..3;_max=1', b'_sn=..', b'_sn=' + b'9' * 5000),
+    ),
     Target('zenoh_address', read_addresses, (), (b'tcp/127.0.0.1:7447', b'tls/[::1]:1', b'tcp/localhost:0')),
     Target(
         'zenoh_config',

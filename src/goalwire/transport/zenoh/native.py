@@ -28,6 +28,8 @@ from goalwire.zenoh.protocol.transport import Role
 UNNUMBERED = 'uhlc'
 """Stands for the number of a publisher that does not number its messages."""
 
+_MOST_DIGITS = 20  # more than any number of 64 bits has
+
 
 class _Declared:
     """Something declared under a number."""
@@ -116,7 +118,8 @@ class HistoryPublisher:
 
 
 def _number(text: str, otherwise: int) -> int:
-    return int(text) if text.isascii() and text.isdigit() else otherwise
+    """Return a number of a query. A stranger may write thousands of digits, which int() refuses."""
+    return int(text[:_MOST_DIGITS]) if text.isascii() and text.isdigit() else otherwise
 
 
 class _Querier(wire.Querier):
