@@ -103,7 +103,7 @@ def test_reflections_and_scales_come_back() -> None:
 
 
 def test_what_is_no_reflection_or_scale_is_refused() -> None:
-    with pytest.raises(ValueError, match='no reflection'):
+    with pytest.raises(ValueError, match='not a reflection'):
         tf.reflection_from_matrix(tf.scale_matrix(2.0))
     with pytest.raises(ValueError, match='one factor'):
         tf.scale_from_matrix(np.diag((1.0, 2.0, 3.0, 1.0)))
