@@ -14,7 +14,7 @@ from helpers.environments import CannotInstall
 from benchmarks import ROOT, stage
 from benchmarks.line import Line
 from goalwire.errors import TransportError
-from goalwire.transport.dds.library import find_library
+from goalwire.transport.dds.cyclone.library import find_library
 
 Program: TypeAlias = Callable[[Line], list[str]]
 """The module that does a line's work, and its first arguments; empty where there is none."""

@@ -11,12 +11,12 @@ import sys
 from ctypes import byref, c_ssize_t, c_uint32, c_uint64, c_void_p, string_at
 
 from goalwire.rules.qos import HistoryPolicy, QoS
-from goalwire.transport.dds.abi import ANY_STATE, SERIALIZED_DATA, Library, Piece, SampleInfo
-from goalwire.transport.dds.configuration import domain_configuration
-from goalwire.transport.dds.description import endpoint_qos
-from goalwire.transport.dds.library import find_library
-from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
-from goalwire.transport.dds.wire import OutPiece, Participant, Reader, Writer
+from goalwire.transport.dds.cyclone.abi import ANY_STATE, SERIALIZED_DATA, Library, Piece, SampleInfo
+from goalwire.transport.dds.cyclone.configuration import domain_configuration
+from goalwire.transport.dds.cyclone.library import find_library
+from goalwire.transport.dds.cyclone.qos import endpoint_qos
+from goalwire.transport.dds.cyclone.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
+from goalwire.transport.dds.cyclone.wire import OutPiece, Participant, Reader, Writer
 
 PATIENCE_NS = 20_000_000_000
 _TYPE = 'goalwire::msg::dds_::Raw_'

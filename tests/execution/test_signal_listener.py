@@ -11,7 +11,7 @@ from helpers.processes import Program
 from helpers.wires import DDS
 
 from goalwire.errors import TransportError
-from goalwire.transport.dds.library import find_library
+from goalwire.transport.dds.cyclone.library import find_library
 
 if sys.platform == 'win32':
     pytest.skip('POSIX signals', allow_module_level=True)

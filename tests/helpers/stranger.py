@@ -5,10 +5,10 @@ from __future__ import annotations
 from ctypes import byref
 
 from goalwire.rules.qos import QoS
-from goalwire.transport.dds.abi import SERIALIZED_DATA
-from goalwire.transport.dds.description import endpoint_qos
-from goalwire.transport.dds.library import load
-from goalwire.transport.dds.wire import OutPiece, Participant, Reader, Writer
+from goalwire.transport.dds.cyclone.abi import SERIALIZED_DATA
+from goalwire.transport.dds.cyclone.library import load
+from goalwire.transport.dds.cyclone.qos import endpoint_qos
+from goalwire.transport.dds.cyclone.wire import OutPiece, Participant, Reader, Writer
 
 
 class Stranger:

@@ -7,7 +7,7 @@ import os
 import pytest
 
 from goalwire.errors import TransportError
-from goalwire.transport.dds.library import find_library
+from goalwire.transport.dds.cyclone.library import find_library
 from goalwire.transport.zenoh.session import CHOICE, DEFAULT_CHOICE, NATIVE
 
 DDS = 'rmw_cyclonedds_cpp'

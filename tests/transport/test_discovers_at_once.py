@@ -16,7 +16,7 @@ from helpers.patience import wait_for
 from goalwire.graph.graph import Graph
 from goalwire.transport import registry
 from goalwire.transport.contract import GraphEntity, NodeName, Session, SessionOptions
-from goalwire.transport.dds.configuration import ports_in_use
+from goalwire.transport.dds.environment import ports_in_use
 
 WIRES = {
     ('rmw_zenoh_cpp', 'native'): True,

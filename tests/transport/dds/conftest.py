@@ -16,7 +16,7 @@ from helpers.wire import Side
 from goalwire.errors import TransportError
 from goalwire.transport.contract import EndpointKind, SessionOptions
 from goalwire.transport.dds import TRANSPORT
-from goalwire.transport.dds.library import find_library
+from goalwire.transport.dds.cyclone.library import find_library
 
 CAPTURED = Path(__file__).parents[2] / 'data' / 'dds' / 'captured.jsonl'
 

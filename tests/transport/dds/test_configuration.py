@@ -14,15 +14,14 @@ from helpers.isolation import isolated_env
 from helpers.processes import Program
 
 from goalwire.errors import TransportError
-from goalwire.transport.dds import configuration
-from goalwire.transport.dds.configuration import (
-    Range,
+from goalwire.transport.dds.cyclone import configuration
+from goalwire.transport.dds.cyclone.configuration import (
     Unusable,
     configured_peers,
-    discovery_range,
     domain_configuration,
     resolve,
 )
+from goalwire.transport.dds.environment import Range, discovery_range
 
 VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_LOCALHOST_ONLY', 'ROS_STATIC_PEERS', 'CYCLONEDDS_URI')
 

@@ -11,8 +11,9 @@ from helpers.patience import PATIENCE
 from helpers.wire import Answers, Side
 
 from goalwire.transport.contract import Request
-from goalwire.transport.dds.abi import INFINITY
-from goalwire.transport.dds.session import DdsSession
+from goalwire.transport.dds.cyclone.abi import INFINITY
+from goalwire.transport.dds.cyclone.context import CycloneContext
+from goalwire.transport.dds.cyclone.session import CycloneSession
 
 Sides = tuple[Side, Side]
 MANY = 300
@@ -27,8 +28,9 @@ LARGE = [b'%d ' % number * 1000 for number in range(MANY)]
 
 def let_hear(side: Side, hears: bool) -> None:
     """Have a side take packets in, or lose them; it goes on sending."""
-    assert isinstance(side.session, DdsSession)
+    assert isinstance(side.session, CycloneSession)
     context = side.session._context
+    assert isinstance(context, CycloneContext)
     set_deaf_and_mute = ctypes.CDLL(context.library.path).dds_domain_set_deafmute
     set_deaf_and_mute.argtypes = ctypes.c_int32, ctypes.c_bool, ctypes.c_bool, ctypes.c_int64
     assert set_deaf_and_mute(context.participant.handle, not hears, False, INFINITY) == 0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from goalwire.records import replace
 from goalwire.transport.contract import EndpointKind, GraphEntity, NodeName
-from goalwire.transport.dds.discovery import GraphNotifier
 from goalwire.transport.dds.discovery_state import UNKNOWN_ID
+from goalwire.transport.dds.notifier import GraphNotifier
 
 OWNER = NodeName('arm', '/robot')
 ENTITY = GraphEntity(EndpointKind.CLIENT, 'session', 1, OWNER, '/add', gid=b'here')

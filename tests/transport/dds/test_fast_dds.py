@@ -11,9 +11,10 @@ from helpers.wire import Answers, Side, service_endpoint
 
 from goalwire.errors import TransportError
 from goalwire.transport.contract import EndpointKind, Sample, SessionOptions
-from goalwire.transport.dds import TRANSPORT, fast_dds
-from goalwire.transport.dds.fast_dds import NOBODY, Calls, Translation, related_request
-from goalwire.transport.dds.library import load
+from goalwire.transport.dds import TRANSPORT
+from goalwire.transport.dds.cyclone import fast_dds
+from goalwire.transport.dds.cyclone.fast_dds import NOBODY, Calls, Translation, related_request
+from goalwire.transport.dds.cyclone.library import load
 from goalwire.transport.dds.service_header import Header, unwrap
 
 GUID = bytes.fromhex('0110b4e23c1696eb337eed01 00001603')

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from goalwire.errors import TransportError
-from goalwire.transport.dds import library as libraries
-from goalwire.transport.dds.abi import Library
-from goalwire.transport.dds.library import OVERRIDE, find_library
+from goalwire.transport.dds.cyclone import library as libraries
+from goalwire.transport.dds.cyclone.abi import Library
+from goalwire.transport.dds.cyclone.library import OVERRIDE, find_library
 
 
 @pytest.fixture

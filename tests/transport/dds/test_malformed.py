@@ -20,17 +20,17 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header as Stamp
 
+from goalwire.transport.dds.cyclone.session import CycloneSession
 from goalwire.transport.dds.service_header import ENCAPSULATION_SIZE, SIZE, Header, wrap
-from goalwire.transport.dds.session import DdsSession
 
 POUR = """
     import os, sys
     from ctypes import c_uint64
     from helpers.stranger import Stranger, write_unpadded
     from goalwire.rules.qos import QoS
-    from goalwire.transport.dds.configuration import domain_configuration
-    from goalwire.transport.dds.library import load
-    from goalwire.transport.dds.status import PUBLICATION_MATCHED
+    from goalwire.transport.dds.cyclone.configuration import (domain_configuration)
+    from goalwire.transport.dds.cyclone.library import load
+    from goalwire.transport.dds.cyclone.status import PUBLICATION_MATCHED
 
     domain = int(os.environ['ROS_DOMAIN_ID'])
     library = load()
@@ -119,7 +119,7 @@ def test_a_malformed_request_reaches_no_callback(node: Node, alone: dict[str, st
     assert {each.a for each in arrived} <= {1, 3}
     headless = sum(len(payload) <= HEADLESS for payload in broken)
     session = node.context.session
-    assert isinstance(session, DdsSession)
+    assert isinstance(session, CycloneSession)
     assert session.statistics()['request'] == headless
     assert service._server.rejected == len(broken) - headless
 

@@ -31,7 +31,11 @@ from goalwire.rules.qos_events import (
 )
 from goalwire.transport.contract import Endpoint, EndpointKind, Request, Sample, SessionOptions
 from goalwire.transport.dds import TRANSPORT
-from goalwire.transport.dds.abi import BuiltinEndpoint
+from goalwire.transport.dds.cyclone.abi import BuiltinEndpoint
+from goalwire.transport.dds.cyclone.qos import read_user_data
+from goalwire.transport.dds.cyclone.services import DdsClient, DdsService
+from goalwire.transport.dds.cyclone.session import CycloneSession
+from goalwire.transport.dds.cyclone.wire import Reader, Writer
 from goalwire.transport.dds.description import (
     DISCOVERY_TOPIC,
     DISCOVERY_TYPE,
@@ -39,13 +43,9 @@ from goalwire.transport.dds.description import (
     dds_topic,
     dds_type,
     decode_endpoint,
-    read_user_data,
 )
 from goalwire.transport.dds.discovery_state import UNKNOWN_NAME
 from goalwire.transport.dds.service_header import Header, unwrap, wrap
-from goalwire.transport.dds.services import DdsClient, DdsService
-from goalwire.transport.dds.session import DdsSession
-from goalwire.transport.dds.wire import Reader, Writer
 
 Sides = tuple[Side, Side]
 
@@ -59,7 +59,7 @@ def stranger(dds_sides: Sides, alone: dict[str, str]) -> Iterator[Stranger]:
 
 def rejects(side: Side, kind: str) -> int:
     session = side.session
-    assert isinstance(session, DdsSession)
+    assert isinstance(session, CycloneSession)
     return session.statistics().get(kind, 0)
 
 

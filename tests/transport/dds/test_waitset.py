@@ -14,12 +14,12 @@ from helpers.patience import PATIENCE
 from goalwire.concurrency.wire_poller import Sleeper
 from goalwire.execution.waiting import ShutdownSignal, Waiter, WireWaiter
 from goalwire.rules.qos import QoS
-from goalwire.transport.dds.context import DOMAINS, open_domain
-from goalwire.transport.dds.delivery import ReaderDispatcher
-from goalwire.transport.dds.description import endpoint_qos
-from goalwire.transport.dds.library import load
-from goalwire.transport.dds.waitset import CLOSING_S, DdsWirePoller
-from goalwire.transport.dds.wire import Participant, RawSample, Reader, Writer
+from goalwire.transport.dds.cyclone.context import DOMAINS, open_domain
+from goalwire.transport.dds.cyclone.delivery import ReaderDispatcher
+from goalwire.transport.dds.cyclone.library import load
+from goalwire.transport.dds.cyclone.qos import endpoint_qos
+from goalwire.transport.dds.cyclone.waitset import CLOSING_S, DdsWirePoller
+from goalwire.transport.dds.cyclone.wire import Participant, RawSample, Reader, Writer
 
 OWN = 'goalwire-test-io'
 

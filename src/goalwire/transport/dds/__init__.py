@@ -7,7 +7,7 @@ from goalwire.transport.contract import Session, SessionOptions, Transport
 
 def _open(options: SessionOptions) -> Session:
     """Join a domain as the environment says. Raises TransportError or ForkedError."""
-    from goalwire.transport.dds.session import open_session
+    from goalwire.transport.dds.cyclone.session import open_session
 
     return open_session(options)
 

@@ -1,14 +1,21 @@
-"""One context's session on DDS: a participant, and its nodes, which are announced in ros_discovery_info."""
+"""Sessions, nodes and endpoints on DDS, as the graph and ros_discovery_info show them.
+
+Both sessions use this: what libddsc and goalwire's own RTPS do otherwise is in `DdsContext` and
+`EndpointFactory`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import TypeVar
+from itertools import count
+from typing import Generic, NamedTuple, TypeVar
 
-from goalwire.concurrency.descriptors import require_free
+from goalwire.concurrency.forks import ForkGuard
 from goalwire.records import replace
+from goalwire.reports import RejectCounters
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
@@ -21,25 +28,103 @@ from goalwire.transport.contract import (
     PublisherPort,
     Request,
     Sample,
-    SessionOptions,
 )
-from goalwire.transport.dds.configuration import knows_its_peers
-from goalwire.transport.dds.context import DdsContext, EndpointBuilder
-from goalwire.transport.dds.library import load
-from goalwire.transport.dds.services import DdsClient, DdsService
-from goalwire.transport.dds.topics import DdsPublisher, DdsSubscription
-from goalwire.transport.endpoint import Child, EndpointState, OpenNode, OpenSession, close_at_exit
+from goalwire.transport.dds.announcement import Announcement
+from goalwire.transport.dds.description import GUID_PREFIX_SIZE, service_id
+from goalwire.transport.dds.environment import knows_its_peers
+from goalwire.transport.dds.notifier import GraphNotifier
+from goalwire.transport.endpoint import EndpointState, OpenNode, OpenPort, OpenSession, close_at_exit
 
-C = TypeVar('C', bound=Child)
+
+class PublisherEnd(OpenPort, PublisherPort):
+    """A publisher that is open until its state is closed."""
+
+
+class ClientEnd(OpenPort, ClientPort):
+    """A client that is open until its state is closed."""
+
+
+P = TypeVar('P', bound=OpenPort)
+
+
+class Made(NamedTuple, Generic[P]):
+    """An endpoint that was just made, and the GUIDs of its ends."""
+
+    port: P
+    readers: tuple[bytes, ...]
+    writers: tuple[bytes, ...]
+    begin: Callable[[], object] = bool
+    """Lets its messages in; called once it is shown in the graph."""
+
+
+class DdsContext(ABC):
+    """What all endpoints of one session share, whichever DDS it stands on."""
+
+    notifier: GraphNotifier
+    announcement: Announcement
+    rejects: RejectCounters
+    guard: ForkGuard
+
+    def __init__(self, guid: bytes, domain_id: int, enclave: str) -> None:
+        """`guid` is the participant's."""
+        self.guid = guid
+        self.id = guid.hex()
+        self.domain_id = domain_id
+        self.enclave = enclave
+        self.next_id = count().__next__
+        self._next_service = count(1).__next__
+
+    def next_service_id(self) -> str:
+        """Return what the two ends of one more client or server share."""
+        return service_id(self.guid, self._next_service())
+
+    @abstractmethod
+    def announce(self) -> None:
+        """Tell the others what has changed in `announcement`."""
+
+    @abstractmethod
+    def has_heard_all(self) -> bool:
+        """Whether all participants of this machine, and all that were met, have told what they have."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Leave the domain."""
+
+
+class EndpointFactory(ABC):
+    """Makes the endpoints of one session. The steps that undo what was made are noted in `state`."""
+
+    @abstractmethod
+    def publisher(self, state: EndpointState, endpoint: Endpoint) -> Made[PublisherEnd]:
+        """Make a publisher."""
+
+    @abstractmethod
+    def subscription(
+        self, state: EndpointState, endpoint: Endpoint, deliver: Callable[[Sample], None]
+    ) -> Made[OpenPort]:
+        """Make a subscription."""
+
+    @abstractmethod
+    def service(
+        self, state: EndpointState, endpoint: Endpoint, deliver: Callable[[Request], None]
+    ) -> Made[OpenPort]:
+        """Make a service server."""
+
+    @abstractmethod
+    def client(self, state: EndpointState, endpoint: Endpoint) -> Made[ClientEnd]:
+        """Make a service client."""
 
 
 class DdsNode(OpenNode):
     """A declared node and its endpoints."""
 
-    def __init__(self, context: DdsContext, name: NodeName, state: EndpointState) -> None:
+    def __init__(
+        self, context: DdsContext, factory: EndpointFactory, name: NodeName, state: EndpointState
+    ) -> None:
         self.id = context.next_id()
-        super().__init__(state, context.participant.guid[:12] + self.id.to_bytes(4, 'big'))
+        super().__init__(state, context.guid[:GUID_PREFIX_SIZE] + self.id.to_bytes(4, 'big'))
         self._context = context
+        self._factory = factory
         self._entity = GraphEntity(
             EndpointKind.NODE, context.id, self.id, replace(name, enclave=context.enclave), gid=self.gid
         )
@@ -55,43 +140,33 @@ class DdsNode(OpenNode):
 
     def publisher(self, endpoint: Endpoint) -> PublisherPort:
         """Declare a publisher."""
-        with self._opening(endpoint) as new:
-            port = DdsPublisher(self._context, new, endpoint)
-            return self._show(port, new, endpoint, (), (port.gid,))
+        with self._opening(endpoint) as state:
+            return self._show(self._factory.publisher(state, endpoint), endpoint)
 
     def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
         """Declare a subscription."""
-        with self._opening(endpoint) as new:
-            port = DdsSubscription(self._context, new, endpoint, deliver)
-            return self._show(port, new, endpoint, (port.gid,), ())
+        with self._opening(endpoint) as state:
+            return self._show(self._factory.subscription(state, endpoint, deliver), endpoint)
 
     def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
         """Declare a service server."""
-        with self._opening(endpoint) as new:
-            port = DdsService(self._context, new, endpoint, deliver)
-            return self._show(port, new, endpoint, *port.gids)
+        with self._opening(endpoint) as state:
+            return self._show(self._factory.service(state, endpoint, deliver), endpoint)
 
     def client(self, endpoint: Endpoint) -> ClientPort:
         """Declare a service client."""
-        with self._opening(endpoint) as new:
-            port = DdsClient(self._context, new, endpoint)
-            return self._show(port, new, endpoint, *port.gids)
+        with self._opening(endpoint) as state:
+            return self._show(self._factory.client(state, endpoint), endpoint)
 
     @contextmanager
-    def _opening(self, endpoint: Endpoint) -> Iterator[EndpointBuilder]:
+    def _opening(self, endpoint: Endpoint) -> Iterator[EndpointState]:
         """Prepare an endpoint; whatever was declared of it is undone where the block fails."""
         with self.ports.opening(f"{endpoint.kind.value} '{endpoint.name}'") as state:
-            yield EndpointBuilder(self._context, state)
+            yield state
 
-    def _show(
-        self,
-        port: C,
-        new: EndpointBuilder,
-        endpoint: Endpoint,
-        readers: Iterable[bytes],
-        writers: Iterable[bytes],
-    ) -> C:
+    def _show(self, made: Made[P], endpoint: Endpoint) -> P:
         """Show an endpoint in the graph, here and to the others, and let its messages in."""
+        context, (port, readers, writers, begin) = self._context, made
         entity = replace(
             self._entity,
             kind=endpoint.kind,
@@ -101,9 +176,13 @@ class DdsNode(OpenNode):
             qos=endpoint.qos.stated(),
             gid=port.gid,
         )
-        new.undo.append(partial(self._context.notifier.change, [(False, entity)]))
-        self._context.notifier.change([(True, entity)])
-        new.show(self.id, readers, writers)
+        undo = port.state.undo
+        undo.append(partial(context.notifier.change, [(False, entity)]))
+        context.notifier.change([(True, entity)])
+        context.announcement.add(self.id, readers, writers)
+        undo += [context.announce, partial(context.announcement.remove, self.id, (*readers, *writers))]
+        context.announce()
+        begin()
         return self.ports.keep(port)
 
 
@@ -113,32 +192,26 @@ def _shown_hash(endpoint: Endpoint) -> str:
     return endpoint.type_hash if is_topic else ''
 
 
-def open_session(options: SessionOptions) -> DdsSession:
-    """Join a domain. Raises TransportError or ForkedError."""
-    require_free('a session on DDS')
-    return DdsSession(DdsContext(load(), options.domain_id, options.enclave))
-
-
 class DdsSession(OpenSession):
-    """An open session and its nodes."""
+    """An open session and its nodes, whichever DDS it stands on."""
 
     enforces_qos = True
     compares_definitions = False
     discovers_at_once = False
 
-    def __init__(self, context: DdsContext) -> None:
+    def __init__(self, context: DdsContext, factory: EndpointFactory) -> None:
         super().__init__(context.domain_id, context.guard)
         self.id = context.id
-        self.wire_poller = context.wire_poller
         self._context = context
+        self._factory = factory
         self.knows_its_peers = knows_its_peers()
-        self.state.undo += [context.close, self.nodes.close, context.participant.leave_at_once]
+        self.state.undo += [context.close, self.nodes.close]
         close_at_exit(self)
 
     def node(self, name: NodeName) -> NodePort:
         """Declare a node."""
         with self.nodes.opening(f"node '{name.qualified}'", name.logger) as state:
-            return self.nodes.keep(DdsNode(self._context, name, state))
+            return self.nodes.keep(DdsNode(self._context, self._factory, name, state))
 
     def watch_graph(self, listener: GraphListener) -> None:
         """Tell `listener` of everything in the domain."""
@@ -147,7 +220,7 @@ class DdsSession(OpenSession):
 
     def has_heard_all(self) -> bool:
         """Whether all participants of this machine, and all that were met, have told what they have."""
-        return self._context.discovery.has_heard_all()
+        return self._context.has_heard_all()
 
     def statistics(self) -> dict[str, int]:
         """Return how many requests, replies and announcements broke the rules and were ignored."""

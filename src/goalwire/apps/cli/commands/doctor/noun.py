@@ -54,7 +54,7 @@ def _wires() -> list[Check]:
         try:
             registry.get(identifier)
             if identifier == 'rmw_cyclonedds_cpp':
-                from goalwire.transport.dds.library import find_library
+                from goalwire.transport.dds.cyclone.library import find_library
 
                 find_library()
         except (TransportError, ImportError) as error:

@@ -18,18 +18,14 @@ from goalwire.errors import LocalError, RemoteError, TransportError
 from goalwire.records import replace
 from goalwire.reports import log_rejected, report_failure
 from goalwire.rules.qos import HistoryPolicy
-from goalwire.transport.contract import ClientPort, Endpoint, NodeName, Request, Sample, new_sample
-from goalwire.transport.dds.configuration import FAST_DDS_SERVICES
-from goalwire.transport.dds.context import DdsContext, EndpointBuilder
-from goalwire.transport.dds.delivery import QueueingWriter, ReaderDispatcher
-from goalwire.transport.dds.description import (
-    EndpointData,
-    Role,
-    dds_topic,
-    dds_type,
-    encode_endpoint,
-    endpoint_qos,
-)
+from goalwire.transport.contract import Endpoint, NodeName, Request, Sample, new_sample
+from goalwire.transport.dds.cyclone.configuration import FAST_DDS_SERVICES
+from goalwire.transport.dds.cyclone.context import CycloneContext, EndpointBuilder
+from goalwire.transport.dds.cyclone.delivery import QueueingWriter, ReaderDispatcher
+from goalwire.transport.dds.cyclone.qos import endpoint_qos
+from goalwire.transport.dds.cyclone.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED, Peer
+from goalwire.transport.dds.cyclone.wire import RawSample, Reader, Writer
+from goalwire.transport.dds.description import EndpointData, Role, dds_topic, dds_type, encode_endpoint
 from goalwire.transport.dds.service_header import (
     Header,
     refusal,
@@ -37,12 +33,11 @@ from goalwire.transport.dds.service_header import (
     unwrap,
     wrap,
 )
-from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED, Peer
-from goalwire.transport.dds.wire import RawSample, Reader, Writer
+from goalwire.transport.dds.session import ClientEnd
 from goalwire.transport.endpoint import OpenPort
 
 if TYPE_CHECKING:
-    from goalwire.transport.dds.fast_dds import Calls as FastDdsCalls
+    from goalwire.transport.dds.cyclone.fast_dds import Calls as FastDdsCalls
 
 _FOREIGN = (
     'its server runs on Fast DDS, whose services take requests of another form: start it with '
@@ -68,7 +63,11 @@ def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
 
 
 def make_writer(
-    context: DdsContext, role: Role, endpoint: Endpoint, data: EndpointData, undo: list[Callable[[], object]]
+    context: CycloneContext,
+    role: Role,
+    endpoint: Endpoint,
+    data: EndpointData,
+    undo: list[Callable[[], object]],
 ) -> QueueingWriter:
     """Declare the sending end. It keeps all: of a burst, ROS 2's ten drop what is not there yet.
 
@@ -95,7 +94,11 @@ def make_writer(
 
 
 def make_reader(
-    context: DdsContext, role: Role, endpoint: Endpoint, data: EndpointData, undo: list[Callable[[], object]]
+    context: CycloneContext,
+    role: Role,
+    endpoint: Endpoint,
+    data: EndpointData,
+    undo: list[Callable[[], object]],
 ) -> Reader:
     """Declare the receiving end. It keeps all: what it drops would be a call without an answer."""
     verbatim = endpoint.qos.avoid_ros_namespace_conventions
@@ -122,10 +125,10 @@ _new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], N
 """Makes one as its class does, without a call of Python code."""
 
 
-class DdsClient(OpenPort, ClientPort):
+class DdsClient(ClientEnd):
     """A declared service client."""
 
-    def __init__(self, context: DdsContext, new: EndpointBuilder, endpoint: Endpoint) -> None:
+    def __init__(self, context: CycloneContext, new: EndpointBuilder, endpoint: Endpoint) -> None:
         data = EndpointData(endpoint.type_hash, client_id=context.next_service_id(), takes_refusals=True)
         self._context = context
         self._writer = make_writer(context, Role.REQUEST, endpoint, data, new.undo)
@@ -365,7 +368,7 @@ class DdsService(OpenPort):
 
     def __init__(
         self,
-        context: DdsContext,
+        context: CycloneContext,
         new: EndpointBuilder,
         endpoint: Endpoint,
         deliver: Callable[[Request], None],

@@ -24,9 +24,10 @@ from goalwire.rules.qos_events import (
     RequestedDeadlineMissed,
     SubscriptionEvent,
 )
-from goalwire.transport.dds.abi import AliveCounts, BuiltinEndpoint, Counts, Function, Library
-from goalwire.transport.dds.description import GUID_PREFIX_SIZE, EndpointData, decode_endpoint, read_user_data
-from goalwire.transport.dds.waitset import WaitsetThread
+from goalwire.transport.dds.cyclone.abi import AliveCounts, BuiltinEndpoint, Counts, Function, Library
+from goalwire.transport.dds.cyclone.qos import read_user_data
+from goalwire.transport.dds.cyclone.waitset import WaitsetThread
+from goalwire.transport.dds.description import GUID_PREFIX_SIZE, EndpointData, decode_endpoint
 
 _CACHE_LIMIT = 1000
 """Handles kept, those of endpoints that have gone among them: beyond it, all are asked for anew."""

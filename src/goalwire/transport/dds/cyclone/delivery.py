@@ -22,9 +22,9 @@ from threading import Lock, Thread, get_ident
 from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import LocalError
 from goalwire.reports import report_failure
-from goalwire.transport.dds.abi import TIMEOUT
-from goalwire.transport.dds.waitset import CLOSING_S
-from goalwire.transport.dds.wire import Participant, RawSample, Reader, Writer
+from goalwire.transport.dds.cyclone.abi import TIMEOUT
+from goalwire.transport.dds.cyclone.waitset import CLOSING_S
+from goalwire.transport.dds.cyclone.wire import Participant, RawSample, Reader, Writer
 
 PATIENCE_S = 0.1
 """How long a sender waits for a thread that is just delivering. Only two that wait for each other take it."""

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import partial
-from itertools import count
 from typing import TYPE_CHECKING, NamedTuple
 
 from goalwire.concurrency.descriptors import LibrarysSockets
 from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import TransportError
 from goalwire.reports import RejectCounters
-from goalwire.transport.dds.abi import Library
-from goalwire.transport.dds.configuration import LARGEST_DOMAIN, calls_fast_dds, domain_configuration
-from goalwire.transport.dds.delivery import LocalReaders, ReaderDispatcher
-from goalwire.transport.dds.description import encode_participant, service_id
-from goalwire.transport.dds.discovery import Discovery, GraphNotifier
-from goalwire.transport.dds.status import Peers, Statuses
-from goalwire.transport.dds.waitset import DdsWirePoller
-from goalwire.transport.dds.wire import Participant
+from goalwire.transport.dds.cyclone.abi import Library
+from goalwire.transport.dds.cyclone.configuration import calls_fast_dds, domain_configuration
+from goalwire.transport.dds.cyclone.delivery import LocalReaders, ReaderDispatcher
+from goalwire.transport.dds.cyclone.discovery import Discovery
+from goalwire.transport.dds.cyclone.status import Peers, Statuses
+from goalwire.transport.dds.cyclone.waitset import DdsWirePoller
+from goalwire.transport.dds.cyclone.wire import Participant
+from goalwire.transport.dds.description import encode_participant
+from goalwire.transport.dds.environment import LARGEST_DOMAIN
+from goalwire.transport.dds.notifier import GraphNotifier
+from goalwire.transport.dds.session import DdsContext
 from goalwire.transport.endpoint import EndpointState, Shared
 
 if TYPE_CHECKING:
-    from goalwire.transport.dds.fast_dds import Translation
+    from goalwire.transport.dds.cyclone.fast_dds import Translation
 
 
 class Domain(NamedTuple):
@@ -63,14 +64,13 @@ def open_domain(library: Library, domain_id: int) -> Domain:
     return DOMAINS.open(domain_id, make)
 
 
-class DdsContext:
+class CycloneContext(DdsContext):
     """One participant, its two threads and what they know."""
 
     def __init__(self, library: Library, domain_id: int, enclave: str) -> None:
         """Join the domain; raises TransportError."""
         self.library = library
         self.domain_id = domain_id
-        self.enclave = enclave
         self.guard = ForkGuard()
         self.rejects = RejectCounters()
         self.notifier = GraphNotifier()
@@ -78,7 +78,7 @@ class DdsContext:
         domain = open_domain(library, domain_id)
         try:
             self.participant = Participant(library, domain_id, encode_participant(enclave))
-            self.id = self.participant.guid.hex()
+            super().__init__(self.participant.guid, domain_id, enclave)
             self.peers = Peers(library)
             self.local_readers = domain.local_readers
             self.wire_poller = DdsWirePoller(self.participant, 'goalwire-dds-io')
@@ -88,16 +88,14 @@ class DdsContext:
             raise
         self.statuses = Statuses(library, self.discovery.waitset_thread)
         self.announcement = self.discovery.announcement
-        self.next_id = count().__next__
-        self._next_service = count(1).__next__
-
-    def next_service_id(self) -> str:
-        """Return what the two ends of one more client or server share."""
-        return service_id(self.participant.guid, self._next_service())
 
     def announce(self) -> None:
         """Announce to the others what has changed here."""
         self.discovery.waitset_thread.wake()
+
+    def has_heard_all(self) -> bool:
+        """Whether all participants of this machine, and all that were met, have told what they have."""
+        return self.discovery.has_heard_all()
 
     def close(self) -> None:
         """Stop the threads and leave the domain."""
@@ -117,7 +115,7 @@ def _translation(library: Library) -> Translation | None:
     """Return what lets clients call servers on Fast DDS, where the environment asks for it."""
     if not calls_fast_dds():
         return None
-    from goalwire.transport.dds.fast_dds import translation
+    from goalwire.transport.dds.cyclone.fast_dds import translation
 
     return translation(library)
 
@@ -127,7 +125,7 @@ class EndpointBuilder:
 
     __slots__ = ('_context', '_readers_to_watch', 'state', 'undo')
 
-    def __init__(self, context: DdsContext, state: EndpointState) -> None:
+    def __init__(self, context: CycloneContext, state: EndpointState) -> None:
         self._context = context
         self._readers_to_watch: list[tuple[str, ReaderDispatcher]] = []
         self.state = state
@@ -137,12 +135,9 @@ class EndpointBuilder:
         """Let a reader's messages in once the endpoint is shown."""
         self._readers_to_watch.append((topic, dispatcher))
 
-    def show(self, node_id: int, readers: Iterable[bytes], writers: Iterable[bytes]) -> None:
-        """Announce the endpoint with its node, then let messages in."""
-        context, gids = self._context, (*readers, *writers)
-        context.announcement.add(node_id, readers, writers)
-        self.undo += [context.announce, partial(context.announcement.remove, node_id, gids)]
-        context.announce()
+    def begin(self) -> None:
+        """Let messages in: the endpoint is shown."""
+        context = self._context
         for topic, dispatcher in self._readers_to_watch:
             context.local_readers.add(topic, dispatcher)
             self.undo.append(partial(self._shut, topic, dispatcher))

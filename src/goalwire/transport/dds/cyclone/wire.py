@@ -16,7 +16,7 @@ from functools import cache, partial
 from typing import NamedTuple
 
 from goalwire.errors import LocalError, TransportError
-from goalwire.transport.dds.abi import (
+from goalwire.transport.dds.cyclone.abi import (
     ANY_STATE,
     SERIALIZED_DATA,
     Guid,

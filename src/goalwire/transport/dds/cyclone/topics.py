@@ -8,30 +8,25 @@ from time import time_ns
 
 from goalwire.errors import TransportError
 from goalwire.rules.qos_events import EventStatus, EventType
-from goalwire.transport.contract import Endpoint, PublisherPort, Sample, new_sample
-from goalwire.transport.dds.abi import INFINITY
-from goalwire.transport.dds.context import DdsContext, EndpointBuilder
-from goalwire.transport.dds.delivery import ReaderDispatcher
-from goalwire.transport.dds.description import (
-    EndpointData,
-    Role,
-    dds_topic,
-    dds_type,
-    encode_endpoint,
-    endpoint_qos,
-)
-from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
-from goalwire.transport.dds.wire import RawSample, Reader, Writer
+from goalwire.transport.contract import Endpoint, Sample, new_sample
+from goalwire.transport.dds.cyclone.abi import INFINITY
+from goalwire.transport.dds.cyclone.context import CycloneContext, EndpointBuilder
+from goalwire.transport.dds.cyclone.delivery import ReaderDispatcher
+from goalwire.transport.dds.cyclone.qos import endpoint_qos
+from goalwire.transport.dds.cyclone.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
+from goalwire.transport.dds.cyclone.wire import RawSample, Reader, Writer
+from goalwire.transport.dds.description import EndpointData, Role, dds_topic, dds_type, encode_endpoint
+from goalwire.transport.dds.session import PublisherEnd
 from goalwire.transport.endpoint import OpenPort
 
 NOT_COUNTED = 0
 """The sequence number of a message: DDS does not tell."""
 
 
-class DdsPublisher(OpenPort, PublisherPort):
+class DdsPublisher(PublisherEnd):
     """A declared publisher."""
 
-    def __init__(self, context: DdsContext, new: EndpointBuilder, endpoint: Endpoint) -> None:
+    def __init__(self, context: CycloneContext, new: EndpointBuilder, endpoint: Endpoint) -> None:
         verbatim = endpoint.qos.avoid_ros_namespace_conventions
         topic = dds_topic(Role.TOPIC, endpoint.name, verbatim=verbatim)
         data = encode_endpoint(EndpointData(endpoint.type_hash))
@@ -86,7 +81,11 @@ class DdsSubscription(OpenPort):
     """A declared subscription."""
 
     def __init__(
-        self, context: DdsContext, new: EndpointBuilder, endpoint: Endpoint, deliver: Callable[[Sample], None]
+        self,
+        context: CycloneContext,
+        new: EndpointBuilder,
+        endpoint: Endpoint,
+        deliver: Callable[[Sample], None],
     ) -> None:
         verbatim = endpoint.qos.avoid_ros_namespace_conventions
         topic = dds_topic(Role.TOPIC, endpoint.name, verbatim=verbatim)

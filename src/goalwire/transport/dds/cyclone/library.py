@@ -18,9 +18,9 @@ from threading import Lock
 from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import ForkedError, GoalwireError, TransportError
 from goalwire.rules.qos import QoS
-from goalwire.transport.dds.abi import Library
-from goalwire.transport.dds.description import endpoint_qos, read_qos, read_user_data
-from goalwire.transport.dds.wire import Participant, Reader, Writer
+from goalwire.transport.dds.cyclone.abi import Library
+from goalwire.transport.dds.cyclone.qos import endpoint_qos, read_qos, read_user_data
+from goalwire.transport.dds.cyclone.wire import Participant, Reader, Writer
 from goalwire.transport.loopback import ADVICE, is_loopback_down
 
 OVERRIDE = 'GOALWIRE_LIBDDSC'

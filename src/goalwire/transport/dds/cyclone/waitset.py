@@ -16,8 +16,8 @@ from threading import Lock
 
 from goalwire.concurrency.leader_followers import LeaderFollowers
 from goalwire.reports import report_failure
-from goalwire.transport.dds.abi import INFINITY
-from goalwire.transport.dds.wire import Participant, check
+from goalwire.transport.dds.cyclone.abi import INFINITY
+from goalwire.transport.dds.cyclone.wire import Participant, check
 
 _AT_ONCE = 64
 _INTERRUPTED = 0

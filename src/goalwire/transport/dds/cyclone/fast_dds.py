@@ -34,11 +34,11 @@ from threading import Lock
 from typing import NamedTuple
 
 from goalwire.errors import TransportError
-from goalwire.transport.dds.abi import GUID_SIZE, PACKET_START, SERIALIZED_DATA, Library, PacketPiece
-from goalwire.transport.dds.configuration import FAST_DDS_SERVICES
-from goalwire.transport.dds.library import INSTALLING
+from goalwire.transport.dds.cyclone.abi import GUID_SIZE, PACKET_START, SERIALIZED_DATA, Library, PacketPiece
+from goalwire.transport.dds.cyclone.configuration import FAST_DDS_SERVICES
+from goalwire.transport.dds.cyclone.library import INSTALLING
+from goalwire.transport.dds.cyclone.wire import OutPiece, Reader, Writer, check
 from goalwire.transport.dds.service_header import Header, wrap
-from goalwire.transport.dds.wire import OutPiece, Reader, Writer, check
 
 _KNOWN_VERSION = re.compile(r'\b11\.0\.\d')
 _OPERATIONS_AT = sizeof(c_void_p)

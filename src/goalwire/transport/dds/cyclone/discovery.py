@@ -8,18 +8,16 @@ order, with no lock held.
 from __future__ import annotations
 
 import ctypes
-import os
 import socket
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from ctypes import c_void_p
-from threading import Lock
 from typing import TypeVar
 
 from goalwire.errors import RemoteError
 from goalwire.reports import RejectCounters
-from goalwire.rules.qos import DEFAULT, DurabilityPolicy, HistoryPolicy, QoS
-from goalwire.transport.contract import EndpointKind, GraphEntity, GraphListener, NodeName
-from goalwire.transport.dds.abi import (
+from goalwire.rules.qos import DEFAULT
+from goalwire.transport.dds.announcement import READ, WRITTEN, Announcement
+from goalwire.transport.dds.cyclone.abi import (
     ALIVE,
     ANY_STATE,
     PARTICIPANTS,
@@ -29,179 +27,47 @@ from goalwire.transport.dds.abi import (
     BuiltinParticipant,
     SampleInfo,
 )
-from goalwire.transport.dds.configuration import ports_in_use
+from goalwire.transport.dds.cyclone.qos import endpoint_qos, read_ports, read_qos, read_user_data
+from goalwire.transport.dds.cyclone.waitset import WaitsetThread
+from goalwire.transport.dds.cyclone.wire import Participant, Reader, Writer, check
 from goalwire.transport.dds.description import (
     DISCOVERY_TOPIC,
     DISCOVERY_TYPE,
     Role,
     decode_endpoint,
     enclave_of,
-    endpoint_qos,
-    read_ports,
-    read_qos,
-    read_user_data,
     ros_topic,
     ros_type,
 )
 from goalwire.transport.dds.discovery_state import (
-    GID_SIZE,
-    OLD_GID_SIZE,
-    UNKNOWN_ID,
     DiscoveryState,
     Found,
-    NodeInfo,
-    ParticipantInfo,
     decode_info,
-    encode_info,
 )
-from goalwire.transport.dds.waitset import WaitsetThread
-from goalwire.transport.dds.wire import Participant, Reader, Writer, check
-from goalwire.transport.graph_dispatcher import Change, GraphDispatcher, graph_dispatcher
+from goalwire.transport.dds.environment import ports_in_use
+from goalwire.transport.dds.notifier import GraphNotifier
+from goalwire.transport.graph_dispatcher import Change
 from goalwire.transport.graph_names import check_names
 
-
-class GraphNotifier:
-    """Tells listeners what is in the graph, and how it changes."""
-
-    def __init__(self) -> None:
-        self._lock = Lock()
-        self._there: dict[tuple[EndpointKind, str, int, bytes], GraphEntity] = {}
-        self._watchers: tuple[GraphDispatcher, ...] = ()
-        self._awaited: list[tuple[bytes, Callable[[NodeName], None]]] = []
-
-    def watch(self, listener: GraphListener) -> None:
-        """Call a listener with all there is, before this returns, and with every change until `close`."""
-        watcher = graph_dispatcher(listener)
-        with watcher.first_turn(), self._lock:
-            for entity in self._there.values():
-                watcher.post((True, entity))
-            self._watchers += (watcher,)
-
-    def change(self, changes: Iterable[Change]) -> None:
-        """Note changes and tell the listeners."""
-        with self._lock:
-            for change in changes:
-                self._note(change)
-            watchers = self._watchers
-            shown = list(self._shown()) if self._awaited else ()
-        for watcher in watchers:
-            watcher.drain()
-        for node, tell in shown:
-            tell(node)
-
-    def _note(self, change: Change) -> None:
-        is_there, entity = change
-        key = entity.kind, entity.session, entity.node_id, entity.gid
-        if is_there:
-            self._there[key] = entity
-        else:
-            self._there.pop(key, None)
-        for watcher in self._watchers:
-            watcher.post(change)
-
-    def when_shown(self, gid: bytes, tell: Callable[[NodeName], None]) -> None:
-        """Call `tell` with the node of an endpoint once that is known, which may be at once, or never."""
-        with self._lock:
-            self._awaited.append((gid, tell))
-            shown = list(self._shown())
-        for node, told in shown:
-            told(node)
-
-    def _shown(self) -> Iterator[tuple[NodeName, Callable[[NodeName], None]]]:
-        """Yield the endpoints that wait no longer, each with its node."""
-        known = (entity for entity in self._there.values() if entity.node_id != UNKNOWN_ID)
-        nodes = {entity.gid: entity.node for entity in known}
-        for awaited in list(self._awaited):
-            gid, tell = awaited
-            if gid in nodes:
-                self._awaited.remove(awaited)
-                yield nodes[gid], tell
-
-    def connected(self) -> None:
-        """An endpoint of this session was connected with another, or disconnected."""
-        with self._lock:
-            watchers = self._watchers
-            for watcher in watchers:
-                watcher.post(None)
-        for watcher in watchers:
-            watcher.drain()
-
-    def close(self) -> None:
-        """Remove the listener."""
-        with self._lock:
-            self._watchers = ()
-
-
-_WRITTEN = QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_READ = QoS(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_OLD = frozenset({'dashing', 'eloquent', 'foxy', 'galactic', 'humble'})
 _BLOCKING_NS = 1_000_000_000
 """How long a mute peer may hold an announcement up; it is then made with the next change."""
 
 
-def gid_size() -> int:
-    """Return how long Gids are in the ROS 2 that ROS_DISTRO names."""
-    return OLD_GID_SIZE if os.environ.get('ROS_DISTRO', '').strip() in _OLD else GID_SIZE
-
-
-class Announcement:
-    """The nodes of a session and their endpoints, published by `publish` after each change."""
+class Publication:
+    """The ends of ros_discovery_info: the announcement is published by one, others' come by the other."""
 
     def __init__(self, participant: Participant) -> None:
-        self._guid = participant.guid
-        self._gid_size = gid_size()
-        self._lock = Lock()
-        self._nodes: dict[int, tuple[NodeName, dict[bytes, None], dict[bytes, None]]] = {}
-        self._changed = True  # a session without nodes tells so: else others would wait for it to tell them
-        with endpoint_qos(participant.library, _WRITTEN, b'', blocking_ns=_BLOCKING_NS) as qos:
+        self.announcement = Announcement(participant.guid)
+        with endpoint_qos(participant.library, WRITTEN, b'', blocking_ns=_BLOCKING_NS) as qos:
             self._writer = Writer(participant, DISCOVERY_TOPIC, DISCOVERY_TYPE, qos)
-        with endpoint_qos(participant.library, _READ, b'', ignore_local=True) as qos:
+        with endpoint_qos(participant.library, READ, b'', ignore_local=True) as qos:
             self.reader = Reader(participant, DISCOVERY_TOPIC, DISCOVERY_TYPE, qos)
-
-    def add_node(self, node_id: int, name: NodeName) -> None:
-        """A node has come."""
-        with self._lock:
-            self._nodes[node_id] = name, {}, {}
-            self._changed = True
-
-    def remove_node(self, node_id: int) -> None:
-        """A node has gone; an unknown one is not an error."""
-        with self._lock:
-            self._nodes.pop(node_id, None)
-            self._changed = True
-
-    def add(self, node_id: int, readers: Iterable[bytes], writers: Iterable[bytes]) -> None:
-        """Endpoints of a node have come."""
-        with self._lock:
-            _, all_readers, all_writers = self._nodes[node_id]
-            all_readers.update(dict.fromkeys(readers))
-            all_writers.update(dict.fromkeys(writers))
-            self._changed = True
-
-    def remove(self, node_id: int, gids: Iterable[bytes]) -> None:
-        """Endpoints of a node have gone; unknown ones are no error."""
-        with self._lock:
-            if node_id not in self._nodes:
-                return
-            _, readers, writers = self._nodes[node_id]
-            for gid in gids:
-                readers.pop(gid, None)
-                writers.pop(gid, None)
-            self._changed = True
 
     def publish(self) -> None:
         """Publish the announcement if anything has changed. Only one thread calls this."""
-        with self._lock:
-            if not self._changed:
-                return
-            self._changed = False
-            nodes = tuple(
-                NodeInfo(name.namespace, name.name, tuple(readers), tuple(writers))
-                for name, readers, writers in self._nodes.values()
-            )
-        if self._writer.write(encode_info(ParticipantInfo(self._guid, nodes), self._gid_size)) < 0:
-            with self._lock:
-                self._changed = True
+        told = self.announcement.take()
+        if told is not None and self._writer.write(told) < 0:
+            self.announcement.put_back()
 
 
 GRACE_NS = 1_000_000_000
@@ -229,11 +95,12 @@ class Discovery:
         self._rejects = rejects
         self._state_of_discovery = DiscoveryState()
         self._waiting: frozenset[bytes] = frozenset()
-        self.announcement = Announcement(participant)
+        self._publication = Publication(participant)
+        self.announcement = self._publication.announcement
         self.waitset_thread = WaitsetThread(participant, 'goalwire-dds-discovery')
-        self.waitset_thread.on_wake(self.announcement.publish)
+        self.waitset_thread.on_wake(self._publication.publish)
         self._readers = [self._builtin(topic) for topic in (PUBLICATIONS, SUBSCRIPTIONS, PARTICIPANTS)]
-        for condition in (*(condition for _, condition in self._readers), self.announcement.reader.condition):
+        for condition in (*(condition for _, condition in self._readers), self._publication.reader.condition):
             self.waitset_thread.watch(condition, self._look)
         self.waitset_thread.wake()  # tells that there are no nodes yet
 
@@ -311,7 +178,7 @@ class Discovery:
     def _infos(self) -> list[bytes]:
         infos = []
         while True:
-            count, messages = self.announcement.reader.take()
+            count, messages = self._publication.reader.take()
             infos += [message.payload for message in messages]
             if not count:
                 return infos

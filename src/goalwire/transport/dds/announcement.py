@@ -1,0 +1,87 @@
+"""The nodes of a session and their endpoints, as ros_discovery_info tells them to the others."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from threading import Lock
+
+from goalwire.rules.qos import DurabilityPolicy, HistoryPolicy, QoS
+from goalwire.transport.contract import NodeName
+from goalwire.transport.dds.discovery_state import (
+    GID_SIZE,
+    OLD_GID_SIZE,
+    NodeInfo,
+    ParticipantInfo,
+    encode_info,
+)
+
+WRITTEN = QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+READ = QoS(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""The QoS of the topic's writers and readers."""
+_OLD = frozenset({'dashing', 'eloquent', 'foxy', 'galactic', 'humble'})
+
+
+def gid_size() -> int:
+    """Return how long Gids are in the ROS 2 that ROS_DISTRO names."""
+    return OLD_GID_SIZE if os.environ.get('ROS_DISTRO', '').strip() in _OLD else GID_SIZE
+
+
+class Announcement:
+    """What a session tells of its nodes; a session publishes what `take` returns, after each change."""
+
+    def __init__(self, guid: bytes) -> None:
+        """`guid` is the participant's."""
+        self._guid = guid
+        self._gid_size = gid_size()
+        self._lock = Lock()
+        self._nodes: dict[int, tuple[NodeName, dict[bytes, None], dict[bytes, None]]] = {}
+        self._changed = True  # a session without nodes tells so: else others would wait for it to tell them
+
+    def add_node(self, node_id: int, name: NodeName) -> None:
+        """A node has come."""
+        with self._lock:
+            self._nodes[node_id] = name, {}, {}
+            self._changed = True
+
+    def remove_node(self, node_id: int) -> None:
+        """A node has gone; an unknown one is not an error."""
+        with self._lock:
+            self._nodes.pop(node_id, None)
+            self._changed = True
+
+    def add(self, node_id: int, readers: Iterable[bytes], writers: Iterable[bytes]) -> None:
+        """Endpoints of a node have come."""
+        with self._lock:
+            _, all_readers, all_writers = self._nodes[node_id]
+            all_readers.update(dict.fromkeys(readers))
+            all_writers.update(dict.fromkeys(writers))
+            self._changed = True
+
+    def remove(self, node_id: int, gids: Iterable[bytes]) -> None:
+        """Endpoints of a node have gone; unknown ones are no error."""
+        with self._lock:
+            if node_id not in self._nodes:
+                return
+            _, readers, writers = self._nodes[node_id]
+            for gid in gids:
+                readers.pop(gid, None)
+                writers.pop(gid, None)
+            self._changed = True
+
+    def take(self) -> bytes | None:
+        """Return what is to be published now; None if nothing has changed since."""
+        with self._lock:
+            if not self._changed:
+                return None
+            self._changed = False
+            nodes = tuple(
+                NodeInfo(name.namespace, name.name, tuple(readers), tuple(writers))
+                for name, readers, writers in self._nodes.values()
+            )
+        return encode_info(ParticipantInfo(self._guid, nodes), self._gid_size)
+
+    def put_back(self) -> None:
+        """What was taken last could not be published."""
+        with self._lock:
+            self._changed = True

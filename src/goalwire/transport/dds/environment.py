@@ -1,0 +1,97 @@
+"""ROS 2's variables about the network, as both DDS sessions read them, and the ports that are in use here.
+
+Source of the rules: rmw rmw_discovery_options.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from enum import Enum
+
+from goalwire.errors import TransportError
+
+MOST_PARTICIPANTS = 32
+"""Participants of one domain on one machine that can be asked for directly (as in ROS 2)."""
+LARGEST_DOMAIN = 232
+"""Beyond it a domain has no UDP ports."""
+
+
+class Range(Enum):
+    """How far discovery looks (ROS_AUTOMATIC_DISCOVERY_RANGE)."""
+
+    SUBNET = 'SUBNET'
+    LOCALHOST = 'LOCALHOST'
+    OFF = 'OFF'
+    SYSTEM_DEFAULT = 'SYSTEM_DEFAULT'
+
+
+def discovery_range() -> Range:
+    """Return how far discovery looks; raises TransportError for an unknown word."""
+    text = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', '').strip()
+    if os.environ.get('ROS_LOCALHOST_ONLY', '').strip() == '1':
+        return Range.LOCALHOST  # the older variable wins while it is set, as in ROS 2
+    if not text:
+        return Range.SUBNET
+    try:
+        return Range[text]
+    except KeyError:
+        raise TransportError(
+            f"ROS_AUTOMATIC_DISCOVERY_RANGE is '{text}'; choose one of: {', '.join(Range.__members__)}"
+        ) from None
+
+
+_FIRST_PORT, _PORTS_OF_A_DOMAIN, _DISCOVERY_PORT = 7400, 250, 10
+"""RTPS 2.5, 9.6.2.3: where a domain's ports begin, and among them those that discovery is sent to."""
+
+
+def knows_its_peers() -> bool:
+    """Whether all who can be met listen at one of `ports_in_use`: nobody else is asked, multicast is off.
+
+    A CYCLONEDDS_URI may say otherwise, and so does ROS_STATIC_PEERS.
+    """
+    if discovery_range() is not Range.LOCALHOST or os.environ.get('CYCLONEDDS_URI', '').strip():
+        return False
+    return not static_peers() and os.access(_SOCKETS[0], os.R_OK)
+
+
+_SOCKETS = ('/proc/net/udp', '/proc/net/udp6')
+
+
+def ports_in_use(domain_id: int) -> set[int]:
+    """Return the ports of a domain at which other processes of this machine listen for discovery.
+
+    They are those that this machine is asked at in the ranges SUBNET and LOCALHOST; in others the set is
+    empty, and where the system does not tell (Linux does).
+    """
+    if discovery_range() not in {Range.SUBNET, Range.LOCALHOST}:
+        return set()
+    first = _FIRST_PORT + _PORTS_OF_A_DOMAIN * domain_id + _DISCOVERY_PORT
+    asked = range(first, first + 2 * MOST_PARTICIPANTS + 1, 2)
+    found: dict[str, int] = {}
+    for path in _SOCKETS:
+        with suppress(OSError), open(path, encoding='ascii') as table:  # noqa: PTH123
+            next(table, None)
+            for line in table:
+                columns = line.split()
+                address, _, port = columns[1].rpartition(':')
+                # The library listens at all addresses; who uses one of them alone does something else.
+                if int(port, 16) in asked and not address.strip('0'):
+                    found[f'socket:[{columns[9]}]'] = int(port, 16)
+    own = _own_sockets() if found else set()
+    return {port for name, port in found.items() if name not in own}
+
+
+def _own_sockets() -> set[str]:
+    """Return the sockets of this process, as /proc names them."""
+    own = set()
+    with suppress(OSError):
+        for descriptor in os.listdir('/proc/self/fd'):  # noqa: PTH208
+            with suppress(OSError):  # the listing's own, which is closed by now
+                own.add(os.readlink(f'/proc/self/fd/{descriptor}'))  # noqa: PTH115
+    return own
+
+
+def static_peers() -> list[str]:
+    """Return the addresses that ROS_STATIC_PEERS names, separated by semicolons."""
+    return [peer for part in os.environ.get('ROS_STATIC_PEERS', '').split(';') if (peer := part.strip())]

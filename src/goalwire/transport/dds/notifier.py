@@ -1,0 +1,82 @@
+"""Tells listeners what is in the graph, and how it changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from threading import Lock
+
+from goalwire.transport.contract import EndpointKind, GraphEntity, GraphListener, NodeName
+from goalwire.transport.dds.discovery_state import UNKNOWN_ID
+from goalwire.transport.graph_dispatcher import Change, GraphDispatcher, graph_dispatcher
+
+
+class GraphNotifier:
+    """Tells listeners what is in the graph, and how it changes."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._there: dict[tuple[EndpointKind, str, int, bytes], GraphEntity] = {}
+        self._watchers: tuple[GraphDispatcher, ...] = ()
+        self._awaited: list[tuple[bytes, Callable[[NodeName], None]]] = []
+
+    def watch(self, listener: GraphListener) -> None:
+        """Call a listener with all there is, before this returns, and with every change until `close`."""
+        watcher = graph_dispatcher(listener)
+        with watcher.first_turn(), self._lock:
+            for entity in self._there.values():
+                watcher.post((True, entity))
+            self._watchers += (watcher,)
+
+    def change(self, changes: Iterable[Change]) -> None:
+        """Note changes and tell the listeners."""
+        with self._lock:
+            for change in changes:
+                self._note(change)
+            watchers = self._watchers
+            shown = list(self._shown()) if self._awaited else ()
+        for watcher in watchers:
+            watcher.drain()
+        for node, tell in shown:
+            tell(node)
+
+    def _note(self, change: Change) -> None:
+        is_there, entity = change
+        key = entity.kind, entity.session, entity.node_id, entity.gid
+        if is_there:
+            self._there[key] = entity
+        else:
+            self._there.pop(key, None)
+        for watcher in self._watchers:
+            watcher.post(change)
+
+    def when_shown(self, gid: bytes, tell: Callable[[NodeName], None]) -> None:
+        """Call `tell` with the node of an endpoint once that is known, which may be at once, or never."""
+        with self._lock:
+            self._awaited.append((gid, tell))
+            shown = list(self._shown())
+        for node, told in shown:
+            told(node)
+
+    def _shown(self) -> Iterator[tuple[NodeName, Callable[[NodeName], None]]]:
+        """Yield the endpoints that wait no longer, each with its node."""
+        known = (entity for entity in self._there.values() if entity.node_id != UNKNOWN_ID)
+        nodes = {entity.gid: entity.node for entity in known}
+        for awaited in list(self._awaited):
+            gid, tell = awaited
+            if gid in nodes:
+                self._awaited.remove(awaited)
+                yield nodes[gid], tell
+
+    def connected(self) -> None:
+        """An endpoint of this session was connected with another, or disconnected."""
+        with self._lock:
+            watchers = self._watchers
+            for watcher in watchers:
+                watcher.post(None)
+        for watcher in watchers:
+            watcher.drain()
+
+    def close(self) -> None:
+        """Remove the listener."""
+        with self._lock:
+            self._watchers = ()
