@@ -75,7 +75,7 @@ def write(folder: Path, results: list[Measured], facts: dict[str, str], no_peer:
     }
     (folder / 'report.json').write_text(json.dumps(raw, indent=1), encoding='utf-8')
     print(text)
-    print(f'python -m benchmarks.page {folder / "report.json"} puts these figures into docs/performance.md')
+    print(f'python -m benchmarks.page {folder / "report.json"} puts these figures into performance.md')
 
 
 def main() -> int:
@@ -84,7 +84,9 @@ def main() -> int:
     parser.add_argument('--rounds', type=int, help="in place of each line's own number")
     parser.add_argument('--scale', type=float, default=1.0, help='of the numbers of operations')
     parser.add_argument('--only', default='', metavar='WORD', help='lines whose program has WORD in its name')
-    parser.add_argument('--out', type=Path, metavar='FOLDER', help='build/bench, for curves docs/performance')
+    parser.add_argument(
+        '--out', type=Path, metavar='FOLDER', help='build/bench, for curves docs/reference/performance'
+    )
     parser.add_argument('--alone', action='store_true', help='without the real rclpy')
     parser.add_argument('--curves', action='store_true', help='how it scales, as plots')
     parser.add_argument('--short', action='store_true', help='ratios alone, against those expected: for CI')
@@ -92,7 +94,9 @@ def main() -> int:
     if options.short:
         return short.main()
     if options.curves:
-        return curves.main(options.out or ROOT / 'docs' / 'performance', options.scale, options.only)
+        return curves.main(
+            options.out or ROOT / 'docs' / 'reference' / 'performance', options.scale, options.only
+        )
     begun = monotonic()
     facts = machine.facts()
     lines = [line for line in LINES if options.only in line.module]

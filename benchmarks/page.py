@@ -1,4 +1,4 @@
-"""Puts the figures of a run into docs/performance.md, and draws the picture at its head anew.
+"""Puts the figures of a run into docs/reference/performance.md, and draws the picture at its head anew.
 
 usage: python -m benchmarks.page [REPORT]     REPORT is build/bench/report.json, which `make bench` writes
 
@@ -37,7 +37,7 @@ from benchmarks.measuring import Measured
 from benchmarks.subjects import DDS, PEER, REFERENCE, ZENOH
 from benchmarks.verdicts import judge
 
-PAGE = ROOT / 'docs' / 'performance.md'
+PAGE = ROOT / 'docs' / 'reference' / 'performance.md'
 REPORT = ROOT / 'build' / 'bench' / 'report.json'
 
 

@@ -1,4 +1,4 @@
-"""Draws docs/console.png: the humanoid where it was sent, as the console shows it.
+"""Draws docs/how-to/console.png: the humanoid where it was sent, as the console shows it.
 
 python tools/console_picture.py
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 ROOT = Path(__file__).parents[1]
-PICTURE = ROOT / 'docs' / 'console.png'
+PICTURE = ROOT / 'docs' / 'how-to' / 'console.png'
 MOST_BYTES = 1_000_000
 FLAGS = ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']
 PATIENCE_MS = 120_000

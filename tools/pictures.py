@@ -1,4 +1,4 @@
-"""Draws the pictures at the head of docs/performance.md and docs/reliability.md from the tables there.
+"""Draws the pictures of docs/reference/{performance,reliability}.md from the tables there.
 
 python -m tools.pictures     write them; a test compares them with the tables
 """
@@ -12,7 +12,8 @@ from pathlib import Path
 from benchmarks import svg
 
 DOCS = Path(__file__).resolve().parents[1] / 'docs'
-SPEED, FAILING = DOCS / 'performance' / 'summary.svg', DOCS / 'reliability' / 'time-to-error.svg'
+REFERENCE = DOCS / 'reference'
+SPEED, FAILING = REFERENCE / 'performance' / 'summary.svg', REFERENCE / 'reliability' / 'time-to-error.svg'
 PEER = 'rclpy beside'
 WORK = {
     'service call, `call_async` + `spin_until_future_complete`': 'service call',
@@ -60,7 +61,7 @@ def _number(cell: str) -> float:
 
 def speed() -> str:
     """Return the picture of how long things take, as multiples of the real rclpy."""
-    page = table(DOCS / 'performance.md', 'work')
+    page = table(REFERENCE / 'performance.md', 'work')
     drawn: dict[str, Mapping[str, float]] = {}
     for work, label in WORK.items():
         base = _number(page[work][PEER])
@@ -74,7 +75,7 @@ def speed() -> str:
 
 def failing() -> str:
     """Return the picture of the longest time from a fault to the error that tells of it."""
-    page = table(DOCS / 'reliability.md', 'item and fault')
+    page = table(REFERENCE / 'reliability.md', 'item and fault')
     drawn: dict[str, dict[str, float]] = {label: {} for label in FAULTS.values()}
     for fault, label in FAULTS.items():
         for wire in ('Zenoh', 'DDS'):

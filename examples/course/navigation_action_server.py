@@ -12,7 +12,7 @@
 # a cancelled goal's result has no final_pose.
 # `await asyncio.sleep` in a callback runs under goalwire; ROS 2's own rclpy raises "no running event loop" there.
 # `timeout` is not a limit here: the simulated drive always takes exactly that long.
-# docs/topics-services-actions.md says how the humanoid's own server differs.
+# docs/explanation/topics-services-actions.md says how the humanoid's own server differs.
 """
 ROS 2 Action Server for Robot Navigation
 """

@@ -75,7 +75,7 @@ def test_what_is_not_met_is_told_with_the_goal(run: page.Run) -> None:
 
 
 def test_only_what_stands_between_the_comments_is_replaced() -> None:
-    before = (DOCS / 'performance.md').read_text(encoding='utf-8')
+    before = (DOCS / 'reference' / 'performance.md').read_text(encoding='utf-8')
     after = page.filled(before, {'head': 'HEAD', 'tables': 'TABLES'})
     assert '<!-- bench: head -->\nHEAD\n<!-- bench: end -->' in after
     assert '<!-- bench: tables -->\nTABLES\n<!-- bench: end -->' in after

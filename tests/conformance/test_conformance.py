@@ -11,7 +11,7 @@ from helpers.traces import Difference, Differences, ForeignText, Trace
 FOLDER = Path(__file__).parent
 PROGRAMS = sorted(file.stem for file in (FOLDER / 'programs').glob('*.py'))
 DIFFERENCES = Differences(FOLDER / 'differences.toml')
-PAGE = (DOCS / 'differences-from-rclpy.md').read_text(encoding='utf-8')
+PAGE = (DOCS / 'reference' / 'differences-from-rclpy.md').read_text(encoding='utf-8')
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from collections import Counter
 
 from helpers.markdown import DOCS
 
-PAGE = DOCS / 'differences-from-rclpy.md'
+PAGE = DOCS / 'reference' / 'differences-from-rclpy.md'
 HEAD = ['Call', 'rclpy', 'goalwire', 'Why']
 
 

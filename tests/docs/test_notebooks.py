@@ -10,7 +10,7 @@ from helpers.isolation import NETWORK, isolated_env
 from helpers.markdown import DOCS, blocks
 
 pytest.importorskip('ipykernel')
-PAGE = DOCS / 'notebooks.md'
+PAGE = DOCS / 'how-to' / 'notebooks.md'
 
 
 @pytest.mark.slow

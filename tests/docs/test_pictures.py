@@ -11,7 +11,7 @@ from helpers.markdown import DOCS, rows
 
 from tools import pictures
 
-PERFORMANCE, RELIABILITY = DOCS / 'performance.md', DOCS / 'reliability.md'
+PERFORMANCE, RELIABILITY = DOCS / 'reference' / 'performance.md', DOCS / 'reference' / 'reliability.md'
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The set-ups of docs/real-robot.md, word for word, between two machines; goalwire plays the robot's nodes.
+"""The set-ups of docs/how-to/real-robot.md, word for word, between two machines; goalwire plays the robot.
 
 The robot's router is a Zenoh router with rmw_zenohd's own settings.
 """
@@ -21,7 +21,7 @@ pytestmark = [
     pytest.mark.skipif(not can_make_machines(), reason='needs Linux, root and `ip` for network namespaces'),
 ]
 
-PAGE = DOCS / 'real-robot.md'
+PAGE = DOCS / 'how-to' / 'real-robot.md'
 EXAMPLES = ROOT / 'examples'
 ROUTER_SETTINGS = ROOT / 'tests' / 'data' / 'zenoh' / 'router.json5'
 ROUTER = """\

@@ -93,7 +93,7 @@ def test_tf2s_timeout_keeps_its_name_and_can_be_sent_to_another_process() -> Non
 
 
 def test_every_ros_argument_of_the_page_is_understood() -> None:
-    page = DOCS / 'reference' / 'command-lines.md'
+    page = DOCS / 'reference' / 'arguments-of-programs.md'
     arguments = [text for cells in rows(page, 'argument') for text in re.findall(r'`([^`]+)`', cells[0])]
     values = {'FROM:=TO': 'a:=b', 'FILE': 'x.yaml', 'PREFIX': 'x', 'PATH': '/x', 'LEVEL': 'INFO'}
     assert len(arguments) > 15
@@ -103,7 +103,7 @@ def test_every_ros_argument_of_the_page_is_understood() -> None:
 
 
 def test_every_ros_argument_of_the_code_is_on_the_page() -> None:
-    text = (DOCS / 'reference' / 'command-lines.md').read_text(encoding='utf-8')
+    text = (DOCS / 'reference' / 'arguments-of-programs.md').read_text(encoding='utf-8')
     strings = {text for module in modules() if module.name == 'rules.arguments' for text in _strings(module)}
     valued = {flag for flag in strings if re.fullmatch(r'--?[a-z][a-z-]*', flag)} - {'--ros-args'}
     assert len(valued) > 8

@@ -12,7 +12,7 @@ from helpers.markdown import DOCS, ROOT, rows
 from goalwire.transport import faults
 from goalwire.transport.faults import FailedCall, Fault, Kill, Point
 
-PAGE = DOCS / 'reliability.md'
+PAGE = DOCS / 'reference' / 'reliability.md'
 TESTS = ROOT / 'tests'
 
 

@@ -34,4 +34,4 @@ def marks() -> set[object]:
 
 
 def test_the_table_of_differences_is_that_of_the_marks() -> None:
-    assert {row[0] for row in rows(DOCS / 'dds.md', 'on DDS')} == marks()
+    assert {row[0] for row in rows(DOCS / 'how-to' / 'dds.md', 'on DDS')} == marks()

@@ -1,6 +1,6 @@
 """Strangers that take what they can from a node, and what that costs the node and its other clients.
 
-`python tests/reliability/attacks.py [--seconds 20] [NAME …]` prints the table of docs/reliability.md.
+`python tests/reliability/attacks.py [--seconds 20] [NAME …]` prints the table of reliability.md.
 `test_strangers.py` runs one round of each attack. Each stranger speaks Zenoh's protocol over a bare socket.
 """
 

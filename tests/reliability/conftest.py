@@ -1,4 +1,4 @@
-"""Two nodes with faults between them; and what each test has shown, for the table of docs/reliability.md.
+"""Two nodes with faults between them, and the evidence of each test for docs/reference/reliability.md.
 
 Each test says what it has shown by `evidence(item, …)`; GOALWIRE_EVIDENCE names the file that collects it.
 """

@@ -1,4 +1,4 @@
-"""Runs the tests of this folder, the long ones too, and writes what they have shown into docs/reliability.md.
+"""Runs the tests of this folder, the long ones too, and writes what they have shown into reliability.md.
 
 python tests/reliability/report.py [FILE …]: given evidence, nothing is run; later files replace earlier ones.
 """
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).parent
-PAGE = HERE.parents[1] / 'docs' / 'reliability.md'
+PAGE = HERE.parents[1] / 'docs' / 'reference' / 'reliability.md'
 BEGIN, END = '<!-- written by tests/reliability/report.py -->', '<!-- the end of it -->'
 WIRES = ['memory', 'Zenoh', 'DDS']
 

@@ -209,7 +209,7 @@ def env() -> dict[str, str]:
 @pytest.mark.parametrize(
     ('peers', 'warnings'),
     [
-        ('192.168.0.7;' + NOBODY, 1),  # what docs/dds.md shows
+        ('192.168.0.7;' + NOBODY, 1),  # what docs/how-to/dds.md shows
         (f'{NOBODY};{NOBODY}', 1),
         ('::1', 1),
         ('0.0.0.0', 1),

@@ -1,4 +1,4 @@
-"""`goalwire console`: any ROS 2 robot in the browser. See docs/console.md.
+"""`goalwire console`: any ROS 2 robot in the browser. See docs/how-to/console.md.
 
 Modules here know no browser; those of the folder `page` show what these hold.
 """

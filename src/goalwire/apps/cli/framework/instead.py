@@ -11,9 +11,9 @@ NOUNS = {
     'extension_points': 'these commands have no extensions',
     'multicast': "use 'ros2 doctor', which sees whether others can be reached",
     'plugin': "use 'ros2 component types' for components; C++ plugins are not loaded here",
-    'security': 'encrypted links are set up in the configuration of Zenoh, see docs/real-robot.md',
+    'security': 'encrypted links are set up in the configuration of Zenoh, see docs/how-to/real-robot.md',
     'test': "use 'pytest', for launch tests too",
-    'trace': "use 'goalwire top' or the statistics of entities, see docs/statistics.md",
+    'trace': "use 'goalwire top' or the statistics of entities, see docs/how-to/statistics.md",
 }
 VERBS = {
     ('pkg', 'create'): "use 'goalwire new';",
