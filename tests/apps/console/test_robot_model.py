@@ -28,8 +28,9 @@ UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 
 def test_links_and_shapes_are_read() -> None:
     model = read_urdf(URDF)
-    assert (model.name, model.root, len(model.links)) == ('two_arms', 'base_link', 6)
-    assert [joint.name for joint in model.joints if joint.is_movable] == [
+    assert model.kinematics.name == 'two_arms'
+    assert (model.kinematics.root, len(model.kinematics.links)) == ('base_link', 6)
+    assert [joint.name for joint in model.kinematics.joints if joint.is_free] == [
         'left_joint',
         'head_joint',
         'slide_joint',
@@ -47,48 +48,11 @@ def test_links_and_shapes_are_read() -> None:
     }
 
 
-def test_joints_come_a_limb_at_a_time() -> None:
-    links = ['body', 'arm', 'leg', 'hand', 'foot']
-    joints = [('body', 'arm'), ('body', 'leg'), ('arm', 'hand'), ('leg', 'foot')]
-    parts = [f'<link name="{name}"/>' for name in links] + [
-        f'<joint name="{child}" type="continuous"><parent link="{parent}"/><child link="{child}"/></joint>'
-        for parent, child in joints
-    ]
-    model = read_urdf(f'<robot name="r">{"".join(parts)}</robot>')
-    assert [joint.name for joint in model.joints] == ['arm', 'hand', 'leg', 'foot']
-
-
-def test_joints_turn_and_slide_their_links() -> None:
-    model = read_urdf(URDF)
-    poses = model.poses({'left_joint': math.pi / 2, 'head_joint': math.pi / 2, 'slide_joint': 0.3}, {})
-    assert poses['left_arm'].apply((1.0, 0.0, 0.0)) == pytest.approx((0.0, 0.1, -0.1))  # about y, downwards
-    assert poses['slide'].translation == pytest.approx((0.0, 0.3, 1.1))  # along the head's x
-    turned = poses['right_arm'].rotation[1]
-    assert turned == pytest.approx(math.sin((0.1 - math.pi / 2) / 2))  # it mimics the left one
-    assert model.poses({'left_joint': math.nan}, {})['left_arm'].rotation == UPRIGHT
-
-
-def test_a_frame_that_is_published_counts_before_a_joint() -> None:
-    model = read_urdf(URDF)
-    frames = {'head': ('mast', Rigid((0.0, 0.0, 2.0), UPRIGHT)), 'slide': ('elsewhere', IDENTITY)}
-    poses = model.poses({'slide_joint': 0.2}, frames)
-    assert poses['head'].translation == pytest.approx((0.0, 0.0, 2.4))
-    assert poses['slide'].translation == pytest.approx((0.2, 0.0, 2.4))
-
-
 def test_the_root_hangs_on_the_topmost_frame_and_circles_end() -> None:
     one = Rigid((1.0, 0.0, 0.0), UPRIGHT)
     frames = {'base_link': ('odom', one), 'odom': ('map', one)}
     assert root_pose('base_link', frames) == ('map', Rigid((2.0, 0.0, 0.0), UPRIGHT))
     assert root_pose('base_link', frames | {'map': ('base_link', one)})[0] == 'map'
-
-
-def test_frames_with_a_prefix_are_those_of_the_links_after_it() -> None:
-    model = read_urdf(URDF)
-    high = Rigid((0.0, 0.0, 2.0), UPRIGHT)
-    frames = {'alice/head': ('alice/mast', high), 'bob/head': ('bob/mast', IDENTITY)}
-    assert model.poses({}, frames, 'alice/')['head'].translation == pytest.approx((0.0, 0.0, 2.4))
-    assert model.poses({}, frames, 'bob/')['head'].translation == pytest.approx((0.0, 0.0, 0.4))
 
 
 @pytest.mark.parametrize(
@@ -112,28 +76,19 @@ def test_a_prefix_is_guessed_from_the_frames_and_the_namespace(
     assert likely_prefix(read_urdf(URDF), frames, namespace) == prefix
 
 
-_CIRCLE = (
-    '<link name="r"/><link name="a"/><link name="b"/>'
-    '<joint><parent link="a"/><child link="b"/></joint><joint><parent link="b"/><child link="a"/></joint>'
-)
 _BOX = '<link name="a"><visual><geometry><box size="{}"/></geometry></visual></link>'
-_LOOSE = '<link name="a"/><joint name="j"><parent link="a"/><child link="b"/></joint>'
 
 
 @pytest.mark.parametrize(
     ('text', 'problem'),
     [
-        ('<robot', 'not XML'),
-        ('<sdf/>', 'no URDF'),
-        ('<robot/>', '0 links'),
-        ('<robot><link name="a"/><link name="a"/></robot>', 'different names'),
+        ('<robot', 'cannot be read as XML'),
+        ('<sdf/>', 'not a URDF'),
         ('<robot><link name="a"/><link name="b"/></robot>', '2 root links'),
-        (f'<robot>{_LOOSE}</robot>', 'joins a link'),
-        (f'<robot>{_CIRCLE}</robot>', 'circle'),
         (f'<robot>{_BOX.format("1 x 1")}</robot>', 'number'),
         (f'<robot>{_BOX.format("1 inf 1")}</robot>', 'finite'),
         ('<!DOCTYPE r [<!ENTITY a "b">]><robot>&a;</robot>', 'document type'),
-        ('x' * (9 << 20), 'too many'),
+        ('x' * (17 << 20), 'too many'),
     ],
     ids=lambda given: given[:20],
 )
@@ -196,7 +151,7 @@ def test_a_description_that_cannot_be_read_takes_none_away() -> None:
     watch = RobotWatch(None, None, '')  # type: ignore[arg-type] # it subscribes when it looks
     watch._take_description(SimpleNamespace(data='<sdf/>'), 0.0)
     assert (watch.model, watch.link_poses()) == (None, [])
-    assert 'no URDF' in watch.problem
+    assert 'not a URDF' in watch.problem
     watch._take_description(SimpleNamespace(data=URDF), 0.0)
     model = watch.model
     assert watch.problem == ''
@@ -204,7 +159,7 @@ def test_a_description_that_cannot_be_read_takes_none_away() -> None:
     watch._take_description(SimpleNamespace(data='<robot'), 0.0)
     assert watch.model is model
     assert watch.link_poses()
-    assert 'not XML' in watch.problem
+    assert 'cannot be read as XML' in watch.problem
     assert 'the one before is shown' in watch.problem
 
 

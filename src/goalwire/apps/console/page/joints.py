@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from goalwire.apps.console.page.parts import head
-from goalwire.apps.console.state.robot_model import Joint
 from goalwire.apps.console.state.series import signed
 from goalwire.errors import GoalwireError
+from goalwire.transforms.urdf import Joint
 
 if TYPE_CHECKING:
     from goalwire.apps.console.page.view import View

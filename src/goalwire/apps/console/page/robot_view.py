@@ -231,9 +231,9 @@ class RobotView(View):
                 except RemoteError as error:
                     missing += 1
                     self._mesh_problem = str(error)
-        movable = [joint for joint in model.joints if joint.is_movable]
+        movable = [joint for joint in model.kinematics.joints if joint.is_free]
         self._about.set_text(
-            f'{model.name}: {len(model.links)} links, {len(movable)} joints that move'
+            f'{model.kinematics.name}: {len(model.kinematics.links)} links, {len(movable)} joints that move'
             + (f'; {missing} meshes are not shown' if missing else '')
         )
         self._scene.run_method('set_model', as_scene(model, urls))

@@ -79,7 +79,7 @@ class RobotWatch:
     def _take_description(self, message: Any, _at: float) -> None:
         try:
             self.model = read_urdf(message.data)
-            self._links = frozenset(self.model.links)
+            self._links = frozenset(self.model.kinematics.links)
             self.problem = ''
         except RemoteError as error:
             kept = '' if self.model is None else 'A new description was not taken, the one before is shown: '
@@ -122,7 +122,7 @@ class RobotWatch:
         children = self._keep_frames(message)
         if self.model is None or any(map(self._is_own, children)):
             self.moved_at = at  # robots share /tf: the frames of another one do not make this one live
-        if self.model is not None and self.prefix + self.model.root in self.frames:
+        if self.model is not None and self.prefix + self.model.kinematics.root in self.frames:
             self._lengthen_trail(self.pose()[1])
 
     def _take_static_frames(self, message: Any, _at: float) -> None:
@@ -153,7 +153,9 @@ class RobotWatch:
 
     def pose(self) -> tuple[str, Rigid]:
         """Return the frame that everything is shown in, and the robot's pose there."""
-        return root_pose(self.prefix + self.model.root if self.model is not None else '', self.frames)
+        return root_pose(
+            self.prefix + self.model.kinematics.root if self.model is not None else '', self.frames
+        )
 
     def _lengthen_trail(self, pose: Rigid) -> None:
         x, y, z = pose.translation
@@ -165,9 +167,9 @@ class RobotWatch:
         _, base = self.pose()
         if self.model is None:
             return []
-        poses = self.model.poses(self.positions, self.frames, self.prefix)
+        poses = self.model.kinematics.poses(self.positions, self.frames, self.prefix)
         found = []
-        for link in self.model.links:
+        for link in self.model.kinematics.links:
             motion = base.after(poses[link])
             numbers = [round(number, 5) for number in (*motion.translation, *motion.rotation)]
             found.append((link, numbers))
