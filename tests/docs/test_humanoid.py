@@ -12,9 +12,9 @@ from humanoid.description import urdf_text
 from humanoid.joints.service import JointStateService
 from humanoid.model import JOINTS
 from humanoid.navigation.server import NavigationActionServer
-from humanoid.state_publisher.node import RobotStatePublisher
 from rclpy.node import Node
 
+from goalwire.apps.programs.robot_state_publisher import RobotStatePublisher
 from goalwire.testing import Graph, VirtualClock
 
 PAGE = (DOCS / 'reference' / 'humanoid.md').read_text(encoding='utf-8')

@@ -59,7 +59,7 @@ def test_two_robots_carry_out_their_missions_at_once(world: dict[str, str], body
     with humanoid('up', body, '--name', names[0], '--name', names[1], env=world) as up:
         assert isinstance(up, Program)
         for _ in range(2 * 5):
-            up.expect(r'\[(alice|bob)/\w+\] .*(Service|Server|Publisher) ready')
+            up.expect(r'\[(alice|bob)/\w+\] .*((Service|Server) ready|Robot initialized)')
         with robot_client() as client:
             fixed: Collector[TFMessage] = Collector()
             moving: Collector[TFMessage] = Collector()

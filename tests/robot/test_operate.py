@@ -29,7 +29,7 @@ def up(env: dict[str, str]) -> Iterator[Program]:
     """A humanoid that is up."""
     with humanoid('up', env=env) as program:
         for _ in range(5):
-            program.expect('(Service|Server|Publisher) ready', COMMAND)
+            program.expect('((Service|Server) ready|Robot initialized)', COMMAND)
         yield program
 
 

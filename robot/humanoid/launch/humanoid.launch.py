@@ -13,7 +13,8 @@ from launch.substitutions import LaunchConfiguration, PythonExpression
 from launch_ros.actions import Node, PushRosNamespace, SetParameter
 from launch_ros.parameter_descriptions import ParameterValue
 
-from humanoid.servers import BASED, FRAMED, SERVERS, SIMULATED, SIMULATION
+from humanoid.description import urdf_path
+from humanoid.servers import BASED, FRAMED, SERVERS, SIMULATED, SIMULATION, VIEWED
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -44,10 +45,11 @@ def generate_launch_description() -> LaunchDescription:
     }
     servers = [
         Node(
-            package='humanoid',
+            package=VIEWED if name == VIEWED else 'humanoid',
             executable=name,
             name=name,
             output='screen',
+            arguments=[str(urdf_path())] if name == VIEWED else [],
             ros_arguments=level,
             parameters=[
                 *([framed] if name in FRAMED else ()),

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import random
 import time
 from collections.abc import Callable
+from pathlib import Path
 
-import numpy as np
 import pytest
+from apps.programs.conftest import Run
 from builtin_interfaces.msg import Time
-from helpers.processes import Program
-from helpers.robot import humanoid
-from humanoid.description import urdf_text
-from humanoid.state_publisher.node import RobotStatePublisher
-from pytransform3d.rotations import matrix_from_quaternion
-from pytransform3d.urdf import UrdfTransformManager
 from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.parameter import Parameter
@@ -23,6 +17,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from goalwire import DurabilityPolicy, QoS
+from goalwire.apps.programs.robot_state_publisher import RobotStatePublisher
 from goalwire.testing import Graph, VirtualClock
 from goalwire.testing.topics import Publisher, Recorder
 
@@ -73,41 +68,6 @@ class Bench:
 @pytest.fixture
 def bench(gw_clock: VirtualClock, gw_graph: Graph) -> Callable[..., Bench]:
     return lambda text=TINY, **parameters: Bench(gw_graph, text, **parameters)
-
-
-def matrices(messages: list[TFMessage]) -> dict[tuple[str, str], np.ndarray]:
-    found = {}
-    for message in messages:
-        for each in message.transforms:
-            turn, shift = each.transform.rotation, each.transform.translation
-            matrix = np.eye(4)
-            matrix[:3, :3] = matrix_from_quaternion([turn.w, turn.x, turn.y, turn.z])
-            matrix[:3, 3] = shift.x, shift.y, shift.z
-            found[each.header.frame_id, each.child_frame_id] = matrix
-    return found
-
-
-def test_the_humanoids_tree_is_that_of_an_independent_library(bench: Callable[..., Bench]) -> None:
-    text, rng = urdf_text(), random.Random(16)
-    tested = bench(text)
-    independent = UrdfTransformManager()
-    independent.load_urdf(text)
-    joints = tested.node._robot.joints
-    for pose in range(10):
-        given = {
-            name: rng.uniform(joint.lower, joint.upper)
-            for name, joint in joints.items()
-            if joint.moves and joint.mimic is None
-        }
-        tested.move(at=pose + 1.0, **given)
-        tree = matrices([tested.moving.wait_for(pose + 1)[-1], tested.fixed.wait_for(1)[-1]])
-        assert len(tree) == len(joints)
-        for name, position in given.items():
-            independent.set_joint(name, position)
-        for side in ('left', 'right'):
-            independent.set_joint(f'{side}_gripper_mirror', given[f'{side}_gripper'])
-        for (parent, child), matrix in tree.items():
-            assert matrix == pytest.approx(independent.get_transform(child, parent), abs=1e-9)
 
 
 def test_the_description_is_latched_and_fixed_links_are_told_once(bench: Callable[..., Bench]) -> None:
@@ -166,7 +126,7 @@ def test_frames_have_the_prefix_and_a_new_one_is_told(bench: Callable[..., Bench
 def test_a_new_description_is_checked_and_then_told(bench: Callable[..., Bench]) -> None:
     tested = bench()
     ok, reason = tested.set('robot_description', OTHER.format(''))
-    assert (ok, reason) == (False, 'robot_description: it needs one link at the root, and has 2: x, y')
+    assert (ok, reason) == (False, 'robot_description: it has 2 root links, and needs one: x, y')
     assert not tested.set('robot_description', ' ')[0]
     assert not tested.set('robot_description', 5)[0]
     assert not tested.set('publish_frequency', -1.0)[0]
@@ -196,15 +156,24 @@ def test_a_state_that_cannot_be_drawn_is_passed_over(bench: Callable[..., Bench]
 @pytest.mark.parametrize(
     ('arguments', 'complaint'),
     [
+        ([], 'the parameter robot_description: it is empty'),
         (['/nowhere.urdf'], '/nowhere.urdf cannot be read'),
-        (['--ros-args', '-p', 'robot_description:=<robot/>'], 'robot_description: it has no <link>'),
+        (
+            ['--ros-args', '-p', 'robot_description:=<robot/>'],
+            'robot_description: it has 0 links',
+        ),
+        (['--ros-args', '-p', 'publish_frequency:=.nan'], 'publish_frequency'),
     ],
 )
-def test_what_it_cannot_begin_with_is_said_in_a_line(
-    world: dict[str, str], arguments: list[str], complaint: str
-) -> None:
-    with humanoid('robot_state_publisher', *arguments, env=world) as program:
-        assert program.wait() == 1
-    assert isinstance(program, Program)
-    [line] = program.output.splitlines()
-    assert line.startswith(f'robot_state_publisher: {complaint}')
+def test_it_says_in_a_line_why_it_cannot_begin(run: Run, arguments: list[str], complaint: str) -> None:
+    program = run('robot_state_publisher', 'robot_state_publisher', *arguments)
+    assert program.wait() == 1
+    assert 'Traceback' not in program.output
+    assert complaint in program.output.splitlines()[-1]
+
+
+def test_the_file_of_a_urdf_is_taken_and_becomes_the_parameter(run: Run, tmp_path: Path) -> None:
+    (tmp_path / 'tiny.urdf').write_text(TINY)
+    run('robot_state_publisher', 'robot_state_publisher', 'tiny.urdf').expect('Robot initialized')
+    echo = run('tf2_ros', 'tf2_echo', 'c', 'd', '20')
+    echo.expect(r'- Translation: \[0.000, 0.000, 0.500\]')

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 
 import rclpy
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
@@ -27,13 +28,17 @@ def declare_text(node: Node, name: str, default: str) -> str:
 def spin(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
     """Spin the node that `make_node` returns until Ctrl-C, SIGTERM or a shutdown; returns the exit code.
 
-    `args` are those of ROS 2, sys.argv if they are None.
+    `args` are those of ROS 2, sys.argv if they are None. A parameter's value that the node refuses is told in
+    a line, and the exit code is 1.
     """
     try:
         with rclpy.init(args=None if args is None else list(args)):
             rclpy.spin(make_node())
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
+    except ParameterException as error:
+        print(f'the program cannot start: {error}', file=sys.stderr)
+        return 1
     return 0
 
 

@@ -1,0 +1,45 @@
+"""The description and the links as transforms: ROS 2's robot_state_publisher, with the humanoid's URDF.
+
+The program of the package robot_state_publisher does the work. This one starts it and ends with it, so that
+`humanoid up` starts it, and stops it, as it does with the robot's own programs.
+"""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from shutil import which
+from types import FrameType
+
+from humanoid.description import urdf_path
+
+PACKAGE = 'robot_state_publisher'
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run it with the URDF file that is named, or the humanoid's; returns its exit code."""
+    arguments = list(sys.argv[1:] if args is None else args)
+    given = arguments.pop(0) if arguments and not arguments[0].startswith('-') else str(urdf_path())
+    process = subprocess.Popen(
+        [*_ros2(), 'run', PACKAGE, PACKAGE, given, *arguments], stdin=subprocess.DEVNULL
+    )
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        process.terminate()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
+    return process.wait()
+
+
+def _ros2() -> Sequence[str]:
+    """Return the command `ros2` of this Python, else that of the path."""
+    beside = Path(sys.executable).parent / 'ros2'
+    return [str(beside) if beside.exists() else which('ros2') or 'ros2']
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())
