@@ -25,6 +25,8 @@ if sys.platform == 'linux':
 _TUNSETIFF = 0x400454CA
 _TAP_WITHOUT_HEADER = 0x0002 | 0x1000
 _FRAME = 65_536
+_MULTICAST = b'\x01\0\x5e'
+"""How a frame begins that goes to a multicast group of IPv4."""
 
 
 class _End:
@@ -41,7 +43,7 @@ class _End:
             os.write(self.file, bytes(packet.payload))
 
 
-def _forward(ends: tuple[_End, _End], stop: int, faults: Faults) -> None:
+def _forward(ends: tuple[_End, _End], stop: int, faults: Faults, carries_multicast: bool) -> None:
     a, b = ends
     ways = {a.file: (b, '/a', '/b'), b.file: (a, '/b', '/a')}
     while True:
@@ -52,11 +54,15 @@ def _forward(ends: tuple[_End, _End], stop: int, faults: Faults) -> None:
             target, here, there = ways[file]
             with suppress(OSError):  # the device is down
                 frame = os.read(file, _FRAME)
+                if not carries_multicast and frame.startswith(_MULTICAST):
+                    continue
                 faults.send(Packet(Kind.MESSAGE, 'frame', here, there, frame), target.write)
 
 
 @contextmanager
-def cabled_machines(first: str, second: str, faults: Faults) -> Iterator[tuple[Machine, Machine]]:
+def cabled_machines(
+    first: str, second: str, faults: Faults, *, carries_multicast: bool = True
+) -> Iterator[tuple[Machine, Machine]]:
     """Make two machines with these addresses, called /a and /b by `faults`, which are their cable's."""
     with ExitStack() as stack:
         machines = stack.enter_context(machines_without_cable(first, second))
@@ -67,7 +73,7 @@ def cabled_machines(first: str, second: str, faults: Faults) -> Iterator[tuple[M
             plug_in(machine, end.name)
         stopped, stop = os.pipe()
         stack.callback(os.close, stopped)
-        thread = Thread(target=_forward, args=(ends, stopped, faults), name='cable')
+        thread = Thread(target=_forward, args=(ends, stopped, faults, carries_multicast), name='cable')
         thread.start()
         stack.callback(faults.discard)
         stack.callback(thread.join)

@@ -41,6 +41,26 @@ class Machine:
         """Switch the network device 'up' or 'down'."""
         _ip('-n', self.name, 'link', 'set', CABLE, state)
 
+    def add_address(self, address: str, bits: int = 24, device: str = CABLE) -> None:
+        """Give a device one more address, of IPv4 or IPv6."""
+        at_once = ('nodad',) if ':' in address else ()
+        _ip('-n', self.name, 'address', 'add', f'{address}/{bits}', 'dev', device, *at_once)
+
+    def remove_address(self, address: str, bits: int = 24) -> None:
+        """Take an address from the cable's device."""
+        _ip('-n', self.name, 'address', 'delete', f'{address}/{bits}', 'dev', CABLE)
+
+    def add_device(self, device: str, address: str) -> None:
+        """Add a network device with an address, which leads nowhere."""
+        end = ('peer', 'name', f'{device}-end')
+        _ip('-n', self.name, 'link', 'add', device, 'type', 'veth', *end)
+        _ip('-n', self.name, 'link', 'set', device, 'up')
+        self.add_address(address, device=device)
+
+    def remove_device(self, device: str) -> None:
+        """Take a network device away."""
+        _ip('-n', self.name, 'link', 'delete', device)
+
 
 def can_make_machines() -> bool:
     """Whether this process may make network namespaces."""

@@ -20,6 +20,7 @@ from goalwire.errors import ForkedError, TransportError
 from goalwire.rtps.io import sockets
 from goalwire.rtps.io.addresses import (
     GROUP,
+    Ports,
     Reach,
     announced_addresses,
     data_port,
@@ -27,6 +28,7 @@ from goalwire.rtps.io.addresses import (
     first_port,
 )
 from goalwire.rtps.io.interfaces import addresses
+from goalwire.rtps.protocol.primitives import Address
 from goalwire.rtps.protocol.qos import RELIABLE, TRANSIENT_LOCAL, Qos
 from goalwire.rtps.protocol.writer import MOST_UNACKNOWLEDGED
 
@@ -165,14 +167,18 @@ def test_domains_have_ports_up_to_the_last() -> None:
 
 
 def test_peers_are_announced_to() -> None:
-    found = announced_addresses(0, Reach.LOCALHOST, ('192.0.2.2',), ('192.0.2.7',))
+    found = announced_addresses(0, ('127.0.0.1', '192.0.2.2'), ('192.0.2.7', '192.0.2.8:7999'))
     assert ('127.0.0.1', 7410) in found
     assert ('192.0.2.7', 7472) in found
     assert ('192.0.2.2', 7410) in found
-    assert len(found) == 96
-    assert announced_addresses(0, Reach.OFF, ('192.0.2.2',), ('192.0.2.7',)) == ()
+    assert ('192.0.2.8', 7999) in found
+    assert len(found) == 97
+    assert announced_addresses(0, (), ('[fd00::7]:7400', 'fd00::8'))[:2] == (
+        ('fd00::7', 7400),
+        ('fd00::8', 7410),
+    )
     with pytest.raises(TransportError, match=r"peer 'nowhere\.invalid' is not known"):
-        announced_addresses(0, Reach.LOCALHOST, (), ('nowhere.invalid',))
+        announced_addresses(0, (), ('nowhere.invalid',))
 
 
 @pytest.mark.skipif(not hasattr(os, 'fork'), reason='this system does not fork')
@@ -194,3 +200,44 @@ def test_a_forked_child_lets_go_of_the_sockets(domain: int) -> None:
             os._exit(code)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
         assert writer.write(b'\0\1\0\0'), 'the parent goes on'
+
+
+@pytest.mark.skipif(not socket.has_ipv6, reason='this Python has no IPv6')
+def test_ipv6_in_place_of_ipv4(domain: int) -> None:
+    try:
+        one = Side(domain, ipv6=True)
+    except TransportError:
+        pytest.skip('this machine has no IPv6')
+    with one, Side(domain, ipv6=True) as other, Side(domain) as on_ipv4:
+        assert _send(one, other, [b'\0\1\0\0six!', bytes(200_000)])
+        assert ':' in one.participant.data.default[0][0]
+        assert other.participant.prefix in one.watcher.participants
+        assert on_ipv4.participant.prefix not in one.watcher.participants
+
+
+def test_an_index_that_is_asked_for_has_its_ports_or_none(domain: int) -> None:
+    with Side(domain, participant=7) as side:
+        assert side.participant.data.metatraffic[0][1] == discovery_port(domain, 7)
+        with pytest.raises(TransportError, match='the ports of participant 7'):
+            Side(domain, participant=7)
+
+
+def test_ports_may_be_counted_otherwise_if_all_do(domain: int) -> None:
+    ports = Ports(base=9000, domain_gain=200, participant_gain=4, discovery=20, data=22)
+    with Side(domain, ports=ports) as one, Side(domain, ports=ports) as other:
+        assert one.participant.data.metatraffic[0][1] == 9000 + 200 * domain + 20
+        assert _send(one, other, [b'\0\1\0\0here']) == [b'\0\1\0\0here']
+
+
+def test_packets_are_as_large_as_is_asked_for(domain: int) -> None:
+    with Side(domain, packet_size=1472) as one, Side(domain) as other:
+        sizes: list[int] = []
+        send = one.participant.send_packet
+
+        def measure(packet: bytes, to: Address) -> None:
+            sizes.append(len(packet))
+            send(packet, to)
+
+        one.participant.send_packet = measure
+        assert _send(one, other, [bytes(20_000)]) == [bytes(20_000)]
+        assert 1000 < max(sizes) <= 1472

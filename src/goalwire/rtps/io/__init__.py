@@ -1,7 +1,9 @@
 """Sockets and waiting for `rtps.protocol`.
 
-interfaces      the addresses of this host
-addresses       which ports a participant has, and where it announces itself
-sockets         the UDP sockets of a participant
-session         a participant with its sockets, and who waits on them
+settings            what a session is opened with
+interfaces          the addresses of this host
+interface_changes   tells when they change
+addresses           which ports a participant has, and where it announces itself
+sockets             the UDP sockets of a participant
+session             a participant with its sockets, and who waits on them
 """

@@ -7,11 +7,14 @@ from enum import Enum
 from functools import cache
 
 from goalwire.errors import TransportError
-from goalwire.rtps.io.interfaces import LOOPBACK
+from goalwire.records import record
+from goalwire.rtps.io.interfaces import LOOPBACK, LOOPBACK_V6
 from goalwire.rtps.protocol.primitives import Address
 
 GROUP = '239.255.0.1'
 """The multicast group of discovery, by the standard."""
+GROUPS_V6 = ('ff02::ffff:efff:1', 'ff1e::ffff:efff:1')
+"""The same on IPv6: that of Cyclone DDS, which stays on the link, and that of the standard and Fast DDS."""
 MOST_DOMAIN = 232
 """The last domain whose ports exist."""
 ANNOUNCED_PARTICIPANTS = 32
@@ -28,48 +31,100 @@ class Reach(Enum):
     SUBNET = 'subnet'
 
 
-def first_port(domain: int) -> int:
-    """Return the port of discovery by multicast; those of the domain follow. Raises TransportError."""
+@record
+class Ports:
+    """How the ports of a domain are counted. All participants of a domain must count alike."""
+
+    base: int = 7400
+    domain_gain: int = 250
+    participant_gain: int = 2
+    multicast_discovery: int = 0
+    discovery: int = 10
+    multicast_data: int = 1
+    data: int = 11
+
+
+STANDARD = Ports()
+
+
+def first_port(domain: int, ports: Ports = STANDARD) -> int:
+    """Return the port that those of a domain are counted from. Raises TransportError."""
     if not 0 <= domain <= MOST_DOMAIN:
         raise TransportError(f'there is no domain {domain} on DDS; the last one is {MOST_DOMAIN}')
-    return 7400 + 250 * domain
+    first = ports.base + ports.domain_gain * domain
+    if not 0 < first < 65536:
+        raise TransportError(f'domain {domain} would begin at port {first}; set a smaller base or gain')
+    return first
 
 
-def discovery_port(domain: int, participant: int) -> int:
+def discovery_port(domain: int, participant: int, ports: Ports = STANDARD) -> int:
     """Return the port of discovery of the nth participant of a host."""
-    return first_port(domain) + 10 + 2 * participant
+    return first_port(domain, ports) + ports.discovery + ports.participant_gain * participant
 
 
-def data_port(domain: int, participant: int) -> int:
+def data_port(domain: int, participant: int, ports: Ports = STANDARD) -> int:
     """Return the port of data of the nth participant of a host."""
-    return first_port(domain) + 11 + 2 * participant
+    return first_port(domain, ports) + ports.data + ports.participant_gain * participant
+
+
+def multicast_ports(domain: int, ports: Ports = STANDARD) -> tuple[int, int]:
+    """Return the ports of a group: of discovery, and of data."""
+    first = first_port(domain, ports)
+    return first + ports.multicast_discovery, first + ports.multicast_data
 
 
 def announced_addresses(
-    domain: int, reach: Reach, hosts: tuple[str, ...], peers: tuple[str, ...] = ()
+    domain: int,
+    hosts: tuple[str, ...],
+    peers: tuple[str, ...] = (),
+    groups: tuple[str, ...] = (),
+    *,
+    ports: Ports = STANDARD,
+    participants: int = ANNOUNCED_PARTICIPANTS,
 ) -> tuple[Address, ...]:
-    """Return where a participant announces itself: to the group, to this host, and to `peers`.
+    """Return where a participant announces itself: to multicast groups, this machine's `hosts`, and `peers`.
 
-    `hosts` are the addresses of this host. Cyclone DDS ignores what comes from loopback's address if it uses
-    another interface, and other implementations may listen only on loopback: so both are announced to.
-
+    A peer is a host, of which the first `participants` are announced to, or HOST:PORT, or [IPV6]:PORT.
     Raises TransportError for a peer whose name is not known.
     """
-    if reach is Reach.OFF:
-        return ()
-    found: list[Address] = []
-    if reach is Reach.SUBNET:
-        found.append((GROUP, first_port(domain)))
-    for host in (LOOPBACK, *hosts[:1], *peers):
-        address = look_up(host)
-        found += [(address, discovery_port(domain, nth)) for nth in range(ANNOUNCED_PARTICIPANTS)]
+    found = [(group, multicast_ports(domain, ports)[0]) for group in groups]
+    for host in (*hosts, *peers):
+        name, port = split_port(host)
+        address = look_up(name)
+        if port is not None:
+            found.append((address, port))
+        else:
+            found += [(address, discovery_port(domain, nth, ports)) for nth in range(participants)]
     return tuple(dict.fromkeys(found))
+
+
+def split_port(peer: str) -> tuple[str, int | None]:
+    """Return the host and the port of HOST, HOST:PORT, an IPv6 address, or [IPV6]:PORT."""
+    if peer.startswith('['):
+        host, _, port = peer[1:].partition(']')
+        port = port.removeprefix(':')
+    elif peer.count(':') == 1:
+        host, _, port = peer.partition(':')
+    else:
+        return peer, None
+    return host, int(port) if port.isdecimal() and 0 < int(port) < 65536 else None
 
 
 @cache
 def look_up(host: str) -> str:
-    """Return the IPv4 address of a host; raises TransportError."""
+    """Return the IPv4 address of a host, or an IPv6 address in its normal form. Raises TransportError."""
+    family = socket.AF_INET6 if ':' in host else socket.AF_INET
     try:
-        return str(socket.getaddrinfo(host, None, socket.AF_INET, socket.SOCK_DGRAM)[0][4][0])
+        return str(socket.getaddrinfo(host, None, family, socket.SOCK_DGRAM)[0][4][0])
     except (OSError, UnicodeError) as error:
-        raise TransportError(f"peer '{host}' is not known ({error}); give its IPv4 address") from None
+        raise TransportError(f"peer '{host}' is not known ({error}); give its address") from None
+
+
+def announced_hosts(hosts: tuple[str, ...], *, chosen: bool, ipv6: bool) -> tuple[str, ...]:
+    """Return at which of its addresses participants of this machine are announced to.
+
+    Cyclone DDS ignores what comes from loopback's address if it uses another interface, and other
+    implementations may listen only on loopback: so both are announced to, unless interfaces are `chosen`.
+    """
+    loopback = LOOPBACK_V6 if ipv6 else LOOPBACK
+    return hosts[:1] if chosen and hosts else (loopback, *hosts[:1])

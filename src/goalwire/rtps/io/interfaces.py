@@ -1,27 +1,72 @@
-"""The IPv4 addresses of this host."""
+"""The addresses of this host, by its interfaces."""
 
 from __future__ import annotations
 
 import socket
 from contextlib import closing, suppress
+from pathlib import Path
+from typing import NamedTuple
 
-LOOPBACK = '127.0.0.1'
+LOOPBACK, LOOPBACK_V6 = '127.0.0.1', '::1'
 
 _ADDRESS_OF_INTERFACE = 0x8915
 """SIOCGIFADDR of Linux."""
-_ANY_OTHER = '192.0.2.1'
-"""An address that nobody has: what would be sent there shows which address a packet leaves from."""
+_ANY_OTHER = {socket.AF_INET: '192.0.2.1', socket.AF_INET6: '2001:db8::1'}
+"""Addresses that nobody has: what would be sent there shows which address a packet leaves from."""
+_TABLE_V6 = Path('/proc/net/if_inet6')
+
+
+class Interface(NamedTuple):
+    """One address of an interface."""
+
+    name: str
+    number: int
+    """Of the interface, in the system."""
+    address: str
+    """An address of IPv6 that holds on one link only ends with the interface: fe80::1%eth0."""
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether nothing that is sent there leaves the host."""
+        return self.address.startswith('127.') or self.address == LOOPBACK_V6
+
+    @property
+    def is_of_link(self) -> bool:
+        """Whether the address means something on one link only."""
+        return '%' in self.address
+
+
+def find_interfaces(*, ipv6: bool = False) -> tuple[Interface, ...]:
+    """Return the addresses of this host, in the order of its interfaces."""
+    found = _of_ipv6() if ipv6 else _of_ipv4()
+    if not any(not each.is_loopback for each in found):
+        found += _of_routes(socket.AF_INET6 if ipv6 else socket.AF_INET)
+    return tuple(dict.fromkeys(found))
+
+
+def choose(
+    interfaces: tuple[Interface, ...], names: tuple[str, ...] = (), excluded: tuple[str, ...] = ()
+) -> tuple[Interface, ...]:
+    """Return those with one of these names or addresses; without names: all but loopback.
+
+    Addresses of one link are left out if there are others: a locator has no room for the link. Those in
+    `excluded` are left out in any case.
+    """
+    if names:
+        found = [each for name in names for each in interfaces if name in (each.name, each.address)]
+    else:
+        found = [each for each in interfaces if not each.is_loopback]
+    found = [each for each in found if not {each.name, each.address} & {*excluded}]
+    wide = [each for each in found if not each.is_of_link]
+    return tuple(dict.fromkeys(wide or found))
 
 
 def addresses() -> tuple[str, ...]:
-    """Return the addresses of this host but for loopback's, in the order of its interfaces."""
-    found = dict.fromkeys(_of_interfaces())
-    if not found:
-        found = dict.fromkeys(_of_routes())
-    return tuple(address for address in found if not address.startswith(('127.', '0.')))
+    """Return the IPv4 addresses of this host but for loopback's, in the order of its interfaces."""
+    return tuple(each.address for each in choose(find_interfaces()))
 
 
-def _of_interfaces() -> list[str]:
+def _of_ipv4() -> list[Interface]:
     """Ask the system for each interface's address; nothing where that is not known how."""
     try:
         import fcntl
@@ -29,16 +74,35 @@ def _of_interfaces() -> list[str]:
         return []
     found = []
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as sock:
-        for _, name in socket.if_nameindex():
+        for index, name in socket.if_nameindex():
             with suppress(OSError):  # it has no address
                 request = name.encode()[:15].ljust(32, b'\0')
-                found.append(socket.inet_ntoa(fcntl.ioctl(sock, _ADDRESS_OF_INTERFACE, request)[20:24]))
+                address = fcntl.ioctl(sock, _ADDRESS_OF_INTERFACE, request)[20:24]
+                found.append(Interface(name, index, socket.inet_ntoa(address)))
     return found
 
 
-def _of_routes() -> list[str]:
+def _of_ipv6() -> list[Interface]:
+    """Read Linux's table; elsewhere loopback alone is known, and what routes tell."""
+    try:
+        lines = _TABLE_V6.read_text(encoding='ascii').splitlines()
+    except OSError:
+        return [Interface('lo', 0, LOOPBACK_V6)]
+    found = []
+    for line in lines:
+        digits, index, _, scope, _, name = line.split()
+        address = socket.inet_ntop(socket.AF_INET6, bytes.fromhex(digits))
+        if int(scope, 16) & 0x20:
+            address += f'%{name}'
+        found.append(Interface(name, int(index, 16), address))
+    return sorted(found, key=lambda each: each.number)
+
+
+def _of_routes(family: int) -> list[Interface]:
     """Ask which address a packet to elsewhere would have; nothing is sent."""
-    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as sock, suppress(OSError):
-        sock.connect((_ANY_OTHER, 9))
-        return [str(sock.getsockname()[0])]
+    with closing(socket.socket(family, socket.SOCK_DGRAM)) as sock, suppress(OSError):
+        sock.connect((_ANY_OTHER[socket.AddressFamily(family)], 9))
+        address = str(sock.getsockname()[0])
+        if address not in ('0.0.0.0', '::'):  # noqa: S104 - nothing is bound to it
+            return [Interface('', 0, address)]
     return []

@@ -11,39 +11,27 @@ from weakref import WeakSet
 
 from goalwire.concurrency.forks import ForkGuard, in_child
 from goalwire.concurrency.leader_followers import LeaderFollowers
-from goalwire.concurrency.poller import IN, IS_PORTABLE, Poller, Timer
+from goalwire.concurrency.poller import IN, Poller, Timer
 from goalwire.concurrency.wire_poller import SleepingThread
-from goalwire.records import record
 from goalwire.reports import RejectCounters
-from goalwire.rtps.io.addresses import Reach, announced_addresses, first_port
-from goalwire.rtps.io.interfaces import LOOPBACK, addresses
+from goalwire.rtps.io.addresses import Reach, announced_addresses, announced_hosts, first_port
+from goalwire.rtps.io.interface_changes import InterfaceChanges
+from goalwire.rtps.io.interfaces import LOOPBACK, LOOPBACK_V6, Interface, choose, find_interfaces
+from goalwire.rtps.io.settings import Settings
 from goalwire.rtps.io.sockets import Sockets
 from goalwire.rtps.protocol import discovery
 from goalwire.rtps.protocol.discovery import ParticipantListener
 from goalwire.rtps.protocol.messages import VENDOR
 from goalwire.rtps.protocol.participant import Participant
-from goalwire.rtps.protocol.primitives import NS
+from goalwire.rtps.protocol.primitives import NS, Address
 from goalwire.rtps.protocol.writer import Writer
+
+__all__ = ['RtpsSession', 'Settings']
 
 PACKETS_A_TURN = 64
 """Packets of one socket that are read before others have their turn."""
 CLOSING_S = 1.0
 """How long closing waits for readers to acknowledge what was sent."""
-
-
-@record
-class Settings:
-    """What a session is opened with."""
-
-    domain: int = 0
-    reach: Reach = Reach.LOCALHOST
-    peers: tuple[str, ...] = ()
-    """Further hosts that it announces itself to."""
-    user_data: bytes = b''
-    name: str = ''
-    lease_s: float = 20.0
-    portable: bool = IS_PORTABLE
-    """Whether to do without what only Linux has."""
 
 
 class _Listener(ParticipantListener):
@@ -71,21 +59,20 @@ class RtpsSession:
         awaited: Sized = (),
     ) -> None:
         """Open it, and announce it. `awaited` is for `WireSet.awaited`. Raises TransportError."""
-        first_port(settings.domain)
+        first_port(settings.domain, settings.ports)
         self.guard = ForkGuard()
         self.rejects = RejectCounters()
         """What others sent and this session ignored, by kind."""
-        hosts = addresses()
-        self._own_hosts = frozenset({LOOPBACK, *hosts})
-        self._is_local = settings.reach is Reach.LOCALHOST
-        peers = announced_addresses(settings.domain, settings.reach, hosts, settings.peers)
-        self._is_local = self._is_local and not settings.peers
+        self._settings = settings
+        self._is_local = settings.reach is Reach.LOCALHOST and not settings.peers
+        self._interfaces, self._own_hosts = self._look_at_interfaces()
         prefix = VENDOR + os.urandom(10)
         name = f'goalwire-rtps {prefix.hex()[4:12]}'
-        self._sockets = Sockets(settings.domain, settings.reach, hosts)
+        self._sockets = Sockets(settings, self._interfaces)
         self._poller = Poller(name, portable=settings.portable, awaited=awaited)
         self.wire_poller = LeaderFollowers(self._poller, name)
         self._timer: Timer | None = None
+        self._changes: InterfaceChanges | None = None
         self._sleepers: set[SleepingThread] = set()
         self._is_closed = False
         self.participant = Participant(
@@ -94,11 +81,15 @@ class RtpsSession:
                 domain=settings.domain,
                 metatraffic=self._sockets.metatraffic,
                 default=self._sockets.default,
-                peers=peers,
+                peers=self._announced(),
                 own_hosts=self._own_hosts,
                 lease=int(settings.lease_s * NS),
                 user_data=settings.user_data,
                 name=settings.name,
+                tag=settings.tag,
+                announce_s=settings.announce_s,
+                packet_size=settings.packet_size,
+                ipv6=settings.ipv6,
             ),
             _Listener(listener or ParticipantListener(), self.rejects),
             clock=monotonic,
@@ -111,11 +102,52 @@ class RtpsSession:
         try:
             for sock in self._sockets.receivers:
                 self._poller.register(sock.fileno(), IN, partial(self._read, sock))
+            if settings.reach is not Reach.OFF:
+                self._changes = InterfaceChanges(self._poller, self._on_interfaces)
             self.participant.start()
             self.wire_poller.start()
         except BaseException:
             self.close()
             raise
+
+    # ---- interfaces
+
+    def _look_at_interfaces(self) -> tuple[tuple[Interface, ...], frozenset[str]]:
+        """Return the interfaces to be used, and all addresses of this host."""
+        settings = self._settings
+        all_of_them = find_interfaces(ipv6=settings.ipv6)
+        loopback = LOOPBACK_V6 if settings.ipv6 else LOOPBACK
+        own = frozenset({loopback, *(each.address for each in all_of_them)})
+        return choose(all_of_them, settings.interfaces, settings.excluded), own
+
+    def _announced(self) -> tuple[Address, ...]:
+        """Return where the participant announces itself."""
+        settings = self._settings
+        if settings.reach is Reach.OFF:
+            return ()
+        hosts: tuple[str, ...] = ()
+        if settings.announces_here:
+            own = tuple(each.address for each in self._interfaces)
+            hosts = announced_hosts(own, chosen=bool(settings.interfaces), ipv6=settings.ipv6)
+        return announced_addresses(
+            settings.domain,
+            hosts,
+            settings.peers,
+            settings.groups,
+            ports=settings.ports,
+            participants=settings.participants,
+        )
+
+    def _on_interfaces(self) -> None:
+        """Use what has come, and tell the others, if the addresses of this host are others than before."""
+        found = self._look_at_interfaces()
+        if found == (self._interfaces, self._own_hosts) or self._is_closed:
+            return
+        self._interfaces, self._own_hosts = found
+        self._sockets.use(self._interfaces)
+        self.participant.move(
+            self._sockets.metatraffic, self._sockets.default, self._announced(), self._own_hosts
+        )
 
     # ---- what comes
 
@@ -192,13 +224,17 @@ class RtpsSession:
         self.participant.close()
         self._wake_sleepers()
         self.wire_poller.close()
-        self._poller.close()
-        self._sockets.close()
+        self._close_sockets()
 
     def close_inherited(self) -> None:
         """In a forked child: close its copies of the parent's sockets, else the ports would stay taken."""
         self._is_closed = True
+        self._close_sockets()
+
+    def _close_sockets(self) -> None:
         self._poller.close()
+        if self._changes is not None:
+            self._changes.close()
         self._sockets.close()
 
 

@@ -1,4 +1,4 @@
-"""The UDP sockets of a participant: two of its own, and those that hear the multicast group."""
+"""The UDP sockets of a participant: two of its own, and those that hear the multicast groups."""
 
 from __future__ import annotations
 
@@ -10,92 +10,154 @@ from collections.abc import Iterator
 from contextlib import suppress
 
 from goalwire.errors import TransportError
-from goalwire.rtps.io.addresses import GROUP, MOST_PARTICIPANTS, Reach, data_port, discovery_port, first_port
-from goalwire.rtps.io.interfaces import LOOPBACK
+from goalwire.rtps.io.addresses import (
+    MOST_PARTICIPANTS,
+    Reach,
+    data_port,
+    discovery_port,
+    multicast_ports,
+)
+from goalwire.rtps.io.interfaces import LOOPBACK, LOOPBACK_V6, Interface
+from goalwire.rtps.io.settings import Settings
 from goalwire.rtps.protocol.primitives import Address
 
-BUFFER_SIZE = 4 << 20
-"""Bytes that a socket is asked to hold; the system may give it less."""
-_JOINED_ALONE = 49
-"""IP_MULTICAST_ALL of Linux, which Python has no name for."""
+_ALL_GROUPS, _ALL_GROUPS_V6 = (socket.IPPROTO_IP, 49), (socket.IPPROTO_IPV6, 29)
+"""IP_MULTICAST_ALL and IPV6_MULTICAST_ALL of Linux, which Python has no names for."""
+_OUT_OF_PORTS = errno.EADDRINUSE, errno.EACCES
 
 
 class Sockets:
     """The sockets of one participant. `send` never blocks."""
 
-    def __init__(self, domain: int, reach: Reach, hosts: tuple[str, ...]) -> None:
-        """`hosts` are the addresses of this host. Raises TransportError if no ports are free."""
+    def __init__(self, settings: Settings, interfaces: tuple[Interface, ...]) -> None:
+        """`interfaces` are those to be used. Raises TransportError if no ports are free."""
+        self._settings = settings
+        self._family = socket.AF_INET6 if settings.ipv6 else socket.AF_INET
+        self._groups = frozenset(settings.groups)
         self.receivers: list[socket.socket] = []
         """Those that packets come by."""
         self.lost = 0
         """Packets that could not be sent."""
-        self._multicasters: list[socket.socket] = []
+        self._listeners: list[socket.socket] = []
+        """Those of the receivers that hear the groups."""
+        self._multicasters: dict[Interface, socket.socket] = {}
+        self._ports = 0, 0
         self.metatraffic: tuple[Address, ...] = ()
         self.default: tuple[Address, ...] = ()
         """Where discovery, and where data reach the participant."""
-        if reach is Reach.OFF:
+        if settings.reach is Reach.OFF:
             return
         try:
-            discovery, data = self._open_unicast(domain)
-            if reach is Reach.SUBNET:
-                self._open_multicast(domain, hosts or (LOOPBACK,))
+            self._ports = self._open_unicast()
+            self._sender = self.receivers[1]
+            if self._groups:
+                self._listeners = [
+                    self._open_listener(port) for port in multicast_ports(settings.domain, settings.ports)
+                ]
+                self._join(self._loopback())
+            self.use(interfaces)
         except BaseException:
             self.close()
             raise
-        announced = hosts or (LOOPBACK,)
-        if reach is Reach.LOCALHOST:
-            announced = announced[:1]
-        self.metatraffic = tuple((host, discovery) for host in announced)
-        self.default = tuple((host, data) for host in announced)
-        self._sender = self.receivers[1]
 
-    def _open_unicast(self, domain: int) -> tuple[int, int]:
-        """Take the first pair of ports that is free, and return it."""
-        for nth in range(MOST_PARTICIPANTS):
-            ports = discovery_port(domain, nth), data_port(domain, nth)
+    def _loopback(self) -> Interface:
+        """Return loopback, by which a group is heard within this machine."""
+        if not self._settings.ipv6:
+            return Interface('lo', 0, LOOPBACK)
+        index = next((index for index, name in socket.if_nameindex() if name.startswith('lo')), 0)
+        return Interface('lo', index, LOOPBACK_V6)
+
+    def use(self, interfaces: tuple[Interface, ...]) -> None:
+        """Use these interfaces from now on: they may have come or gone, or have other addresses."""
+        settings = self._settings
+        if settings.reach is Reach.OFF:
+            return
+        used = interfaces or (self._loopback(),)
+        if self._groups:
+            for gone in [each for each in self._multicasters if each not in used]:
+                self._multicasters.pop(gone).close()
+            for new in used:
+                if new not in self._multicasters:
+                    self._join(new)
+                    self._multicasters[new] = self._open_multicaster(new)
+        if settings.reach is Reach.LOCALHOST:
+            used = used[:1]
+        discovery, data = self._ports
+        hosts = [each.address.partition('%')[0] for each in used]
+        self.metatraffic = tuple((host, discovery) for host in hosts)
+        self.default = tuple((host, data) for host in hosts)
+
+    def _open_unicast(self) -> tuple[int, int]:
+        """Take the pair of ports that is asked for, or the first that is free, and return it."""
+        settings = self._settings
+        domain, chosen = settings.domain, settings.participant
+        tried = range(MOST_PARTICIPANTS) if chosen is None else (chosen,)
+        for nth in tried:
+            ports = discovery_port(domain, nth, settings.ports), data_port(domain, nth, settings.ports)
             opened: list[socket.socket] = []
             try:
                 for port in ports:
-                    opened.append(_open())
+                    opened.append(self._open())
                     opened[-1].bind(('', port))
-            except OSError as error:
+            except (OSError, OverflowError) as error:
                 for each in opened:
                     each.close()
-                if error.errno not in (errno.EADDRINUSE, errno.EACCES):
+                if isinstance(error, OSError) and error.errno not in _OUT_OF_PORTS:
                     raise TransportError(f'no socket can be opened: {error.strerror}') from None
                 continue
             self.receivers += opened
             return ports
+        if chosen is not None:
+            raise TransportError(
+                f'the ports of participant {chosen} in domain {domain} are taken: '
+                f'end the program that has them, or leave the choice of the participant index open'
+            )
         raise TransportError(
             f'domain {domain} has {MOST_PARTICIPANTS} participants on this host already; '
             f'end some of them, or use another ROS_DOMAIN_ID'
         )
 
-    def _open_multicast(self, domain: int, hosts: tuple[str, ...]) -> None:
-        """Join the group on each interface; one that cannot is left out."""
-        for port in (first_port(domain), first_port(domain) + 1):
-            sock = _open()
-            self.receivers.append(sock)
-            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            if hasattr(socket, 'SO_REUSEPORT'):
-                sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
-            if sys.platform == 'linux':
-                sock.setsockopt(socket.IPPROTO_IP, _JOINED_ALONE, 0)
-            sock.bind(('', port))
-            for host in dict.fromkeys((*hosts, LOOPBACK)):
-                joined = struct.pack('4s4s', socket.inet_aton(GROUP), socket.inet_aton(host))
-                with suppress(OSError):
-                    sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, joined)
-        for host in hosts:
-            sock = _open()
-            self._multicasters.append(sock)
+    def _open_listener(self, port: int) -> socket.socket:
+        sock = self._open()
+        self.receivers.append(sock)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if hasattr(socket, 'SO_REUSEPORT'):
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+        if sys.platform == 'linux':  # else it hears groups that other programs have joined
+            level, option = _ALL_GROUPS_V6 if self._settings.ipv6 else _ALL_GROUPS
             with suppress(OSError):
-                sock.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(host))
+                sock.setsockopt(level, option, 0)
+        sock.bind(('', port))
+        return sock
+
+    def _join(self, interface: Interface) -> None:
+        """Join the groups on an interface; one that cannot is left out."""
+        for sock in self._listeners:
+            for group in self._groups:
+                joined = socket.inet_pton(self._family, group)
+                with suppress(OSError):
+                    if self._settings.ipv6:
+                        request = joined + struct.pack('@I', interface.number)
+                        sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_JOIN_GROUP, request)
+                    else:
+                        request = joined + socket.inet_aton(interface.address)
+                        sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, request)
+
+    def _open_multicaster(self, interface: Interface) -> socket.socket:
+        """Return a socket that sends to groups by one interface."""
+        sock = self._open()
+        with suppress(OSError):
+            if self._settings.ipv6:
+                sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, interface.number)
+            else:
+                address = socket.inet_aton(interface.address)
+                sock.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, address)
+        return sock
 
     def send(self, packet: bytes, address: Address) -> None:
         """Send a packet; one that the system does not take is lost, and counted."""
-        if address[0] == GROUP:
-            for sock in self._multicasters:
+        if address[0] in self._groups:
+            for sock in self._multicasters.values():
                 with suppress(OSError):
                     sock.sendto(packet, address)
             return
@@ -108,22 +170,29 @@ class Sockets:
         """Yield the packets that have come by a socket, `most` of them."""
         for _ in range(most):
             try:
-                yield sock.recvfrom(65536)
+                packet, source = sock.recvfrom(65536)
             except BlockingIOError:
                 return
             except OSError:  # on some systems: nobody listened where something was sent
                 continue
+            yield packet, source[:2]
 
     def close(self) -> None:
         """Close all."""
-        for sock in (*self.receivers, *self._multicasters):
+        for sock in (*self.receivers, *self._multicasters.values()):
             sock.close()
 
-
-def _open() -> socket.socket:
-    sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    sock.setblocking(False)
-    for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
-        with suppress(OSError):
-            sock.setsockopt(socket.SOL_SOCKET, option, BUFFER_SIZE)
-    return sock
+    def _open(self) -> socket.socket:
+        sock = socket.socket(self._family, socket.SOCK_DGRAM)
+        sock.setblocking(False)
+        settings = self._settings
+        if settings.ipv6:
+            with suppress(OSError):
+                sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+        for option, size in (
+            (socket.SO_RCVBUF, settings.receive_buffer),
+            (socket.SO_SNDBUF, settings.send_buffer),
+        ):
+            with suppress(OSError):
+                sock.setsockopt(socket.SOL_SOCKET, option, size)
+        return sock

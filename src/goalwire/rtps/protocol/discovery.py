@@ -47,13 +47,15 @@ from goalwire.rtps.protocol.primitives import (
     is_writer,
 )
 from goalwire.rtps.protocol.reader import Sample
-from goalwire.rtps.protocol.wire import Watch, Wire
+from goalwire.rtps.protocol.wire import Timer, Watch, Wire
 from goalwire.rtps.protocol.writer import Writer
 
 FIRST_ANNOUNCEMENTS = 6
 FIRST_ANNOUNCEMENTS_S = 0.1
-ANNOUNCE_S = 3.0
-"""How often a participant announces itself: at the start, and later."""
+"""How often a participant announces itself at the start, and when its addresses have changed."""
+
+SETTLED_S = 1.0
+"""How long after two participants have met answers of the one to the other are part of that."""
 
 BUILTIN = (
     (0x04, 0x08, PUBLICATIONS_WRITER, PUBLICATIONS_READER),
@@ -82,6 +84,12 @@ class Settings:
     user_data: bytes = b''
     name: str = ''
     tag: str = ''
+    announce_s: float = 3.0
+    """How often it announces itself."""
+    packet_size: int | None = None
+    """Bytes of a packet at most; None: as many as suits near and far readers."""
+    ipv6: bool = False
+    """Whether its sockets speak IPv6; locators of the other kind are skipped."""
 
 
 class ParticipantListener:
@@ -122,6 +130,7 @@ class Discovery:
         self._strangers: dict[bytes, None] = {}
         """Participants that have shown nothing, the oldest first."""
         self._announcement = self._announce_as(0)
+        self._timer: Timer | None = None
         self._is_closed = False
 
     def refuse(self, kind: str, reason: str) -> None:
@@ -135,8 +144,17 @@ class Discovery:
         if self._is_closed:
             return
         self._send_to_all(self._announcement_to(UNKNOWN_PREFIX))
-        delay = FIRST_ANNOUNCEMENTS_S if left > 1 else ANNOUNCE_S
-        self._wire.timers.at(self._wire.clock() + delay, partial(self.announce, left - 1))
+        delay = FIRST_ANNOUNCEMENTS_S if left > 1 else self._settings.announce_s
+        self._timer = self._wire.timers.at(self._wire.clock() + delay, partial(self.announce, left - 1))
+
+    def move(self, own: ParticipantData, settings: Settings) -> None:
+        """Announce the participant with other addresses, or to others, than before."""
+        self._own, self._settings = own, settings
+        self._known.move(own, settings.own_hosts)
+        self._announcement = self._announce_as(0)
+        if self._timer is not None:
+            self._timer.cancel()
+            self.announce()
 
     def _send_to_all(self, packet: bytes) -> None:
         """Send a packet to the configured addresses, and to all participants that are known."""
@@ -214,16 +232,16 @@ class Discovery:
             return
         if not (remote.is_proven or is_named):
             self._answer(remote, size)
+        elif is_named and remote.is_reached and self._wire.clock() > remote.reached_at + SETTLED_S:
+            self._remind(remote)
         if remote.data != told and remote is not self._known.own:
-            address = self._known.choose(told.metatraffic, source[0])
-            if address is not None:
-                remote.data, remote.address = told, address
-                self._wire.tell(self._listener.on_participant, told)
+            self._follow(remote, told, source[0], is_named=is_named)
 
     def _meet(self, told: ParticipantData, source: Address, size: int, is_named: bool) -> None:
         """Take up a participant that has announced itself."""
         own_hosts = self._settings.own_hosts
-        address = self._known.choose(told.metatraffic, source[0])
+        known = self._known
+        address = known.choose(told.metatraffic, source[0]) or known.first(told.metatraffic)
         if address is None:
             self.refuse('participant without address', source[0])
             return
@@ -233,11 +251,8 @@ class Discovery:
         while len(self._strangers) >= bounds.MOST_STRANGERS:
             self.refuse('participant', f'{bounds.MOST_STRANGERS} newer ones have shown nothing yet')
             self._lose(self._known.remotes[next(iter(self._strangers))])
-        hosts = {source[0], *(host for host, _ in (*told.metatraffic, *told.default))}
         is_near = source[0] in own_hosts and address[0] in own_hosts
-        if is_near:
-            hosts |= own_hosts
-        remote = RemoteParticipant(told, hosts, address, is_near)
+        remote = RemoteParticipant(told, self._hosts_of(told, source[0]), address, is_near)
         self._known.remotes[told.prefix] = remote
         self._strangers[told.prefix] = None
         lease = min(told.lease / NS, bounds.LONGEST_LEASE_S)
@@ -247,10 +262,41 @@ class Discovery:
         if is_near:
             self._reach(remote)
         if is_named:
-            self.prove(remote)
+            self.prove(remote, source[0])
 
-    def prove(self, remote: RemoteParticipant) -> None:
-        """A participant has named this one: it reads what is sent to its address."""
+    def _hosts_of(self, told: ParticipantData, source: str) -> set[str]:
+        """Return where a participant's packets may come from."""
+        own_hosts = self._settings.own_hosts
+        hosts = {source, *(host for host, _ in (*told.metatraffic, *told.default))}
+        return hosts | own_hosts if source in own_hosts else hosts
+
+    def _follow(
+        self, remote: RemoteParticipant, told: ParticipantData, source: str, *, is_named: bool
+    ) -> None:
+        """Take what a participant tells anew of itself, and send to its new addresses.
+
+        It stays on the host where it has been, unless it names this participant from another one.
+        """
+        known = self._known
+        address = known.choose(told.metatraffic, remote.address[0])
+        if address is None and (is_named or not remote.is_reached):
+            address = known.choose(told.metatraffic, source)
+        if address is None:
+            self.refuse('announcement of another host', source)
+            return
+        remote.data, remote.address = told, address
+        remote.hosts = self._hosts_of(told, source)
+        known.follow(remote)
+        self._wire.tell(self._listener.on_participant, told)
+
+    def prove(self, remote: RemoteParticipant, host: str) -> None:
+        """A participant has named this one in a packet from `host`: it reads what is sent there."""
+        if not remote.is_near and host != remote.address[0]:
+            address = self._known.choose(remote.data.metatraffic, host)
+            if address is None:
+                self.refuse('participant that tells no address on its host', host)
+                return
+            remote.address = address
         remote.is_proven = True
         self._strangers.pop(remote.data.prefix, None)
         self._reach(remote)
@@ -259,7 +305,7 @@ class Discovery:
         """Match the built-in endpoints with those of a participant, and so tell each other everything."""
         if remote.is_reached:
             return
-        remote.is_reached = True
+        remote.is_reached, remote.reached_at = True, self._wire.clock()
         prefix, has = remote.data.prefix, remote.data.endpoints
         for writer_bit, reader_bit, writer_id, reader_id in BUILTIN:
             qos = self._known.writers[writer_id].data.qos
@@ -271,6 +317,14 @@ class Discovery:
             if has & writer_bit:
                 writer = EndpointData(prefix + writer_id, '', '', qos)
                 self._known.route(self._known.readers[reader_id], writer, remote.address)
+
+    def _remind(self, remote: RemoteParticipant) -> None:
+        """Name a participant that answers as if it met this one for the first time: it had lost it meanwhile.
+
+        It learns what there is, and that this participant reads what is sent to its address.
+        """
+        for _, _, writer_id, reader_id in BUILTIN:
+            self._known.writers[writer_id].tell_again(remote.data.prefix + reader_id)
 
     def _lose(self, remote: RemoteParticipant) -> None:
         """Forget a participant with all that it has."""

@@ -11,6 +11,8 @@ from goalwire.rtps.protocol.primitives import NumberSet, RtpsError
 
 NEAR_FRAGMENT, FAR_FRAGMENT = 60_000, 8_000
 """Bytes of a fragment to readers on this host, and on others."""
+PACKET_ROOM = 400
+"""Bytes that stand in a packet beside the payload, at most."""
 ON_THE_WAY_S = 0.005
 """How long fragments that were asked for may take, before they are asked for again."""
 

@@ -6,7 +6,7 @@ from collections import deque
 
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
-from goalwire.rtps.protocol.primitives import Address, is_keyed, is_writer
+from goalwire.rtps.protocol.primitives import Address, is_ipv6, is_keyed, is_writer
 from goalwire.rtps.protocol.qos import incompatible, share_partition
 from goalwire.rtps.protocol.reader import Reader, ReaderListener, WriterProxy
 from goalwire.rtps.protocol.wire import LOCAL, Watch, Wire
@@ -25,6 +25,7 @@ class RemoteParticipant:
         'is_near',
         'is_proven',
         'is_reached',
+        'reached_at',
         'watch',
     )
 
@@ -40,6 +41,8 @@ class RemoteParticipant:
         """Whether it has named this participant: it reads what is sent to its address."""
         self.is_reached = False
         """Whether its built-in endpoints are matched with this participant's."""
+        self.reached_at = 0.0
+        """When they were."""
         self.endpoints: dict[bytes, EndpointData] = {}
         self.early: deque[tuple[bytes, Address]] = deque(maxlen=bounds.EARLY_PACKETS)
         """Packets from writers that are not known yet."""
@@ -50,8 +53,15 @@ class Matching:
     """Tables of all that is known, and who gets what. Inside `Wire.run`."""
 
     def __init__(
-        self, wire: Wire, own: ParticipantData, own_hosts: frozenset[str], fragment_size: int
+        self,
+        wire: Wire,
+        own: ParticipantData,
+        own_hosts: frozenset[str],
+        fragment_sizes: tuple[int, int],
+        *,
+        is_ipv6: bool = False,
     ) -> None:
+        """`fragment_sizes` are for writers."""
         self.writers: dict[bytes, Writer] = {}
         self.readers: dict[bytes, Reader] = {}
         """The participant's own, by entity id; the built-in ones among them."""
@@ -64,13 +74,14 @@ class Matching:
         """All participants by their prefix."""
         self.own_hosts = own_hosts
         self._wire = wire
-        self._fragment_size = fragment_size
+        self._fragment_sizes = fragment_sizes
+        self._is_ipv6 = is_ipv6
 
     # ---- the participant's own
 
     def add_writer(self, data: EndpointData, listener: WriterListener, *, is_keyed: bool = False) -> Writer:
         """Make a writer."""
-        writer = Writer(self._wire, data, listener, is_keyed=is_keyed, fragment_size=self._fragment_size)
+        writer = Writer(self._wire, data, listener, is_keyed=is_keyed, fragment_sizes=self._fragment_sizes)
         self.writers[data.entity_id] = writer
         return writer
 
@@ -192,14 +203,47 @@ class Matching:
         if not proxies:
             self.routes.pop(writer, None)
 
+    # ---- where they are
+
     def choose(self, addresses: tuple[Address, ...], host: str) -> Address | None:
-        """Return the address that a participant's packets come from, or one on its host, or the first."""
-        own_hosts = self.own_hosts
+        """Return the address on the host that a participant's packets come from; None if it tells none there.
+
+        Of a participant on this machine it may be any address of this machine. What is sent elsewhere could
+        hit somebody who has never asked for it.
+        """
+        on_link = host.partition('%')[0]
         for address in addresses:
-            if address[0] == host:
-                return address
-        if host in own_hosts:
+            if address[0] == on_link:
+                return host, address[1]
+        if host in self.own_hosts:
             for address in addresses:
-                if address[0] in own_hosts:
+                if address[0] in self.own_hosts:
                     return address
-        return addresses[0] if addresses else None
+        return None
+
+    def first(self, addresses: tuple[Address, ...]) -> Address | None:
+        """Return the first address that this participant's sockets can send to."""
+        return next((each for each in addresses if is_ipv6(each[0]) is self._is_ipv6), None)
+
+    def move(self, own: ParticipantData, own_hosts: frozenset[str]) -> None:
+        """Take note that this host has other addresses."""
+        self.own.data, self.own_hosts = own, own_hosts
+        for remote in self.remotes.values():
+            if remote.is_near and remote is not self.own:
+                remote.hosts |= own_hosts
+
+    def follow(self, remote: RemoteParticipant) -> None:
+        """Send to a participant's endpoints at the addresses that it tells now."""
+        prefix = remote.data.prefix
+        for writer in self.writers.values():
+            for guid, reader in writer.readers.items():
+                if guid.startswith(prefix):
+                    writer.move(guid, self._place_of(remote, reader.data) or reader.address)
+        for guid, proxies in self.routes.items():
+            if guid.startswith(prefix):
+                for proxy in proxies:
+                    proxy.address = self._place_of(remote, proxy.data) or proxy.address
+
+    def _place_of(self, remote: RemoteParticipant, endpoint: EndpointData) -> Address | None:
+        """Return where an endpoint is reached; built-in ones have no topic."""
+        return self._address_of(remote, endpoint) if endpoint.topic else remote.address

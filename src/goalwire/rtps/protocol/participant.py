@@ -6,10 +6,11 @@ from collections.abc import Callable
 from functools import partial
 from itertools import count
 
+from goalwire.records import replace
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
 from goalwire.rtps.protocol.discovery import BUILTIN, Discovery, ParticipantListener, Settings
-from goalwire.rtps.protocol.fragments import FAR_FRAGMENT, NEAR_FRAGMENT
+from goalwire.rtps.protocol.fragments import FAR_FRAGMENT, NEAR_FRAGMENT, PACKET_ROOM
 from goalwire.rtps.protocol.matching import Matching, RemoteParticipant
 from goalwire.rtps.protocol.messages import (
     DATA,
@@ -97,9 +98,9 @@ class Participant(Wire):
             user_data=settings.user_data,
             name=settings.name,
         )
-        are_near = all(host in settings.own_hosts for host, _ in settings.peers)
-        fragment_size = NEAR_FRAGMENT if are_near else FAR_FRAGMENT
-        self._known = Matching(self, self.data, settings.own_hosts, fragment_size)
+        self._settings = settings
+        sizes = _fragment_sizes(settings)
+        self._known = Matching(self, self.data, settings.own_hosts, sizes, is_ipv6=settings.ipv6)
         self._discovery = Discovery(self, settings, self.data, listener, self._known)
         self._next_entity = count(1).__next__
         self._is_closed = False
@@ -114,6 +115,20 @@ class Participant(Wire):
     def start(self) -> None:
         """Announce the participant, now and from time to time."""
         self.run(self._discovery.announce, None)
+
+    def move(
+        self,
+        metatraffic: tuple[Address, ...],
+        default: tuple[Address, ...],
+        peers: tuple[Address, ...],
+        own_hosts: frozenset[str],
+    ) -> None:
+        """Tell the others that this host has other addresses now; for the values, see `Settings`."""
+        self.data = replace(self.data, metatraffic=metatraffic, default=default)
+        self._settings = replace(
+            self._settings, metatraffic=metatraffic, default=default, peers=peers, own_hosts=own_hosts
+        )
+        self.run(partial(self._discovery.move, self.data, self._settings), None)
 
     def close(self) -> None:
         """Say that the participant leaves, and stop."""
@@ -231,7 +246,7 @@ class Participant(Wire):
                 whom = packet[at : at + PREFIX_SIZE]
                 is_for_us = whom in (self.prefix, UNKNOWN_PREFIX)
                 if whom == self.prefix and not remote.is_proven:
-                    self._discovery.prove(remote)
+                    self._discovery.prove(remote, source[0])
                 continue
             if kind == INFO_TS:
                 time = None
@@ -338,6 +353,15 @@ class Participant(Wire):
                 for proxy in proxies:
                     if proxy.watch is not None and proxy.data.qos.liveliness == liveliness:
                         proxy.reader.note_alive(proxy)
+
+
+def _fragment_sizes(settings: Settings) -> tuple[int, int]:
+    """Return the bytes of a fragment to near readers, and to far ones."""
+    if settings.packet_size is not None:
+        size = max(settings.packet_size - PACKET_ROOM, bounds.LEAST_FRAGMENT)
+        return size, size
+    are_near = all(host in settings.own_hosts for host, _ in settings.peers)
+    return NEAR_FRAGMENT if are_near else FAR_FRAGMENT, FAR_FRAGMENT
 
 
 class _BuiltinListener(ReaderListener):

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable
+from socket import AF_INET6, inet_ntop, inet_pton
 from typing import NamedTuple, TypeAlias
 
 from goalwire.errors import RemoteError
@@ -41,8 +42,8 @@ INFINITE = 2**63 - 1
 """Nanoseconds that stand for a duration without end."""
 _INFINITE_SECONDS = 0x7FFFFFFF
 
-UDP_V4 = 1
-"""The one kind of locator that is used here. Others (shared memory, TCP, UDP on IPv6) are skipped."""
+UDP_V4, UDP_V6 = 1, 2
+"""The kinds of locators that are used here. Others (shared memory, TCP) are skipped."""
 LOCATOR = struct.Struct('<iI16s')
 
 
@@ -137,14 +138,25 @@ class NumberSet(NamedTuple):
         return [base + at for at in range(self.bits) if words[at >> 5] & (0x80000000 >> (at & 31))]
 
 
+def is_ipv6(host: str) -> bool:
+    """Whether an address is one of IPv6."""
+    return ':' in host
+
+
 def decode_locator(kind: int, port: int, address: bytes) -> Address | None:
-    """Return the address of a locator; None for one that is not UDP on IPv4, or leads nowhere."""
-    if kind != UDP_V4 or not 0 < port < 65536 or address[12:] == b'\0\0\0\0':
+    """Return the address of a locator; None for one that is not UDP, or leads nowhere."""
+    if not 0 < port < 65536:
         return None
-    return '{}.{}.{}.{}'.format(*address[12:]), port
+    if kind == UDP_V4 and address[12:] != b'\0\0\0\0':
+        return '{}.{}.{}.{}'.format(*address[12:]), port
+    if kind == UDP_V6 and address != bytes(16):
+        return inet_ntop(AF_INET6, address), port
+    return None
 
 
 def encode_locator(address: Address) -> bytes:
-    """Return the 24 bytes of an IPv4 address and port."""
+    """Return the 24 bytes of an address and port."""
     host, port = address
+    if is_ipv6(host):
+        return LOCATOR.pack(UDP_V6, port, inet_pton(AF_INET6, host.partition('%')[0]))
     return LOCATOR.pack(UDP_V4, port, bytes(12) + bytes(map(int, host.split('.'))))

@@ -57,9 +57,9 @@ class Writer:
         listener: WriterListener,
         *,
         is_keyed: bool = False,
-        fragment_size: int = NEAR_FRAGMENT,
+        fragment_sizes: tuple[int, int] = (NEAR_FRAGMENT, FAR_FRAGMENT),
     ) -> None:
-        """`is_keyed` is for built-in writers; `fragment_size` holds as long as all readers are near."""
+        """`is_keyed` is for built-in writers; `fragment_sizes` hold for near readers, and for far ones."""
         self.data = data
         self.listener = listener
         self.entity_id = data.entity_id
@@ -68,7 +68,8 @@ class Writer:
         self._is_reliable = data.qos.reliability == RELIABLE
         self._is_local_history = data.qos.durability >= TRANSIENT_LOCAL
         self._was_full = False
-        self._output = WriterOutput(wire, data, self.history, fragment_size)
+        self._far_fragment = fragment_sizes[1]
+        self._output = WriterOutput(wire, data, self.history, fragment_sizes[0])
         self._windows = FragmentWindows(self._output, data.qos.depth, self._on_window_sent)
         self._repairs = Repairs(self._output, self._windows, data.qos, self._on_acknowledged)
         self.readers = self._output.readers
@@ -206,7 +207,7 @@ class Writer:
             proxy.last = output.last
         self.readers[reader.guid] = proxy
         if not is_near:
-            output.fragment_size = min(output.fragment_size, FAR_FRAGMENT)
+            output.fragment_size = min(output.fragment_size, self._far_fragment)
         output.note_readers()
         self._wire.tell(self.listener.on_matched, reader)
         if not is_reliable:
@@ -218,6 +219,12 @@ class Writer:
             output.send_to(proxy, output.heartbeat(proxy))
         self._repairs.set_timer(self._wire.clock())
 
+    def tell_again(self, reader: bytes) -> None:
+        """Tell a reader which samples there are. Inside `Wire.run`."""
+        proxy = self.readers.get(reader)
+        if proxy is not None:
+            self._output.send_to(proxy, self._output.heartbeat(proxy))
+
     def unmatch(self, guid: bytes) -> None:
         """Forget a reader. Inside `Wire.run`."""
         proxy = self.readers.pop(guid, None)
@@ -225,6 +232,13 @@ class Writer:
             self._output.note_readers()
             self._repairs.note_acked()
             self._wire.tell(self.listener.on_unmatched, proxy.data)
+
+    def move(self, reader: bytes, address: Address) -> None:
+        """Send to a reader at another address from now on. Inside `Wire.run`."""
+        proxy = self.readers.get(reader)
+        if proxy is not None:
+            proxy.address = address
+            self._output.note_readers()
 
     def stop(self) -> None:
         """Send nothing more. Inside `Wire.run`."""
