@@ -630,6 +630,18 @@ class TransportError(GoalwireError):
     """The wire itself failed."""
 
 
+class SecurityError(GoalwireError):
+    """A keystore, an identity or a policy cannot be used as asked."""
+
+
+class PolicyError(SecurityError):
+    """A policy.toml breaks its grammar; `line` and `column` count from 1."""
+
+    def __init__(self, title: str, place: tuple[int, int], problem: str) -> None:
+        self.line, self.column = place
+        super().__init__(f'{title}:{self.line}:{self.column}: {problem}')
+
+
 class BagError(GoalwireError):
     """A bag cannot be read, or cannot be written."""
 
@@ -679,6 +691,10 @@ class ServerFailedError(CallError):
 
 class RefusedError(CallError):
     """The server did not take the request: it has too much to do, or cannot read it."""
+
+
+class PermissionDeniedError(RefusedError):
+    """The server's policy does not let this identity call it; the text names identity, name and rule."""
 
 
 class GoalRefused(RefusedError):

@@ -26,7 +26,7 @@ from goalwire.apps.cli.framework.outcome import Outcome
 _LOG_TIME = re.compile(r'\\\[\d+\\\.\d+\\\]')
 _COMMAND_ENDS = {0, Outcome.CANCELED, Outcome.INTERRUPTED}
 """How a command may end by Ctrl-C, or before it."""
-_ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b|(goalwire|ros2)( \w+)*: ')
+_ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b|(goalwire|ros2)( \w+)*: |no: ')
 
 
 def play(page: Path, folder: Path) -> int:

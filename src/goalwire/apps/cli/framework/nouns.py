@@ -25,6 +25,7 @@ NOUNS = {
     'pkg': ('commands.pkg', 'Various package related sub-commands'),
     'router': ('commands.router', 'Run a Zenoh router for a site'),
     'run': ('commands.run', 'Run a package specific executable'),
+    'secure': ('commands.secure.noun', 'Keep strangers out: keys, certificates, and who may do what'),
     'service': ('commands.service.noun', 'Various service related sub-commands'),
     'top': ('top.noun', 'Show nodes, topics, services, goals and log lines on one screen'),
     'topic': ('commands.topic.noun', 'Various topic related sub-commands'),

@@ -1,0 +1,1 @@
+"""goalwire secure: each verb has a module here."""

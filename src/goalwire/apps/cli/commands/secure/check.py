@@ -1,0 +1,33 @@
+"""goalwire secure check: says what is wrong with a keystore, and what to do."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from goalwire.apps.cli.commands.secure.keystores import add_keystore_argument, open_keystore
+from goalwire.apps.cli.framework.outcome import Outcome
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `secure check` takes."""
+    add_keystore_argument(parser)
+
+
+def run(arguments: Namespace, output: Output) -> Outcome:
+    """Check it; the outcome is FAILED if there is an error."""
+    keystore = open_keystore(arguments)
+    from goalwire.security.checking import check
+
+    findings = check(keystore)
+    for each in findings:
+        if output.json:
+            output.data({'severity': each.severity, 'problem': each.problem})
+        else:
+            output.line(f'{each.severity}: {each.problem}', style='red' if each.is_error else 'yellow')
+    if not findings and not output.json:
+        output.line(f'{keystore.path}: nothing is wrong')
+    return Outcome.FAILED if any(each.is_error for each in findings) else Outcome.OK

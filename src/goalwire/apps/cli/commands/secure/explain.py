@@ -1,0 +1,37 @@
+"""goalwire secure explain: whether somebody may do something, and which line of the policy decides."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from goalwire.apps.cli.commands.secure.keystores import add_keystore_argument, find_folder
+from goalwire.apps.cli.framework.outcome import Outcome
+from goalwire.security.policy import Verb
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `secure explain` takes."""
+    parser.add_argument('who', metavar='WHO', help='An identity')
+    verbs = [verb.value for verb in Verb]
+    parser.add_argument('verb', metavar='VERB', choices=verbs, help=f'One of {", ".join(verbs)}')
+    parser.add_argument('name', metavar='NAME', help='A topic, service, action or node, like /cmd_vel')
+    parser.add_argument('--domain', metavar='N', type=int, default=0, help='The domain (default: 0)')
+    add_keystore_argument(parser)
+
+
+def run(arguments: Namespace, output: Output) -> Outcome:
+    """Say it; the outcome is REFUSED if the answer is no."""
+    from goalwire.security.policy_file import load_policy
+
+    policy = load_policy(find_folder(arguments) / 'policy.toml')
+    decision = policy.decide(arguments.who, Verb(arguments.verb), arguments.name, arguments.domain)
+    if output.json:
+        output.data({'allowed': decision.is_allowed, 'reason': decision.reason})
+    else:
+        answer = 'yes' if decision.is_allowed else 'no'
+        output.line(f'{answer}: {decision.reason}', style='green' if decision.is_allowed else 'red')
+    return Outcome.OK if decision.is_allowed else Outcome.REFUSED

@@ -1,0 +1,31 @@
+"""goalwire secure init: makes a keystore."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from goalwire.apps.cli.commands.secure.keystores import require_cryptography
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `secure init` takes."""
+    parser.add_argument('folder', metavar='DIR', type=Path, help='A folder that is not there yet, or empty')
+
+
+def run(arguments: Namespace, output: Output) -> None:
+    """Make it."""
+    require_cryptography()
+    from goalwire.security.keystore import Keystore
+
+    keystore = Keystore.create(arguments.folder)
+    if output.json:
+        output.data({'keystore': str(keystore.path)})
+    else:
+        output.line(
+            f'keystore {keystore.path} is made; next: goalwire secure add NAME --robot -k {keystore.path}'
+        )

@@ -1,0 +1,28 @@
+"""goalwire secure: its verbs; each has a module beside this one, which is imported when it is run."""
+
+from __future__ import annotations
+
+from goalwire.apps.cli.framework.verbs import Noun, Verb, lazy
+
+NOUN = Noun(
+    'secure',
+    'Keep strangers out: keys, certificates, and who may do what',
+    (
+        Verb('add', 'Make an identity: a robot, a person, a program or a router', *lazy('secure.add')),
+        Verb('check', 'Check a keystore and its policy', *lazy('secure.check')),
+        Verb(
+            'explain',
+            'Say whether somebody may do something, and which line decides',
+            *lazy('secure.explain'),
+        ),
+        Verb(
+            'export', 'Write an identity into one file, to be carried to its machine', *lazy('secure.export')
+        ),
+        Verb('import', 'Take an identity from a file', *lazy('secure.take')),
+        Verb('init', 'Make a keystore with new authorities and a first policy', *lazy('secure.init')),
+        Verb('issue', 'Make a new key for a name without one, as after revoke', *lazy('secure.issue')),
+        Verb('list', 'List the identities of a keystore', *lazy('secure.list')),
+        Verb('renew', 'Give identities new keys and certificates', *lazy('secure.renew')),
+        Verb('revoke', 'Refuse all certificates that a name has now', *lazy('secure.revoke')),
+    ),
+)

@@ -1,0 +1,32 @@
+"""goalwire secure import: takes an identity from a file."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from goalwire.apps.cli.commands.secure.keystores import require_cryptography
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `secure import` takes."""
+    parser.add_argument('file', metavar='FILE', type=Path, help="What 'secure export' has written")
+    parser.add_argument('folder', metavar='DIR', type=Path, help='The keystore here; made if it is not there')
+
+
+def run(arguments: Namespace, output: Output) -> None:
+    """Take it."""
+    require_cryptography()
+    from goalwire.security.bundle import import_identity
+
+    name = import_identity(arguments.folder, arguments.file)
+    if output.json:
+        output.data({'name': name, 'keystore': str(arguments.folder)})
+    else:
+        output.line(
+            f'{name} is in {arguments.folder}; next: export GOALWIRE_SECURITY={arguments.folder}:{name}'
+        )

@@ -1,0 +1,107 @@
+"""One identity in one file, to be carried to another machine: what `secure export` writes.
+
+The file is JSON: the identity with its key, the certificate that all trust, the policy and the list of
+revoked names. Whoever has the file has the identity.
+"""
+
+from __future__ import annotations
+
+import json
+from datetime import datetime
+from pathlib import Path
+
+from goalwire.errors import SecurityError
+from goalwire.security import certificates, revocation, storage
+from goalwire.security.keystore import Keystore, check_name, make_carried, read
+from goalwire.security.policy_file import read_policy
+
+_FORMAT = 'goalwire identity 1'
+_FIELDS = ('format', 'name', 'identity', 'trust', 'policy', 'revoked')
+
+
+def export(keystore: Keystore, name: str, path: Path) -> None:
+    """Write an identity's file. Raises SecurityError if there is a file already, or no such identity."""
+    content = {
+        'format': _FORMAT,
+        'name': name,
+        'identity': keystore.identity(name).pem().decode(),
+        'trust': read(keystore.trust_path).decode(),
+        'policy': keystore.policy_text(),
+        'revoked': read(keystore.revoked_path).decode(),
+    }
+    try:
+        storage.create(path, json.dumps(content, indent=1).encode())
+    except FileExistsError:
+        raise SecurityError(f"'{path}' is there already; name another file") from None
+    except OSError as error:
+        raise SecurityError(f"'{path}' cannot be written: {error.strerror or error}") from None
+
+
+def import_identity(folder: Path, path: Path) -> str:
+    """Take an identity into a keystore, which is made if it is not there; return the identity's name.
+
+    Into a keystore of the same authority it brings the newer key, policy and list of revoked names; the
+    policy before is kept beside it. Raises SecurityError, and changes nothing then.
+    """
+    content = _read(path)
+    name = check_name(content['name'])
+    pair = certificates.read_pair(content['identity'].encode(), str(path))
+    trust = certificates.read_certificate(content['trust'].encode(), str(path))
+    if not certificates.leads_to(pair.chain, trust) or certificates.common_name(pair.certificate) != name:
+        raise SecurityError(f"'{path}' is damaged: its certificate is not one for '{name}' that it trusts")
+    read_policy(content['policy'], f'{path}: policy.toml')
+    revoked = revocation.read_revoked(content['revoked'])
+    try:
+        _put(folder, name, pair, content, revoked)
+    except OSError as error:
+        raise SecurityError(f"'{folder}' cannot be written: {error.strerror or error}") from None
+    return name
+
+
+def _put(
+    folder: Path,
+    name: str,
+    pair: certificates.Pair,
+    content: dict[str, str],
+    revoked: dict[str, datetime],
+) -> None:
+    if not (folder / 'trust.pem').exists():
+        keystore = make_carried(
+            folder, content['trust'].encode(), content['policy'].encode(), content['revoked'].encode()
+        )
+        storage.create(keystore.identity_path(name), pair.pem())
+        return
+    keystore = Keystore(folder)
+    if read(keystore.trust_path).decode() != content['trust']:
+        raise SecurityError(
+            f"'{folder}' trusts another authority than the file does; import it into another folder"
+        )
+    if (folder / 'site.pem').exists():
+        raise SecurityError(f"'{folder}' has the authority itself; import is for other machines")
+    place = keystore.identity_path(name)
+    if place.exists():
+        before = keystore.identity(name).certificate.not_valid_before_utc
+        if before > pair.certificate.not_valid_before_utc:
+            raise SecurityError(f"'{folder}' has a newer certificate of '{name}' than the file")
+    # A name that is revoked here stays so: an old file does not bring it back.
+    both = {each: max(revoked.get(each, at), at) for each, at in keystore.revoked().items()}
+    storage.replace(keystore.revoked_path, revocation.write_revoked(revoked | both).encode(), storage.PUBLIC)
+    policy = keystore.policy_text()
+    if policy != content['policy']:
+        storage.replace(folder / 'policy.toml.before', policy.encode(), storage.PUBLIC)
+        storage.replace(keystore.policy_path, content['policy'].encode(), storage.PUBLIC)
+    storage.replace(place, pair.pem())
+
+
+def _read(path: Path) -> dict[str, str]:
+    try:
+        content = json.loads(read(path))
+    except ValueError:
+        content = None
+    if (
+        not isinstance(content, dict)
+        or content.get('format') != _FORMAT
+        or not all(isinstance(content.get(field), str) for field in _FIELDS)
+    ):
+        raise SecurityError(f"'{path}' is not a file that 'goalwire secure export' has written")
+    return content

@@ -1,0 +1,192 @@
+"""A keystore: a folder with the authorities of a site, its identities, its policy and who is revoked.
+
+    trust.pem          the certificate that all others lead to
+    authority.pem      its key: vouches for the site's authority; may be kept elsewhere
+    site.pem           key and certificate of the site's authority: vouches for identities
+    identities/NAME.pem   key and certificates of one identity
+    policy.toml        who may do what
+    revoked.toml       whose certificates are refused
+
+Each identity is one file, since a file is replaced in one step: there is no moment at which key and
+certificate do not belong together. A keystore on a robot has neither authority.pem nor site.pem.
+"""
+
+from __future__ import annotations
+
+import os
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from goalwire.errors import SecurityError, did_you_mean, with_advice
+from goalwire.files import read_regular
+from goalwire.patterns import Pattern
+from goalwire.security import certificates, revocation, storage
+from goalwire.security.certificates import IDENTITY_LIFE, Pair
+from goalwire.security.policy_text import FIRST_POLICY, add_identity
+
+KINDS = ('robot', 'person', 'program', 'router')
+"""The kinds of identities. What a router forwards is bound by the rules of that router."""
+
+LARGEST = 1 << 20
+"""Bytes that a file of a keystore may have."""
+
+_NAME = Pattern(r'[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\Z')
+_FIRST_ROLES = {'robot': ('robot',), 'person': ('viewer',), 'program': (), 'router': ()}
+
+
+def check_name(name: str) -> str:
+    """Return a name that a certificate and a file can have. Raises SecurityError for any other."""
+    if not _NAME.match(name):
+        raise SecurityError(
+            f"'{name}' cannot be an identity's name: take up to 64 letters, digits, '_', '-' and '.', "
+            f'the first of them a letter or a digit'
+        )
+    return name
+
+
+def read(path: Path) -> bytes:
+    """Return what a file of a keystore holds. Raises SecurityError."""
+    try:
+        return read_regular(os.fspath(path), LARGEST)
+    except OSError as error:
+        raise SecurityError(f"'{path}' cannot be read: {error.strerror or error}") from None
+
+
+class Keystore:
+    """A keystore that is there."""
+
+    def __init__(self, path: Path) -> None:
+        """Raises SecurityError if there is none at `path`."""
+        self.path = path
+        self.trust_path = path / 'trust.pem'
+        self.policy_path = path / 'policy.toml'
+        self.revoked_path = path / 'revoked.toml'
+        if not self.trust_path.is_file():
+            raise SecurityError(
+                f"'{path}' is not a keystore: it has no trust.pem; make one: goalwire secure init {path}"
+            )
+
+    @classmethod
+    def create(cls, path: Path) -> Keystore:
+        """Make a keystore with new authorities. Raises SecurityError if there is something at `path`."""
+        now = certificates.now()
+        authority = certificates.make_authority(now)
+        site = certificates.make_site(authority, now)
+        trust = certificates.pem_of(authority.certificate)
+        revoked = revocation.write_revoked({}).encode()
+        try:
+            with storage.new_folder(path) as folder:
+                _fill(folder, trust, FIRST_POLICY.encode(), revoked)
+                storage.create(folder / 'authority.pem', authority.pem())
+                storage.create(folder / 'site.pem', site.pem())
+        except FileExistsError:
+            raise SecurityError(f"'{path}' is there already; name a new folder") from None
+        except OSError as error:
+            raise SecurityError(f"'{path}' cannot be made: {error.strerror or error}") from None
+        return cls(path)
+
+    # ---- what is in it
+
+    def identity_path(self, name: str) -> Path:
+        """Return the file of an identity, which need not be there."""
+        return self.path / 'identities' / f'{check_name(name)}.pem'
+
+    def names(self) -> list[str]:
+        """Return the names of the identities whose keys are here."""
+        return sorted(
+            each.name.removesuffix('.pem')
+            for each in (self.path / 'identities').glob('*.pem')
+            if not each.name.startswith('.')
+        )
+
+    def identity(self, name: str) -> Pair:
+        """Return an identity. Raises SecurityError if its key is not here, or cannot be used."""
+        path = self.identity_path(name)
+        if not path.exists():
+            from difflib import get_close_matches
+
+            near = did_you_mean(get_close_matches(name, self.names(), 3, 0.6))
+            raise SecurityError(
+                with_advice(f"there is no identity '{name}' in '{self.path}'", near or 'see: secure list')
+            )
+        return certificates.read_pair(read(path), os.fspath(path))
+
+    def site(self) -> Pair:
+        """Return the site's authority. Raises SecurityError where it is not here, as on a robot."""
+        path = self.path / 'site.pem'
+        if not path.exists():
+            raise SecurityError(
+                f"'{self.path}' has no authority that could sign; do this in the keystore that "
+                f"'goalwire secure init' has made"
+            )
+        return certificates.read_pair(read(path), os.fspath(path))
+
+    def revoked(self) -> dict[str, datetime]:
+        """Return whose certificates are refused, up to which time of issue. Raises SecurityError."""
+        return revocation.read_revoked(read(self.revoked_path).decode(errors='replace'))
+
+    def policy_text(self) -> str:
+        """Return what policy.toml says. Raises SecurityError."""
+        return read(self.policy_path).decode(errors='replace')
+
+    # ---- what changes it
+
+    def add(self, name: str, kind: str, roles: tuple[str, ...], life: timedelta = IDENTITY_LIFE) -> Pair:
+        """Make a new identity, and name its roles in the policy. Raises SecurityError if it is there."""
+        if self.identity_path(name).exists():
+            raise SecurityError(f"'{name}' is there already; see: goalwire secure renew")
+        self.site()
+        policy = add_identity(self.policy_text(), name, roles or _FIRST_ROLES[kind])
+        # The policy comes first: if power is lost between the two, it names somebody who has no key.
+        storage.replace(self.policy_path, policy.encode(), storage.PUBLIC)
+        return self.issue(name, kind, life)
+
+    def issue(self, name: str, kind: str, life: timedelta = IDENTITY_LIFE) -> Pair:
+        """Make a key and a certificate for a name without a key here. Raises SecurityError if it has one."""
+        made = self._make(name, kind, life)
+        try:
+            storage.create(self.identity_path(name), made.pem())
+        except FileExistsError:
+            raise SecurityError(f"'{name}' has a key already; see: goalwire secure renew") from None
+        return made
+
+    def renew(self, name: str, life: timedelta = IDENTITY_LIFE) -> Pair:
+        """Put a new key and certificate in the place of an identity's old ones. Raises SecurityError."""
+        made = self._make(name, certificates.kind_of(self.identity(name).certificate), life)
+        storage.replace(self.identity_path(name), made.pem())
+        return made
+
+    def _make(self, name: str, kind: str, life: timedelta) -> Pair:
+        now = certificates.now()
+        begin = now - certificates.CLOCK_SKEW
+        revoked = self.revoked().get(name)
+        if revoked is not None:  # a new certificate begins after the end of the refused ones
+            begin = max(begin, revoked + timedelta(seconds=1))
+        return certificates.make_identity(self.site(), check_name(name), kind, (begin, now + life))
+
+    def revoke(self, name: str) -> datetime:
+        """Refuse all certificates that a name has now; return the time. Its key is deleted.
+
+        The name need not have a key here: a robot may be lost whose key was carried away.
+        """
+        path = self.identity_path(name)
+        until = certificates.now()
+        revoked = self.revoked() | {name: until}
+        storage.replace(self.revoked_path, revocation.write_revoked(revoked).encode(), storage.PUBLIC)
+        path.unlink(missing_ok=True)
+        return until
+
+
+def _fill(folder: Path, trust: bytes, policy: bytes, revoked: bytes) -> None:
+    """Write what every keystore has."""
+    (folder / 'identities').mkdir(storage.FOLDER)
+    storage.create(folder / 'trust.pem', trust, storage.PUBLIC)
+    storage.create(folder / 'policy.toml', policy, storage.PUBLIC)
+    storage.create(folder / 'revoked.toml', revoked, storage.PUBLIC)
+
+
+def make_carried(path: Path, trust: bytes, policy: bytes, revoked: bytes) -> Keystore:
+    """Make a keystore without authorities, for what was exported elsewhere. Raises OSError."""
+    with storage.new_folder(path) as folder:
+        _fill(folder, trust, policy, revoked)
+    return Keystore(path)

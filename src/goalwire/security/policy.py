@@ -1,0 +1,127 @@
+"""Who may do what, in ROS's words: a pure model, without files and without a wire.
+
+An identity has roles; a role grants verbs on names. Nothing is allowed that no grant allows. Names are fully
+qualified; in a pattern `*` stands for any signs between two slashes, and `/**` for any number of
+such parts: `/arm/**` are /arm and all that is below it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from enum import Enum
+from functools import lru_cache
+
+from goalwire.records import record
+
+
+class Verb(Enum):
+    """What an identity may do; the values are the words of policy.toml."""
+
+    RUN = 'run'
+    """Have a node of that name."""
+    PUBLISH = 'publish'
+    SUBSCRIBE = 'subscribe'
+    CALL = 'call'
+    """Call a service, other than those for parameters and those that an action consists of."""
+    SERVE = 'serve'
+    """Offer a service or an action, also a node's services for its parameters."""
+    SEND = 'send'
+    """Send goals of an action, and get their feedback, status and results."""
+    CANCEL = 'cancel'
+    """Cancel goals of an action."""
+    WATCH = 'watch'
+    """Get feedback, status and results of an action's goals."""
+    READ = 'read'
+    """Read and list the parameters of a node of that name."""
+    SET = 'set'
+    """Set parameters of a node of that name."""
+    INTROSPECT = 'introspect'
+    """See a node, and the topics, services and actions of it, in the graph."""
+
+
+MODES = ('enforce', 'audit')
+
+
+@record
+class Grant:
+    """One line of a role: a verb, a pattern of names, the domains where it holds (empty: all)."""
+
+    verb: Verb
+    pattern: str
+    role: str = ''
+    line: int = 0
+    domains: tuple[int, ...] = ()
+
+    def covers(self, verb: Verb, name: str, domain: int) -> bool:
+        """Whether it allows this."""
+        return (
+            verb is self.verb and (not self.domains or domain in self.domains) and matches(self.pattern, name)
+        )
+
+
+@record
+class Decision:
+    """An answer of a policy's: yes or no, and why."""
+
+    is_allowed: bool
+    reason: str
+    """A sentence, with the line of the policy that decides."""
+
+
+@record
+class Policy:
+    """What a policy.toml says."""
+
+    mode: str
+    grants: Mapping[str, tuple[Grant, ...]]
+    """The grants of each identity that it names, those of `everyone` included."""
+    title: str = 'policy.toml'
+    """The name of its file, as answers show it."""
+    lines: Mapping[str, int] = {}
+    """The line in which each identity is named."""
+
+    @property
+    def is_enforced(self) -> bool:
+        """Whether what is not allowed is refused, and not only logged."""
+        return self.mode == 'enforce'
+
+    def knows(self, who: str) -> bool:
+        """Whether it names an identity; others may do nothing."""
+        return who in self.grants
+
+    def decide(self, who: str, verb: Verb, name: str, domain: int = 0) -> Decision:
+        """Say whether an identity may do something, and which line says so."""
+        grants = self.grants.get(who)
+        if grants is None:
+            return Decision(False, f"{self.title}: [identities] does not name '{who}'")
+        for grant in grants:
+            if grant.covers(verb, name, domain):
+                return Decision(
+                    True, f'{self.title}:{grant.line}: {grant.role}: {verb.value} {grant.pattern}'
+                )
+        where = f' in domain {domain}' if domain else ''
+        return Decision(
+            False,
+            f"{self.title}:{self.lines.get(who, 0)}: none of the roles of '{who}' may "
+            f"{verb.value} '{name}'{where}",
+        )
+
+
+@lru_cache(maxsize=1024)
+def _expression(pattern: str) -> re.Pattern[str]:
+    """Return the regular expression of a pattern of names."""
+    parts = []
+    for chunk in pattern.split('/')[1:]:
+        if chunk == '**':
+            parts.append('(?:/[^/]+)*')
+        elif chunk == '*':
+            parts.append('/[^/]+')
+        else:
+            parts.append('/' + '[^/]*'.join(map(re.escape, chunk.split('*'))))
+    return re.compile(''.join(parts))
+
+
+def matches(pattern: str, name: str) -> bool:
+    """Whether a name is one of those that a pattern stands for."""
+    return _expression(pattern).fullmatch(name) is not None

@@ -1,0 +1,174 @@
+"""Reads a policy.toml: each mistake is told with line and column, and with what to write instead.
+
+mode = "enforce"
+[everyone]            # grants of each identity
+publish = ["/rosout"]
+[roles.operator]      # grants of those who have the role
+namespace = "/robot1" # names that do not begin with a slash are below it
+domains = [0, 7]      # where the role holds; all domains if it is left out
+call = ["/reset", "arm/*"]
+[identities]
+alice = ["operator"]
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Iterator
+from difflib import get_close_matches
+from pathlib import Path
+from typing import NoReturn
+
+from goalwire.errors import PolicyError, SecurityError, did_you_mean, with_advice
+from goalwire.files import read_regular
+from goalwire.patterns import Pattern
+from goalwire.security.policy import MODES, Grant, Policy, Verb
+from goalwire.security.toml_places import Place, find_places
+
+_VERBS = {verb.value: verb for verb in Verb}
+_TABLES = ('mode', 'everyone', 'roles', 'identities')
+_SETTINGS = ('namespace', 'domains')
+_NAME = Pattern(r'(?:/(?:\*\*|[A-Za-z0-9_~*]+))+\Z')
+_TOML_PLACE = Pattern(r' \(at (?:line (\d+), column (\d+)|end of document)\)\Z')
+_LARGEST_DOMAIN = 232
+LARGEST_POLICY = 1 << 20
+"""Bytes that a policy may have."""
+
+
+def read_policy(text: str, title: str = 'policy.toml') -> Policy:
+    """Read a policy. Raises PolicyError, which names `title`, line and column."""
+    return _Reader(text, title).read()
+
+
+def load_policy(path: Path) -> Policy:
+    """Read a policy from its file. Raises SecurityError."""
+    try:
+        text = read_regular(os.fspath(path), LARGEST_POLICY).decode()
+    except OSError as error:
+        raise SecurityError(f"'{path}' cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise SecurityError(f"'{path}' is not UTF-8: {error.reason} at byte {error.start}") from None
+    return read_policy(text, os.fspath(path))
+
+
+class _Reader:
+    """Reads one text."""
+
+    def __init__(self, text: str, title: str) -> None:
+        self._title = title
+        try:
+            self._content = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            found = _TOML_PLACE.search(str(error))
+            if found and found[1]:
+                place = Place(int(found[1]), int(found[2]))
+            else:  # the text ends too early
+                place = Place(text.count('\n') + 1, len(text) - text.rfind('\n'))
+            self._places: dict[tuple[str | int, ...], Place] = {(): place}
+            self._refuse((), f'this is not TOML: {_TOML_PLACE.sub("", str(error))}', 'see: toml.io')
+        self._places = find_places(text)
+
+    def _place(self, path: tuple[str | int, ...]) -> Place:
+        """Return where something stands, or what it is in."""
+        while path and path not in self._places:
+            path = path[:-1]
+        return self._places.get(path, Place(1, 1))
+
+    def _refuse(self, path: tuple[str | int, ...], problem: str, advice: str) -> NoReturn:
+        raise PolicyError(self._title, self._place(path), with_advice(problem, advice))
+
+    def _refuse_name(self, path: tuple[str | int, ...], what: str, known: tuple[str, ...]) -> NoReturn:
+        """Refuse a word that is not among the known ones."""
+        name = str(path[-1])
+        near = did_you_mean(get_close_matches(name, known, 3, 0.6))
+        self._refuse(path, f"'{name}' is not {what}", near or f'write one of {", ".join(known)}')
+
+    def read(self) -> Policy:
+        """Return the policy."""
+        content = self._content
+        for name in content:
+            if name not in _TABLES:
+                self._refuse_name((name,), 'known here', _TABLES)
+        mode = content.get('mode', 'enforce')
+        if mode not in MODES:
+            self._refuse(('mode',), f'mode is {mode!r}', 'write mode = "enforce" or mode = "audit"')
+        everyone = tuple(self._grants(('everyone',), 'everyone', self._table(('everyone',), content)))
+        roles = {
+            name: tuple(self._grants(('roles', name), name, self._table(('roles', name), all_roles)))
+            for all_roles in (self._table(('roles',), content),)
+            for name in all_roles
+        }
+        identities = self._table(('identities',), content)
+        return Policy(
+            str(mode),
+            {name: (*everyone, *self._of_roles(name, identities[name], roles)) for name in identities},
+            self._title,
+            {name: self._place(('identities', name)).line for name in identities},
+        )
+
+    def _table(self, path: tuple[str, ...], parent: dict[str, object]) -> dict[str, object]:
+        found = parent.get(path[-1], {})
+        if not isinstance(found, dict):
+            self._refuse(path, f'{path[-1]} is not a table', f'write [{".".join(path)}] in a line of its own')
+        return found
+
+    def _of_roles(self, name: str, wanted: object, roles: dict[str, tuple[Grant, ...]]) -> Iterator[Grant]:
+        path = ('identities', name)
+        for at, role in enumerate(self._texts(path, wanted, '["operator"]')):
+            if role not in roles:
+                near = did_you_mean(get_close_matches(role, roles, 3, 0.6))
+                advice = near or f'add [roles.{role}], or take one of {", ".join(roles)}'
+                self._refuse((*path, at), f"there is no role '{role}'", advice)
+            yield from roles[role]
+
+    def _texts(self, path: tuple[str, ...], found: object, example: str) -> list[str]:
+        if not isinstance(found, list):
+            self._refuse(path, f'{path[-1]} takes a list of texts, not {found!r}', f'write {example}')
+        for at, each in enumerate(found):
+            if not isinstance(each, str):
+                self._refuse((*path, at), f'{each!r} is not a text', f'write {example}')
+        return found
+
+    def _grants(self, path: tuple[str, ...], role: str, table: dict[str, object]) -> Iterator[Grant]:
+        namespace = self._namespace(path, table.get('namespace', ''))
+        domains = self._domains(path, table.get('domains', []))
+        for word, names in table.items():
+            if word in _SETTINGS:
+                continue
+            verb = _VERBS.get(word)
+            if verb is None:
+                self._refuse_name((*path, word), 'a verb', (*_VERBS, *_SETTINGS))
+            for at, name in enumerate(self._texts((*path, word), names, f'{word} = ["/name"]')):
+                here: tuple[str | int, ...] = (*path, word, at)
+                full = name if name.startswith('/') else f'{namespace}/{name}'
+                if not name.startswith('/') and not namespace:
+                    self._refuse(here, f"'{name}' has no slash at its beginning", f"write '/{name}'")
+                self._check_pattern(here, name, full)
+                yield Grant(verb, full, role, self._place(here).line, domains)
+
+    def _check_pattern(self, path: tuple[str | int, ...], name: str, full: str) -> None:
+        if not _NAME.match(full) or any('**' in chunk and chunk != '**' for chunk in full.split('/')):
+            self._refuse(
+                path,
+                f"'{name}' is not a pattern of names",
+                "write letters, digits and '_' between slashes, '*' for any of them, '/**' for any names",
+            )
+
+    def _namespace(self, path: tuple[str, ...], found: object) -> str:
+        if not isinstance(found, str) or (found and (not _NAME.match(found) or '*' in found)):
+            self._refuse(
+                (*path, 'namespace'), f'{found!r} is not a namespace', 'write one like namespace = "/robot1"'
+            )
+        return found
+
+    def _domains(self, path: tuple[str, ...], found: object) -> tuple[int, ...]:
+        wanted = found if isinstance(found, list) else [found]
+        for each in wanted:
+            if type(each) is not int or not 0 <= each <= _LARGEST_DOMAIN:
+                self._refuse(
+                    (*path, 'domains'),
+                    f'{each!r} is not a domain',
+                    f'write numbers from 0 to {_LARGEST_DOMAIN}: domains = [0, 7]',
+                )
+        return tuple(wanted)

@@ -1,0 +1,43 @@
+"""The list of revoked names: whose certificates are refused, and up to which time of issue.
+
+    laptop = 2026-11-26T20:15:00Z
+
+A certificate that was issued later under the same name counts again.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from datetime import UTC, datetime
+
+from goalwire.errors import SecurityError
+
+
+def read_revoked(text: str) -> dict[str, datetime]:
+    """Read the list. Raises SecurityError: a list that cannot be read must not count as an empty one."""
+    try:
+        found = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SecurityError(f'the list of revoked names cannot be read: {error}') from None
+    revoked = {}
+    for name, when in found.items():
+        if not isinstance(when, datetime) or when.tzinfo is None:
+            raise SecurityError(
+                f"the list of revoked names: '{name}' needs a time like 2026-11-26T20:15:00Z, not {when!r}"
+            )
+        revoked[name] = when.astimezone(UTC)
+    return revoked
+
+
+def write_revoked(revoked: Mapping[str, datetime]) -> str:
+    """Return the list as `read_revoked` reads it."""
+    lines = ['# Certificates of these names that were issued up to these times are refused.']
+    lines += [f'"{name}" = {when:%Y-%m-%dT%H:%M:%SZ}' for name, when in sorted(revoked.items())]
+    return '\n'.join(lines) + '\n'
+
+
+def is_revoked(revoked: Mapping[str, datetime], name: str, issued: datetime) -> bool:
+    """Whether a certificate is refused, by its name and the time from which on it is valid."""
+    until = revoked.get(name)
+    return until is not None and issued <= until

@@ -1,0 +1,79 @@
+"""Mistakes in a policy.toml: each is told with its line, its column, and what to write."""
+
+from __future__ import annotations
+
+import tomllib
+from contextlib import suppress
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from goalwire.errors import PolicyError
+from goalwire.security.policy_file import read_policy
+from goalwire.security.policy_text import FIRST_POLICY, add_identity
+from goalwire.security.toml_places import Place, find_places
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('mode = "enforced"', '1:1: mode is \'enforced\'; write mode = "enforce" or mode = "audit"'),
+        ('mode = ', '1:8: this is not TOML: Invalid value; see: toml.io'),
+        ('\n[role.a]\n', "2:1: 'role' is not known here; did you mean 'roles'?"),
+        ('[roles.a]\ncall = "/x"', '2:1: call takes a list of texts, not \'/x\'; write call = ["/name"]'),
+        ('[roles.a]\n  cal = []', "2:3: 'cal' is not a verb; did you mean 'call' or 'cancel'?"),
+        (
+            '[roles.a]\ncall = [\n  "/x",  # the first\n  "y",\n]',
+            "4:3: 'y' has no slash at its beginning; write '/y'",
+        ),
+        ('[roles.a]\ncall = [1]', '2:9: 1 is not a text; write call = ["/name"]'),
+        ('[roles.a]\ncall = ["/x", "/a**"]', "2:15: '/a**' is not a pattern of names; write letters"),
+        ('[roles.a]\ncall = ["/x/"]', "2:9: '/x/' is not a pattern of names"),
+        ('[roles.a]\ndomains = [233]', '2:1: 233 is not a domain; write numbers from 0 to 232'),
+        ('[roles.a]\nnamespace = "x"', "2:1: 'x' is not a namespace"),
+        (
+            '[roles.a]\n[identities]\nann = ["b"]',
+            "3:8: there is no role 'b'; add [roles.b], or take one of a",
+        ),
+        ('identities = 3', '1:1: identities is not a table; write [identities] in a line of its own'),
+    ],
+)
+def test_a_mistake_is_told_with_its_place(text: str, message: str) -> None:
+    with pytest.raises(PolicyError) as caught:
+        read_policy(text)
+    assert str(caught.value).startswith(f'policy.toml:{message}')
+
+
+def test_the_first_policy_is_one() -> None:
+    assert not read_policy(FIRST_POLICY).grants
+
+
+@pytest.mark.parametrize('end', ['', '\n', '\n# the end\n', '\n\n[roles.last]\ncall = []\n'])
+def test_adding_an_identity_keeps_what_people_wrote(end: str) -> None:
+    text = f'# mine\n[roles.a]\n[identities]  # who\n"ann" = ["a"]{end}'
+    added = add_identity(text, 'ben', ('a',))
+    assert tomllib.loads(added)['identities'] == {'ann': ['a'], 'ben': ['a']}
+    assert [line for line in added.splitlines() if 'ben' not in line] == text.splitlines()
+    assert add_identity(added, 'ben', ()) == added
+
+
+@given(st.text(alphabet='[]{}="\'#\n,. ab1\\', max_size=40))
+def test_any_text_is_a_policy_or_a_mistake_with_a_place(text: str) -> None:
+    places = [(1, 1)]
+    with suppress(PolicyError):
+        try:
+            read_policy(text)
+        except PolicyError as error:
+            places = [(error.line, error.column)]
+            raise
+    assert min(min(each) for each in places) >= 1
+
+
+def test_places_are_those_of_keys_and_elements() -> None:
+    text = '[a."b c"]\nx.y = ["1", # one\n "2"]\nz = """\n[no]\n"""\n[[q]]\nw = {v = [1]}\n'
+    places = find_places(text)
+    assert places['a', 'b c'] == Place(1, 1)
+    assert places['a', 'b c', 'x', 'y', 1] == Place(3, 2)
+    assert places['a', 'b c', 'z'] == Place(4, 1)
+    assert ('no',) not in places
