@@ -194,12 +194,12 @@ def test_feedback_that_comes_while_its_goal_is_put_away_is_not_lost(spun: NodeCo
     class Goals(dict[bytes, Any]):
         def pop(self, *args: Any) -> Any:
             found = super().pop(*args)
-            client._deliver_feedback(ref(client), sample)
+            client.streams._deliver_feedback(ref(client.streams), sample)
             return found
 
         def __delitem__(self, key: bytes) -> None:
             super().__delitem__(key)
-            client._deliver_feedback(ref(client), sample)
+            client.streams._deliver_feedback(ref(client.streams), sample)
 
     client.goals.active = Goals()
     action_server(spun, ActionCallbacks(execute, CALLBACKS.goal, lambda _: None, CALLBACKS.cancel))

@@ -190,11 +190,11 @@ def test_an_answer_that_is_none_raises_where_it_is_asked_for(
 def test_rejected_feedback_and_statuses_are_told_at_powers_of_ten(
     client: ActionClientCore, records: list[LogRecord]
 ) -> None:
-    queue = client._feedback_queue(lambda _: None)
+    queue = client.streams.make_feedback_queue(lambda _: None)
     sample = Sample(b'\x00\x01\x00\x00\xff', 1, 0, 0, bytes(16))
     for _ in range(150):
         queue.handle(sample)
-        client._statuses.handle(sample)
+        client.streams.statuses.handle(sample)
     told = [each.message.split(' (')[0].split(' by now')[0] for each in records]
     assert told == [
         f"Action 'fib': a {kind} message was rejected{times}"

@@ -320,7 +320,7 @@ class _Feedback(Generic[FeedbackT]):
             try:
                 feedback = self._decode(unwrap(sample.payload)[1])
             except RemoteError as error:
-                self._core.reject_feedback(error)
+                self._core.streams.reject_feedback(error)
             else:
                 return feedback
 

@@ -2,8 +2,8 @@
 
 The rules, and the one record of each goal, are in goalwire.rules.goals.client; the requests in requests.py.
 Replies complete futures on the thread that brings them, so that no executor is needed to wait. The acceptance
-of a goal whose server runs in the client's own executor waits for its turn there instead: see `_answers`.
-Feedback and statuses go through the executor, in the client's group.
+of a goal whose server runs in the client's own executor waits for its turn there instead: see acceptances.py.
+Feedback and statuses go through the executor, in the client's group: see client_streams.py.
 """
 
 from __future__ import annotations
@@ -11,45 +11,39 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from functools import partial
-from math import inf
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NoReturn, cast
-from weakref import ReferenceType, ref
 
 from goalwire.cdr import codec
-from goalwire.entities.actions.client_goal import ClientGoalHandle, GoalFeedback, ResultFuture
+from goalwire.entities.actions.acceptances import Acceptances
+from goalwire.entities.actions.client_goal import ClientGoalHandle, ResultFuture
+from goalwire.entities.actions.client_results import GoalResults
+from goalwire.entities.actions.client_streams import ClientStreams
 from goalwire.entities.actions.endpoints import ActionQoS
-from goalwire.entities.actions.requests import LATE_S, ActionRequests, CancelCall, GoalCall, ResultCall
+from goalwire.entities.actions.requests import LATE_S, ActionRequests, CancelCall, GoalCall
 from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.call_context import CallContext, TimedCalls
-from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.graph_waiting import ServerWaitQueue, tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import PENDING_LIMIT, end_with, unanswered
-from goalwire.entities.type_support import ActionSupport, MessageSupport
+from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import (
-    CallError,
     ClosedError,
     InvalidHandle,
-    RemoteError,
     ShutDownError,
     TooManyCallsError,
-    peer_text,
 )
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.callbacks import advise_callback
 from goalwire.execution.event_queue import EventQueue, ResponseTicks
 from goalwire.execution.future import Future, block_on, cancel_quietly
 from goalwire.logging import RcutilsLogger, get_logger
-from goalwire.reports import log_rejected
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
+from goalwire.rules.goals.cancel import read_stamp
 from goalwire.rules.goals.client import ClientGoal, GoalClient
 from goalwire.rules.goals.ids import NO_ID, GoalId, new_goal_id
-from goalwire.rules.latencies import Latencies
-from goalwire.rules.qos import QoS
-from goalwire.rules.time import S_TO_NS, Time
-from goalwire.transport.contract import EndpointKind, Payload, Port, Sample
+from goalwire.rules.time import Time
+from goalwire.transport.contract import Payload, Sample
 
 if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal
@@ -59,9 +53,6 @@ if TYPE_CHECKING:
     from goalwire.rules.statistics import ActionClientStatistics
 
     Effects = list[effect.ClientEffect[ResultFuture, Payload]]
-
-_STATUS_LIMIT = 10
-"""Status arrays that may wait. More than one: a goal whose result is not kept is in a single array."""
 
 
 class ActionClientCore(TimedCalls):
@@ -87,17 +78,11 @@ class ActionClientCore(TimedCalls):
         """The rules, and the record of each goal."""
         self.blocking: dict[Future[Any], None] = {}
         """The futures for which threads wait in a blocking call."""
-        self._lock = Lock()
+        self.lock = Lock()
         """Guards `goals`: the rules take no lock themselves."""
-        self._group = group
         self.logger: RcutilsLogger = get_logger(node.logger_name).get_child('action_client')
         self._told = ''
         """The hint about similar names and types that was logged last."""
-        self._feedback = 0
-        self._feedback_rejected = 0
-        self._statuses_rejected = 0
-        self._result_latencies = Latencies()
-        """From goals to their results."""
         self._clock = node.context.shutdown_signal.clock
         self.goal_type: type = support.cls.Goal  # type: ignore[attr-defined]
         """The action's Goal class."""
@@ -105,13 +90,9 @@ class ActionClientCore(TimedCalls):
         self._wait_queue: ServerWaitQueue | None = None
         self.arrivals = ResponseTicks(node.work_queue, self)
         self._names = node.resolve_action(name)
-        self._answers: EventQueue[tuple[GoalCall, Payload]] = EventQueue(
-            node.work_queue, None, self._answer_in_turn
-        )
-        """Acceptances that wait for their turn: the execution of the goal begins first, as in rclpy."""
-        self._statuses: EventQueue[Sample] = EventQueue(
-            node.work_queue, group, self._on_status, depth=_STATUS_LIMIT
-        )
+        self._acceptances = Acceptances(node, self._names.send_goal, self.blocking)
+        take_statuses = partial(self.dispatch, self.goals.on_status)
+        self.streams = ClientStreams(self, support, group, self.goals, take_statuses)
         with ExitStack() as undo:
             self._open(undo, support, qos)
             undo.pop_all()
@@ -126,30 +107,19 @@ class ActionClientCore(TimedCalls):
             self, 'result', names.get_result, support.get_result, qos.result
         )
         undo.callback(self.result_requests.close)
+        self._results = GoalResults(self, self.result_requests)
         self.cancel_requests = ActionRequests(
             self, 'cancel request', names.cancel_goal, support.cancel_goal, qos.cancel
         )
         undo.callback(self.cancel_requests.close)
-        deliver_feedback = partial(ActionClientCore._deliver_feedback, ref(self))
-        self._feedback_port = self._subscription(
-            names.feedback, support.feedback, qos.feedback, deliver_feedback
-        )
-        undo.callback(self._feedback_port.close)
-        self._status_port = self._subscription(
-            names.status, support.status, qos.status, self._statuses.deliver
-        )
-
-    def _subscription(
-        self, name: str, support: MessageSupport, qos: QoS, deliver: Callable[[Sample], None]
-    ) -> Port:
-        endpoint = describe_endpoint(self.node, EndpointKind.SUBSCRIPTION, name, support, qos)
-        return self.node.port.subscription(endpoint, deliver)
+        undo.callback(self.streams.close)
+        self.streams.open(names, qos)
 
     # -- the rules, and what they decide -------------------------------------------------------------------
 
     def dispatch(self, event: Callable[..., Effects], *args: Any) -> None:
         """Pass an event to the reactor and perform its effects."""
-        with self._lock:
+        with self.lock:
             effects = event(*args)
         for item in effects:
             match item:
@@ -158,12 +128,11 @@ class ActionClientCore(TimedCalls):
                     if goal is not None and goal.heard is not None:
                         goal.heard()
                 case effect.RequestResult(goal_id):
-                    self._request_result(goal_id)
+                    self._results.request(goal_id)
                 case effect.DeliverResult(future, _, payload):
-                    if future.pending() and not future.set_raw(payload):  # else it was cancelled
-                        self.arrivals.deliver(None)
+                    self._results.deliver(future, payload)
                 case effect.FailResult(future, error):
-                    self._fail_result(future, error)
+                    self._results.fail(future, error)
 
     def goal(self, goal_id: GoalId) -> ClientGoal[ResultFuture]:
         """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
@@ -181,7 +150,7 @@ class ActionClientCore(TimedCalls):
         TooManyCallsError, InvalidHandle once destroyed.
         """
         goal_id = new_goal_id() if goal_uuid is None else goal_id_bytes(goal_uuid)
-        feedback = None if feedback_callback is None else self._feedback_queue(feedback_callback)
+        feedback = None if feedback_callback is None else self.streams.make_feedback_queue(feedback_callback)
         return self.send_as(goal_id, goal, feedback)
 
     def send_as(
@@ -202,7 +171,7 @@ class ActionClientCore(TimedCalls):
             raise InvalidHandle
         self._make_room()
         payload = wire.wrap(goal_id, self._encode_goal(goal))
-        with self._lock:
+        with self.lock:
             record = self.goals.on_send(goal_id, feedback, self._clock.system_now())
 
         def decode(raw: Payload) -> ClientGoalHandle[Any, Any, Any]:
@@ -226,7 +195,7 @@ class ActionClientCore(TimedCalls):
             )
         if len(self.goals.active) < PENDING_LIMIT:
             return
-        with self._lock:
+        with self.lock:
             is_room = self.goals.on_crowd()
         if not is_room:
             raise TooManyCallsError(
@@ -248,7 +217,7 @@ class ActionClientCore(TimedCalls):
     def on_goal_reply(self, call: GoalCall, sample: Sample) -> None:
         """A server has accepted or refused a goal."""
         goal, payload = call.goal, sample.payload
-        with self._lock:
+        with self.lock:
             (answer,) = self.goals.on_goal_reply(goal.goal_id, wire.is_acceptance(payload))
         if isinstance(answer, effect.UnexpectedReply):
             self.logger.warning(
@@ -257,40 +226,7 @@ class ActionClientCore(TimedCalls):
             )
             return
         self.goal_requests.latencies.add(sample.received_timestamp - goal.sent_at)
-        if call not in self.blocking and self._server_shares_executor():
-            self._answers.deliver((call, payload))
-            if call in self.blocking:  # by now: who blocks notes that first, and then looks at the answers
-                self._answer_at_once()
-        else:
-            self._answer_goal(call, payload)
-
-    def _server_shares_executor(self) -> bool:
-        """Whether a server of this action runs in the executor of this client, and a thread spins that."""
-        servers = self.node.context.deadlock_detector.event_queues.get(self._names.send_goal)
-        if not servers:
-            return False
-        queue = self.node.work_queue.queue
-        driver = None if queue is None else queue.driver()
-        if driver is None or not driver.is_driven():
-            return False
-        return any(server.work_queue.queue is queue for server in servers)
-
-    def _answer_in_turn(self, answer: tuple[GoalCall, Payload]) -> None:
-        self._answer_goal(*answer)
-
-    def _answer_at_once(self) -> None:
-        """Complete what waits for its turn: a thread blocks on it, and that turn might never come."""
-        while (answer := self._answers.take()) is not None:
-            self._answer_goal(*answer)
-
-    def _answer_goal(self, call: GoalCall, payload: Payload) -> None:
-        """Complete the future of a goal that a server has accepted or refused, and let its feedback begin."""
-        goal = call.goal
-        if isinstance(goal.feedback, GoalFeedback):
-            told = not call.pending() or call.set_raw(payload)
-            goal.feedback.open(in_a_turn=not told)
-        else:
-            call.complete(payload)
+        self._acceptances.take(call, payload)
 
     def discard_goal(self, goal: ClientGoal[ResultFuture], reason: str) -> None:
         """Keep nothing of a goal that no server has accepted."""
@@ -301,130 +237,17 @@ class ActionClientCore(TimedCalls):
         if isinstance(sending, GoalCall):
             sending.cancel_goal()
 
-    # -- feedback and statuses -----------------------------------------------------------------------------
-
-    def _feedback_queue(self, callback: Callable[[Any], object]) -> GoalFeedback:
-        what = f"the feedback callback of the action '{self.name}'"
-        advise_callback(callback, ('feedback_message',), what, self.logger)
-        decode = self.support.feedback.decode
-
-        def handle(sample: Sample) -> object:
-            try:
-                message = decode(sample.payload)
-            except RemoteError as error:
-                self.reject_feedback(error)
-                return None
-            return callback(message)
-
-        return GoalFeedback(self.node.work_queue, self._group, handle, self)
-
-    @staticmethod
-    def _deliver_feedback(reference: ReferenceType[ActionClientCore], sample: Sample) -> None:
-        # hot path: the wire does not hold the client, and yet this is one call.
-        self = reference()
-        if self is None:
-            return
-        goal_id = bytes(sample.payload[4:20])
-        goal = self.goals.active.get(goal_id) or self.goals.ended.get(goal_id)  # `find`, but for a call
-        if goal is None:
-            return
-        self._feedback += 1
-        if goal.heard is not None:
-            goal.heard()
-        if goal.feedback is not None:
-            goal.feedback.deliver(sample)
-
-    def reject_feedback(self, error: RemoteError) -> None:
-        """Count a feedback message that cannot be decoded."""
-        self._feedback_rejected += 1
-        self._log_rejected('feedback', self._feedback_rejected, error)
-
-    def _on_status(self, sample: Sample) -> None:
-        try:
-            self.dispatch(self.goals.on_status, bytes(sample.payload))
-        except RemoteError as error:
-            self._statuses_rejected += 1
-            self._log_rejected('status', self._statuses_rejected, error)
-
-    def _log_rejected(self, kind: str, count: int, error: RemoteError) -> None:
-        what = f"Action '{self.name}': a {kind} message was rejected"
-        log_rejected(self.logger.name, what, count, error, is_error=True)
-
     # -- results -------------------------------------------------------------------------------------------
 
     def get_result(self, goal_id: GoalId, call_context: CallContext | None = None) -> Future[Any]:
         """Ask for a goal's result; the future gives the action's GetResult response."""
         if self.destroyed:
             raise InvalidHandle
-        if call_context is None and self.default_timeout is not None:
-            # A goal may run for ever: if calls have a time, its result has none, but typed errors.
-            call_context = CallContext(self.node.context, 'action', self.full_name, inf)
-            call_context.see_servers(self.goal_service)
-        goal = self.goals.find(goal_id)
-        feedback = None if goal is None else goal.feedback
-        decode = self.support.get_result.decode_response
-        future = ResultFuture(self, goal_id, decode, call_context, feedback)
-        self.dispatch(self.goals.on_result_request, goal_id, future)
-        return future
-
-    def _request_result(self, goal_id: GoalId) -> None:
-        """Send the request for a result that somebody wants."""
-        with self._lock:
-            goal = self.goals.active.get(goal_id)
-            if goal is None or goal.request is not None or not goal.waiters:
-                return  # no waiter is left, or it was asked for again meanwhile
-            goal.request = call = ResultCall(self.result_requests, goal)
-        try:
-            self.result_requests.start(call, wire.encode_result_request(goal_id))
-        except BaseException:  # nothing was sent: the next request tries again
-            call.end()
-            self.dispatch(self.goals.on_result_failed, goal_id, unanswered('result', ''))
-            raise
-
-    def cancel_result(self, future: ResultFuture) -> None:
-        """Complete this future no more. With the last that waits for a result its request is cancelled."""
-        with self._lock:
-            request = self.goals.on_result_cancelled(future.goal_id, future)
-        if request is not None:
-            request.discard()
-
-    def on_result_reply(self, call: ResultCall, sample: Sample) -> None:
-        """The result is there. It is given to those that wait after the feedback that came before it."""
-        goal = call.goal
-        payload, reason = wire.split_reason(sample.payload)
-        if reason and not goal.reason:
-            goal.reason = peer_text(reason)
-            self.note_failure(goal.goal_id, goal.reason)
-        if goal.sent_at:
-            self._result_latencies.add(sample.received_timestamp - goal.sent_at)
-        if goal.feedback is not None:
-            self._feedback_port.catch_up()  # the wire may still hold feedback
-        status = wire.status_of(payload)
-        if isinstance(goal.feedback, GoalFeedback):
-            goal.feedback.end(partial(self.dispatch, self.goals.on_result, goal.goal_id, status, payload))
-        else:
-            self.dispatch(self.goals.on_result, goal.goal_id, status, payload)
+        return self._results.ask(goal_id, call_context)
 
     def note_failure(self, goal_id: GoalId, reason: str) -> None:
         """Log why a goal was aborted: programs written for rclpy know of no reason, and show none."""
         self.logger.warning(f"Action '{self.name}': goal {goal_id.hex()} was aborted: {reason}")
-
-    def on_result_lost(self, call: ResultCall, reason: str) -> None:
-        """No result will come."""
-        self.dispatch(self.goals.on_result_failed, call.goal.goal_id, unanswered('result', reason))
-        call.awaited_by.report_unanswered(reason)
-
-    def _fail_result(self, future: ResultFuture, error: Exception) -> None:
-        """Fail one waiting future if it has a context; else it stays pending, as in ROS 2."""
-        call_context = future.call_context
-        if call_context is None or not future.pending():
-            return
-        if self.destroyed:
-            end_with(future, InvalidHandle())
-        elif not self.node.context.ok():
-            end_with(future, ShutDownError(call_context.title))
-        else:
-            end_with(future, call_context.retell(error) if isinstance(error, CallError) else error)
 
     # -- cancelling ----------------------------------------------------------------------------------------
 
@@ -454,12 +277,7 @@ class ActionClientCore(TimedCalls):
 
         Raises TypeError for what is no time, ValueError for one not above 0, which would stand for all goals.
         """
-        if not (isinstance(stamp, Time) or hasattr(stamp, 'nanosec')):
-            raise TypeError(f'a Time or a builtin_interfaces/msg/Time is needed, not {stamp!r}')
-        stamp_ns = stamp.nanoseconds if isinstance(stamp, Time) else stamp.sec * S_TO_NS + stamp.nanosec
-        if stamp_ns <= 0:
-            raise ValueError(f'a time above 0 is needed, not {stamp}; cancel_all_goals cancels all')
-        return self.cancel_goal(NO_ID, stamp_ns)
+        return self.cancel_goal(NO_ID, read_stamp(stamp))
 
     def cancel_all_goals(self) -> CancelGoal.Response | None:
         """Ask as `cancel_all_goals_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
@@ -482,7 +300,7 @@ class ActionClientCore(TimedCalls):
         self.node.context.deadlock_detector.check(self.node.graph, self.goal_service)
         future = ask()
         self.blocking[future] = None
-        self._answer_at_once()
+        self._acceptances.complete_waiting()
         try:
             if self.destroyed or not block_on(future, None, self.node.context.shutdown_signal):
                 self._refuse_after_the_end()
@@ -536,22 +354,22 @@ class ActionClientCore(TimedCalls):
     def event_queues(self) -> list[EventQueue[Any]]:
         """Where statuses and the feedback of each goal wait for the executor."""
         queues = self.goals.feedback_queues()
-        return [self._statuses, *(queue for queue in queues if isinstance(queue, EventQueue))]
+        return [self.streams.statuses, *(queue for queue in queues if isinstance(queue, EventQueue))]
 
     def statistics(self) -> ActionClientStatistics:
         """Count goals and feedback."""
         from goalwire.rules.statistics import ActionClientStatistics
 
-        with self._lock:
+        with self.lock:
             counted, dropped = self.goals.statistics(), self.goals.feedback_dropped
         return ActionClientStatistics(
             self.full_name,
             counted,
-            self._feedback,
+            self.streams.feedback,
             dropped,
             self.goal_requests.latencies.histogram(),
-            self._result_latencies.histogram(),
-            self._feedback_rejected + self._statuses_rejected,
+            self._results.latencies.histogram(),
+            self.streams.rejected,
         )
 
     # -- the end -------------------------------------------------------------------------------------------
@@ -567,14 +385,12 @@ class ActionClientCore(TimedCalls):
             return
         self.destroyed = True
         self.node.disown(self)
-        self._feedback_port.close()
-        self._status_port.close()
+        self.streams.close()
         for requests in (self.goal_requests, self.result_requests, self.cancel_requests):
             requests.close()
         for future in (*self.blocking,):
             if future.pending():
                 end_with(future, InvalidHandle())
-        self._statuses.close()
         queues = self.goals.feedback_queues()
         self.dispatch(self.goals.on_close, InvalidHandle())
         for queue in queues:

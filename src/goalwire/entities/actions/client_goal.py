@@ -50,7 +50,11 @@ class GoalSending(Protocol):
     def get_result(self, goal_id: GoalId) -> Future[Any]:
         """Ask for the result."""
 
-    def cancel_result(self, future: ResultFuture) -> None:
+
+class ResultWaiting(Protocol):
+    """The results of an action client as their futures see them (GoalResults)."""
+
+    def cancel(self, future: ResultFuture) -> None:
         """Wait for this result no longer."""
 
 
@@ -130,30 +134,31 @@ class ResultFuture(Future[Any]):
     Where the goal has a feedback callback, it is done after that callback's last turn.
     """
 
-    __slots__ = ('_client', '_feedback', 'call_context', 'decode', 'goal_id')
+    __slots__ = ('_feedback', '_results', 'call_context', 'decode', 'goal_id')
 
     decode: Callable[[Any], Any]
 
     def __init__(
         self,
-        client: GoalSending,
+        results: ResultWaiting,
+        work_queue: NodeWorkQueue,
         goal_id: GoalId,
         decode: Callable[[Any], Any],
         call_context: CallContext | None,
         feedback: FeedbackQueue | None,
     ) -> None:
-        super().__init__(client.node.work_queue)
+        super().__init__(work_queue)
         self.goal_id = goal_id
         self.decode = decode
         self.call_context = call_context
         """The texts and times of its errors; None: it stays pending if nobody answers."""
-        self._client = client
+        self._results = results
         self._feedback = feedback if isinstance(feedback, GoalFeedback) else None
 
     def cancel(self) -> None:
         """Give the result up. The goal goes on, as in ROS 2."""
         if self.pending():
-            self._client.cancel_result(self)
+            self._results.cancel(self)
         super().cancel()
 
     def add_waker(self, waker: Callable[[], None]) -> None:

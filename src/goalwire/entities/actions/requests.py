@@ -75,10 +75,14 @@ class ActionSide(Protocol):
     def cancel_quietly(self, goal_id: GoalId) -> None:
         """Ask for cancellation, whatever the server says to that."""
 
-    def on_result_reply(self, call: ResultCall, sample: Sample) -> None:
+
+class ResultSide(Protocol):
+    """The results of an action client as the requests for them see these (GoalResults)."""
+
+    def on_reply(self, call: ResultCall, sample: Sample) -> None:
         """The result is there."""
 
-    def on_result_lost(self, call: ResultCall, reason: str) -> None:
+    def on_lost(self, call: ResultCall, reason: str) -> None:
         """No result will come."""
 
 
@@ -229,13 +233,14 @@ class ResultCall(PendingCall):
 
     awaited_by: ActionRequests
 
-    def __init__(self, client: ActionRequests, goal: ClientGoal[ResultFuture]) -> None:
+    def __init__(self, client: ActionRequests, goal: ClientGoal[ResultFuture], results: ResultSide) -> None:
         super().__init__(client, bytes)
         self.goal = goal
+        self._results = results
 
     def on_reply(self, sample: Sample) -> None:
         if self.take_reply():
-            self.awaited_by.action.on_result_reply(self, sample)
+            self._results.on_reply(self, sample)
 
     def on_end(self, reason: str) -> None:
         if self.end_lock.locked():
@@ -245,7 +250,7 @@ class ResultCall(PendingCall):
             client.node.context.sends.soon(TimerEntry(self._send_again))
         elif self.end():
             client.pending.pop(self.sent_as, None)
-            client.action.on_result_lost(self, reason)
+            self._results.on_lost(self, reason)
 
     def _send_again(self) -> None:
         client = self.awaited_by
@@ -256,4 +261,4 @@ class ResultCall(PendingCall):
             client.send(wire.encode_result_request(self.goal.goal_id), self)
         except GoalwireError:  # closed, or the wire refuses it
             if self.end():
-                client.action.on_result_lost(self, '')
+                self._results.on_lost(self, '')

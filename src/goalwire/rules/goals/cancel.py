@@ -18,6 +18,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from goalwire.rules.goals.ids import NO_ID
+from goalwire.rules.time import S_TO_NS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -69,6 +70,22 @@ class Cancellation(Generic[RequestT]):
     def code(self) -> CancelCode:
         """The code of the answer, once nothing is undecided any more."""
         return CancelCode.GOAL_TERMINATED if self.is_for_one and self.came_too_late else CancelCode.NONE
+
+
+def read_stamp(stamp: object) -> int:
+    """Return the time of a cancel request in ns.
+
+    Raises TypeError for anything but a Time or a builtin_interfaces/msg/Time, ValueError for one that is not
+    above 0, which would stand for all goals.
+    """
+    nanoseconds: object = getattr(stamp, 'nanoseconds', None)
+    if nanoseconds is None and hasattr(stamp, 'nanosec'):
+        nanoseconds = stamp.sec * S_TO_NS + stamp.nanosec  # type: ignore[attr-defined]
+    if not isinstance(nanoseconds, int):
+        raise TypeError(f'a Time or a builtin_interfaces/msg/Time is needed, not {stamp!r}')
+    if nanoseconds <= 0:
+        raise ValueError(f'a time above 0 is needed, not {stamp}; cancel_all_goals cancels all')
+    return nanoseconds
 
 
 def choose(
