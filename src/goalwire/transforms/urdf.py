@@ -85,6 +85,8 @@ class Kinematics:
     links: tuple[str, ...]
     joints: tuple[Joint, ...]
     """Each after the one that its parent link hangs on, a limb at a time."""
+    joint_names: tuple[str, ...]
+    """In the order of the text."""
 
     def positions(self, given: Mapping[str, float]) -> dict[str, float]:
         """Return the given positions, and those of the joints that follow one of them.
@@ -156,7 +158,8 @@ def kinematics_of(robot: Element) -> Kinematics:
     _refuse_twins('joints', [joint.name for joint in joints])
     root, ordered = _order(links, joints)
     _check_mimics({joint.name: joint for joint in joints})
-    return Kinematics(robot.attributes.get('name', ''), root, tuple(links), tuple(ordered))
+    names = tuple(joint.name for joint in joints)
+    return Kinematics(robot.attributes.get('name', ''), root, tuple(links), tuple(ordered), names)
 
 
 def _order(links: list[str], joints: list[Joint]) -> tuple[str, list[Joint]]:

@@ -6,6 +6,7 @@ import math
 import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
+from importlib.resources import files
 from typing import Any
 
 from geometry_msgs.msg import Twist
@@ -23,8 +24,8 @@ from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelativ
 
 from goalwire.apps.programs.running import spin
 from goalwire.apps.programs.turtlesim.canvas import Colour
-from goalwire.apps.programs.turtlesim.window import Window, to_data_url
 from goalwire.apps.programs.turtlesim.world import BACKGROUND, STEP_S, Line, Turtle, World, normalize
+from goalwire.apps.programs.window import Window, add_window_options, to_data_url
 
 DEPTH = 7
 TURN_RAD_S = 1.0
@@ -322,11 +323,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Show the turtles until Ctrl-C; returns the exit code."""
     arguments = list(sys.argv if argv is None else argv)
     parser = ArgumentParser('turtlesim_node', description='Turtles in a page of your browser.')
-    parser.add_argument('--port', type=int, default=0, help='port of the page; a free one if it is not given')
-    parser.add_argument('--no-open', action='store_true', help='do not open the browser')
+    add_window_options(parser)
     words = parser.parse_args(remove_ros_args(arguments)[1:])
     try:
-        window = Window(words.port)
+        window = Window(files(__package__).joinpath('page.html').read_bytes(), words.port)
     except (OSError, OverflowError) as error:
         print(f'turtlesim_node: no page at port {words.port}: {error}', file=sys.stderr)
         return 1

@@ -1,4 +1,4 @@
-"""The turtles' window: a page in a browser of this machine, which only looks."""
+"""A program's window: a page in a browser of this machine, which shows what changes and may send commands."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import json
 import socket
 import threading
 import webbrowser
+from argparse import ArgumentParser
 from collections.abc import Callable, Mapping
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from importlib.resources import files
 from types import TracebackType
 from typing import Any, Self
 
 HOST = '127.0.0.1'
 LOCAL_NAMES = {'127.0.0.1', 'localhost'}
+COMMAND_HEADER = 'X-Window-Command'
+LONGEST_COMMAND = 1 << 16
 MOST_WAITING = 300
 """How many pictures a slow browser may lag behind before it is sent the whole anew."""
 
@@ -22,20 +24,22 @@ MOST_WAITING = 300
 class Window:
     """Serves the page, and sends each browser the whole picture at first and then what has changed.
 
-    `describe` returns the whole picture. A browser's thread calls it under `lock`, which whoever changes the
-    picture holds, too.
+    `describe` returns the whole picture, `receive` takes a command of the page; without it the page only
+    looks. A browser's thread calls them under `lock`, which whoever changes the picture holds, too.
     """
 
-    def __init__(self, port: int = 0) -> None:
+    def __init__(self, page: bytes, port: int = 0) -> None:
         """Listen at a port of this machine, at a free one if it is 0. Raises OSError."""
+        self.page = page
         self.lock = threading.Lock()
         self.describe: Callable[[], Mapping[str, Any]] = dict
+        self.receive: Callable[[Mapping[str, Any]], None] | None = None
         self.is_closed = False
         self._streams: set[_Stream] = set()
         self._server = ThreadingHTTPServer((HOST, port), _Page)
         self._server.daemon_threads = True
         self._server.window = self  # type: ignore[attr-defined]
-        self._thread = threading.Thread(target=self._serve, name='turtlesim-window')
+        self._thread = threading.Thread(target=self._serve, name='window')
         self._thread.start()
 
     @property
@@ -45,9 +49,7 @@ class Window:
 
     def open(self) -> None:
         """Open the user's browser; on a thread, for some browsers hold up who starts them."""
-        threading.Thread(
-            target=webbrowser.open, args=(self.url,), daemon=True, name='turtlesim-browser'
-        ).start()
+        threading.Thread(target=webbrowser.open, args=(self.url,), daemon=True, name='window-browser').start()
 
     def send(self, change: Mapping[str, Any]) -> None:
         """Send every browser what has changed; `lock` is held."""
@@ -129,21 +131,54 @@ class _Stream:
 
 
 class _Page(BaseHTTPRequestHandler):
-    """Answers a browser: the page at /, the events at /events."""
+    """Answers a browser: the page at /, the events at /events, commands to /command."""
 
-    def do_GET(self) -> None:
-        host = (self.headers.get('Host') or '').rpartition(':')[0]
+    @property
+    def _window(self) -> Window:
         window: Window = self.server.window  # type: ignore[attr-defined]
+        return window
+
+    def _is_local(self) -> bool:
+        host = (self.headers.get('Host') or '').rpartition(':')[0]
         if host not in LOCAL_NAMES:
             self.send_error(403, 'this page is for browsers of its own machine')
-        elif self.path == '/':
+        return host in LOCAL_NAMES
+
+    def do_GET(self) -> None:
+        window = self._window
+        if not self._is_local():
+            return
+        if self.path == '/':
             self._answer('text/html; charset=utf-8')
-            self.wfile.write(files(__package__).joinpath('page.html').read_bytes())
+            self.wfile.write(window.page)
         elif self.path == '/events':
             self._answer('text/event-stream')
             window.attend(self._write)
         else:
             self.send_error(404)
+
+    def do_POST(self) -> None:
+        """Pass a command on. Pages of other sites must ask before they send the header, and are refused."""
+        window = self._window
+        if not self._is_local():
+            return
+        if self.path != '/command' or window.receive is None or self.headers.get(COMMAND_HEADER) is None:
+            self.send_error(404)
+            return
+        try:
+            length = int(self.headers.get('Content-Length') or 0)
+            if not 0 <= length <= LONGEST_COMMAND:
+                raise ValueError('the command is too long')  # noqa: TRY301 - one answer to all that is wrong
+            command = json.loads(self.rfile.read(length))
+            if not isinstance(command, dict):
+                raise ValueError('a command is an object')  # noqa: TRY004, TRY301
+        except ValueError as error:
+            self.send_error(400, str(error)[:80])
+            return
+        with window.lock:
+            window.receive(command)
+        self.send_response(204)
+        self.end_headers()
 
     def _answer(self, kind: str) -> None:
         self.send_response(200)
@@ -159,6 +194,12 @@ class _Page(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Say nothing: whoever reaches the port could fill the terminal."""
+
+
+def add_window_options(parser: ArgumentParser) -> None:
+    """Add the options of every program that has a window: --port and --no-open."""
+    parser.add_argument('--port', type=int, default=0, help='port of the page; a free one if it is not given')
+    parser.add_argument('--no-open', action='store_true', help='do not open the browser')
 
 
 def to_data_url(png: bytes) -> str:

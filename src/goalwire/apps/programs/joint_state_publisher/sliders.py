@@ -1,0 +1,88 @@
+"""joint_state_publisher_gui: the same with a slider for each joint, in a page of the browser."""
+
+from __future__ import annotations
+
+import random
+import sys
+from argparse import ArgumentParser
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from typing import Any
+
+from rclpy.utilities import remove_ros_args
+
+from goalwire.apps.programs.joint_state_publisher.node import JointStatePublisher
+from goalwire.apps.programs.running import UsageError, spin
+from goalwire.apps.programs.window import Window, add_window_options
+
+NAME = 'joint_state_publisher_gui'
+
+
+class JointSliders(JointStatePublisher):
+    """A joint_state_publisher whose window shows a slider for each free joint, and sets them."""
+
+    def __init__(self, window: Window, file: str | None = None) -> None:
+        self._window = window
+        super().__init__(file, window.lock)
+        with window.lock:
+            window.describe = self._describe
+            window.receive = self._receive
+            self.show()
+
+    def show(self) -> None:
+        """Send every browser where the joints are; the lock is held."""
+        self._window.send(self._describe())
+
+    def _describe(self) -> dict[str, Any]:
+        free = [] if self.table is None else self.table.free.values()
+        return {
+            'joints': [
+                [
+                    joint.name,
+                    joint.lower,
+                    joint.upper,
+                    joint.zero if joint.position is None else joint.position,
+                ]
+                for joint in free
+                if joint.lower < joint.upper
+            ]
+        }
+
+    def _receive(self, command: Mapping[str, Any]) -> None:
+        """Carry out a command of the page; values beyond a joint's limits are cut, others passed over."""
+        free = {} if self.table is None else self.table.free
+        given = command.get('set')
+        if command.get('centre'):
+            self.get_logger().info('Centering')
+            given = {name: joint.zero for name, joint in free.items()}
+        elif command.get('randomize'):
+            self.get_logger().info('Randomizing')
+            given = {name: random.uniform(joint.lower, joint.upper) for name, joint in free.items()}  # noqa: S311
+        for name, position in given.items() if isinstance(given, dict) else ():
+            joint = free.get(name)
+            if joint is not None and type(position) in (int, float):
+                joint.position = min(max(float(position), joint.lower), joint.upper)
+        self.show()
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Show the sliders until Ctrl-C; returns the exit code."""
+    arguments = list(sys.argv if argv is None else argv)
+    parser = ArgumentParser(NAME, description='Joint states by sliders, in a page of your browser.')
+    parser.add_argument('urdf_file', nargs='?', help='description of the robot; without it that of the topic')
+    add_window_options(parser)
+    words = parser.parse_args(remove_ros_args(arguments)[1:])
+    try:
+        window = Window(files(__package__).joinpath('sliders.html').read_bytes(), words.port)
+    except (OSError, OverflowError) as error:
+        print(f'{NAME}: no page at port {words.port}: {error}', file=sys.stderr)
+        return 1
+    with window:
+        print(f'the sliders are at {window.url}', flush=True)
+        if not words.no_open:
+            window.open()
+        try:
+            return spin(lambda: JointSliders(window, words.urdf_file), arguments)
+        except UsageError as error:
+            print(f'{NAME}: {error}', file=sys.stderr)
+            return 1
