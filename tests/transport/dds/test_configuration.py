@@ -14,14 +14,10 @@ from helpers.isolation import isolated_env
 from helpers.processes import Program
 
 from goalwire.errors import TransportError
-from goalwire.transport.dds.cyclone import configuration
-from goalwire.transport.dds.cyclone.configuration import (
-    Unusable,
-    configured_peers,
-    domain_configuration,
-    resolve,
-)
+from goalwire.transport.dds import peers
+from goalwire.transport.dds.cyclone.configuration import configured_peers, domain_configuration
 from goalwire.transport.dds.environment import Range, discovery_range
+from goalwire.transport.dds.peers import Unusable, resolve
 
 VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_LOCALHOST_ONLY', 'ROS_STATIC_PEERS', 'CYCLONEDDS_URI')
 
@@ -121,8 +117,8 @@ def test_an_ipv6_address_is_taken_where_cyclone_speaks_it(entry: str) -> None:
     [
         (NOBODY, 'no IPv4 address is known'),
         ('300.1.1.1', 'no IPv4 address'),
-        ('::1', 'Cyclone DDS speaks IPv4'),
-        ('[::1]:7400', 'Cyclone DDS speaks IPv4'),
+        ('::1', 'IPv4 is spoken here'),
+        ('[::1]:7400', 'IPv4 is spoken here'),
         ('[fe80::1%lo]', 'scope'),
         ('127.0.0.1:', 'not an address'),
         ('127.0.0.1:0', 'port'),
@@ -155,7 +151,7 @@ def test_a_name_service_that_hangs_costs_a_bounded_time(monkeypatch: pytest.Monk
         return real(host, port, family, kind, flags=flags)
 
     monkeypatch.setattr(socket, 'getaddrinfo', slow)
-    monkeypatch.setattr(configuration, 'RESOLVE_WITHIN', 0.1)
+    monkeypatch.setattr(peers, 'RESOLVE_WITHIN', 0.1)
     names = [f'host{number}' for number in range(100)]
     found = resolve([*names, '192.168.0.7'], ipv6=False)
     gate.set()

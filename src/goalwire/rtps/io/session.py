@@ -133,7 +133,7 @@ class RtpsSession:
             settings.domain,
             hosts,
             settings.peers,
-            settings.groups,
+            settings.groups if settings.announces_to_group else (),
             ports=settings.ports,
             participants=settings.participants,
         )

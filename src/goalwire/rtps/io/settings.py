@@ -35,9 +35,11 @@ class Settings:
     excluded: tuple[str, ...] = ()
     """Names or addresses of interfaces that are not used."""
     multicast: bool = True
-    """Whether groups are joined and announced to, if the subnet is looked at."""
+    """Whether groups are joined, if the subnet is looked at."""
     group: str = ''
     """The multicast group of discovery; empty: the standard's."""
+    announces_to_group: bool = True
+    """Whether it announces itself there."""
     announces_here: bool = True
     """Whether it announces itself to the participants of this machine by unicast."""
     ports: Ports = STANDARD

@@ -1,0 +1,150 @@
+"""The settings of one session: first ROS 2's variables, then the file of the RMW that is asked for.
+
+Source: rcl src/rcl/init.c and discovery_options.c; rmw_fastrtps_shared_cpp src/participant.cpp;
+rmw_cyclonedds_cpp src/rmw_node.cpp. Where both speak of a thing, the file wins.
+"""
+
+from __future__ import annotations
+
+import os
+
+from goalwire.errors import TransportError
+from goalwire.records import replace
+from goalwire.reports import LOGGER
+from goalwire.rtps.io.addresses import Ports, Reach, data_port
+from goalwire.rtps.io.interfaces import find_interfaces
+from goalwire.rtps.io.settings import Settings
+from goalwire.transport.dds.environment import Range, discovery_range, static_peers
+from goalwire.transport.dds.peers import Unusable, resolve
+from goalwire.transport.dds.settings.findings import Findings
+
+FAST_DDS, CYCLONE, CONNEXT = 'rmw_fastrtps_cpp', 'rmw_cyclonedds_cpp', 'rmw_connextdds'
+
+_REACH = {
+    Range.SUBNET: Reach.SUBNET,
+    Range.LOCALHOST: Reach.LOCALHOST,
+    Range.OFF: Reach.OFF,
+    Range.SYSTEM_DEFAULT: Reach.SUBNET,
+}
+_NOT_READ = {
+    FAST_DDS: ('ROS_DISCOVERY_SERVER', 'FASTDDS_ENVIRONMENT_FILE'),
+    CYCLONE: (),
+    CONNEXT: ('NDDS_QOS_PROFILES', 'NDDS_DISCOVERY_PEERS'),
+}
+"""Variables of each RMW that change who is found, and have no effect here."""
+
+
+def session_settings(domain: int, rmw: str = CYCLONE) -> Settings:
+    """Return how a session of a domain is set up, as an RMW of this name would have it.
+
+    What has no effect here is named in one warning. Names of peers are looked up, for seconds at most; one
+    that has no address is left out with a warning. Raises TransportError for what cannot be understood.
+    """
+    range_ = discovery_range()
+    settings = Settings(domain=domain, reach=_REACH[range_])
+    findings = _read(domain, rmw)
+    if findings is not None:
+        settings = _apply(findings, settings)
+    if range_ is Range.SYSTEM_DEFAULT:  # then only the file says who is announced to
+        settings = replace(settings, announces_here=not settings.multicast)
+    peers = _find_peers(settings, findings, _static_peers(range_))
+    _check(settings)
+    _warn_of_interfaces(settings)
+    _warn_of_ignored(findings, rmw)
+    return replace(settings, peers=peers)
+
+
+def _read(domain: int, rmw: str) -> Findings | None:
+    """Read the file of an RMW; None if it has none. The modules are imported by those who need them."""
+    if rmw == CYCLONE and (uri := os.environ.get('CYCLONEDDS_URI', '').strip()):
+        from goalwire.transport.dds.settings.cyclone import read_cyclone
+
+        return read_cyclone(uri, domain)
+    if rmw == FAST_DDS:
+        from goalwire.transport.dds.settings.fast_dds import read_fast_dds
+
+        return read_fast_dds()
+    return None
+
+
+def _static_peers(range_: Range) -> list[str]:
+    """Return ROS_STATIC_PEERS, which counts in two ranges only, and not beside ROS_LOCALHOST_ONLY."""
+    is_only_here = os.environ.get('ROS_LOCALHOST_ONLY', '').strip() == '1'
+    return static_peers() if range_ in (Range.SUBNET, Range.LOCALHOST) and not is_only_here else []
+
+
+def _apply(findings: Findings, settings: Settings) -> Settings:
+    """Return settings with what a file sets."""
+    values = dict(findings.values)
+    if values.get('multicast') is True and settings.reach is Reach.LOCALHOST:
+        values['reach'] = Reach.SUBNET
+    if findings.ports:
+        values['ports'] = replace(Ports(), **findings.ports)
+    return replace(
+        settings,
+        interfaces=tuple(dict.fromkeys(findings.interfaces)),
+        excluded=tuple(dict.fromkeys(findings.excluded)),
+        **values,
+    )
+
+
+def _check(settings: Settings) -> None:
+    """Raise TransportError if the ports of a domain are not below 65536."""
+    last = data_port(settings.domain, settings.participants - 1, settings.ports)
+    if not 0 < last < 65536:
+        raise TransportError(
+            f'with these ports, participant {settings.participants - 1} of domain {settings.domain} would '
+            f'have port {last}; set a smaller base, gain or number of participants'
+        )
+
+
+def _find_peers(settings: Settings, findings: Findings | None, static: list[str]) -> tuple[str, ...]:
+    """Return the addresses of all peers that are named; those of a file come first."""
+    named = {} if findings is None else dict.fromkeys(findings.peers, findings.origin)
+    for peer in static:
+        named.setdefault(peer, 'ROS_STATIC_PEERS')
+    if not named or settings.reach is Reach.OFF:
+        return ()
+    found = resolve(named, settings.ipv6)
+    peers: list[str] = []
+    for peer, origin in named.items():
+        known = found[peer]
+        if isinstance(known, Unusable):
+            _warn(f'{origin}: {peer[:80]!r} is left out: {known}. Name the machine by its address')
+        else:
+            peers += known
+    return tuple(dict.fromkeys(peers))
+
+
+def _warn_of_interfaces(settings: Settings) -> None:
+    """Warn of interfaces that are asked for and not there: they are used as soon as they are."""
+    if not settings.interfaces:
+        return
+    there = find_interfaces(ipv6=settings.ipv6)
+    known = {name for each in there for name in (each.name, each.address)}
+    missing = [name for name in settings.interfaces if name not in known]
+    if missing:
+        listed = ', '.join(f'{each.name} ({each.address})' for each in there) or 'none'
+        _warn(
+            f'no interface has the name or address {", ".join(map(repr, missing))}; it is used when it '
+            f'comes. There are: {listed}'
+        )
+
+
+def _warn_of_ignored(findings: Findings | None, rmw: str) -> None:
+    """Name all that is set and has no effect here, in one line."""
+    names = [name for name in _NOT_READ.get(rmw, ()) if os.environ.get(name)]
+    if findings is not None and findings.ignored:
+        names.append(f'in {findings.origin}: {", ".join(findings.ignored)}')
+    if not names:
+        return
+    advice = ''
+    if os.environ.get('ROS_DISCOVERY_SERVER') and rmw == FAST_DDS:
+        advice = '. Discovery servers are not spoken to: name the other machines in ROS_STATIC_PEERS'
+    _warn(f'set, but without effect on this session: {"; ".join(names)}{advice}')
+
+
+def _warn(text: str) -> None:
+    from goalwire.logging import get_logger  # needed only when something is broken
+
+    get_logger(LOGGER).warning(text)
