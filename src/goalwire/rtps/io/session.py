@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
-from collections.abc import Sized
+from collections.abc import Callable, Sized
 from functools import partial
 from time import monotonic, time_ns
 from weakref import WeakSet
@@ -57,11 +57,16 @@ class RtpsSession:
         listener: ParticipantListener | None = None,
         *,
         awaited: Sized = (),
+        rejects: RejectCounters | None = None,
+        starts: bool = True,
     ) -> None:
-        """Open it, and announce it. `awaited` is for `WireSet.awaited`. Raises TransportError."""
+        """Open it. Raises TransportError.
+
+        `awaited` is for `WireSet.awaited`, `rejects` counts what is refused; without `starts` call `start`.
+        """
         first_port(settings.domain, settings.ports)
         self.guard = ForkGuard()
-        self.rejects = RejectCounters()
+        self.rejects = RejectCounters() if rejects is None else rejects
         """What others sent and this session ignored, by kind."""
         self._settings = settings
         self._is_local = settings.reach is Reach.LOCALHOST and not settings.peers
@@ -104,11 +109,16 @@ class RtpsSession:
                 self._poller.register(sock.fileno(), IN, partial(self._read, sock))
             if settings.reach is not Reach.OFF:
                 self._changes = InterfaceChanges(self._poller, self._on_interfaces)
-            self.participant.start()
-            self.wire_poller.start()
+            if starts:
+                self.start()
         except BaseException:
             self.close()
             raise
+
+    def start(self) -> None:
+        """Announce the participant, and read what comes."""
+        self.participant.start()
+        self.wire_poller.start()
 
     # ---- interfaces
 
@@ -195,15 +205,19 @@ class RtpsSession:
 
     def wait_until_acknowledged(self, timeout_s: float) -> bool:
         """Wait until reliable readers have all that was written; False after `timeout_s`."""
+        return self.wait_for_acknowledgements(self.participant.is_acknowledged, timeout_s)
+
+    def wait_for_acknowledgements(self, is_done: Callable[[], bool], timeout_s: float) -> bool:
+        """Wait until `is_done`, which changes as readers acknowledge; False after `timeout_s`."""
         deadline = monotonic() + timeout_s
         sleeper = SleepingThread()
         self._sleepers.add(sleeper)
         try:
-            while not self.participant.is_acknowledged():
+            while not is_done():
                 left = deadline - monotonic()
                 if left <= 0:
                     return False
-                self.wire_poller.wait(sleeper, int(left * 1e9))
+                self.wire_poller.wait(sleeper, int(min(left, 1e6) * 1e9))
         finally:
             self._sleepers.discard(sleeper)
         return True

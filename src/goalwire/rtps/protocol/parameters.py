@@ -155,6 +155,9 @@ _BIG_LOCATOR = struct.Struct('>iI16s')
 
 def related_sample(qos: bytes) -> SampleIdentity | None:
     """Return the identity of the request that inline QoS names; None if it names none."""
+    if qos[:4] == _RELATED_HEAD and len(qos) >= 28:  # as most begin
+        guid, high, low = _IDENTITY.unpack_from(qos, 4)
+        return SampleIdentity(guid, (high << 32) | low if high >= 0 else _NOBODY)
     for pid, value in read_list(qos):
         if pid in (RELATED_SAMPLE, RELATED_SAMPLE_OF_VENDORS) and len(value) >= _IDENTITY.size:
             guid, high, low = _IDENTITY.unpack_from(value)
@@ -162,11 +165,15 @@ def related_sample(qos: bytes) -> SampleIdentity | None:
     return None
 
 
-def write_related_sample(related: SampleIdentity) -> bytes:
-    """Return inline QoS that names a request, by both ids."""
+def write_related_sample(related: SampleIdentity, others: Iterable[tuple[int, bytes]] = ()) -> bytes:
+    """Return inline QoS that names a request, by both ids, with other parameters behind that."""
     guid, number = related
     value = _IDENTITY.pack(guid, number >> 32, number & 0xFFFFFFFF if number >= 0 else 0)
-    return write_list([(RELATED_SAMPLE, value), (RELATED_SAMPLE_OF_VENDORS, value)])
+    return b'%b%b%b%b%b' % (_RELATED_HEAD, value, _VENDORS_RELATED_HEAD, value, write_list(others))
+
+
+_RELATED_HEAD = struct.pack('<HH', RELATED_SAMPLE, _IDENTITY.size)
+_VENDORS_RELATED_HEAD = struct.pack('<HH', RELATED_SAMPLE_OF_VENDORS, _IDENTITY.size)
 
 
 def status_of(qos: bytes) -> tuple[int, bytes]:

@@ -172,6 +172,11 @@ class Participant(Wire):
         """Take a writer or a reader back, and tell all participants of it."""
         self.run(partial(self._delete, endpoint), None)
 
+    def vendor_of(self, prefix: bytes) -> bytes:
+        """Return the two bytes that name the vendor of a participant; nothing if it is not known."""
+        remote = self._known.remotes.get(prefix)
+        return b'' if remote is None else remote.data.vendor
+
     def is_acknowledged(self) -> bool:
         """Whether readers that have ever answered have acknowledged all that was written for them."""
         writers = [writer for writer in list(self._known.writers.values()) if writer.data.topic]

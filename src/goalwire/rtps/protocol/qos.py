@@ -29,7 +29,7 @@ class Qos:
     """How long a writer that keeps all may wait for room."""
     durability: int = VOLATILE
     depth: int = 1
-    """How many samples are kept; 0: all."""
+    """How many samples are kept; 0: all; UNTOLD: another participant's endpoint does not say."""
     deadline: int = INFINITE
     lifespan: int = INFINITE
     liveliness: int = AUTOMATIC
@@ -41,8 +41,9 @@ class Qos:
     """Encodings of payloads; a writer's first is the one that it uses."""
 
 
-WRITER_DEFAULT = Qos(reliability=RELIABLE)
-READER_DEFAULT = Qos()
+UNTOLD = -1
+WRITER_DEFAULT = Qos(reliability=RELIABLE, depth=UNTOLD)
+READER_DEFAULT = Qos(depth=UNTOLD)
 """What holds for an endpoint of which nothing else is told."""
 
 
@@ -93,9 +94,11 @@ def write_qos(qos: Qos) -> Parameters:
     told: Parameters = [
         (pids.RELIABILITY, struct.pack('<I', qos.reliability) + encode_duration(qos.max_blocking)),
         (pids.DURABILITY, struct.pack('<I', qos.durability)),
-        (pids.HISTORY, struct.pack('<Ii', KEEP_LAST if qos.depth else KEEP_ALL, qos.depth or -1)),
         (pids.REPRESENTATION, struct.pack(f'<I{len(listed)}h', len(listed), *listed)),
     ]
+    if qos.depth != UNTOLD:
+        history = struct.pack('<Ii', KEEP_LAST if qos.depth else KEEP_ALL, qos.depth or -1)
+        told.insert(2, (pids.HISTORY, history))
     if qos.deadline != INFINITE:
         told.append((pids.DEADLINE, encode_duration(qos.deadline)))
     if qos.lifespan != INFINITE:

@@ -27,8 +27,16 @@ from goalwire.rtps.protocol.messages import (
     info_dst,
 )
 from goalwire.rtps.protocol.parameters import related_sample
-from goalwire.rtps.protocol.primitives import INFINITE, NS, Address, NumberSet, SampleIdentity, is_newer
-from goalwire.rtps.protocol.qos import RELIABLE
+from goalwire.rtps.protocol.primitives import (
+    INFINITE,
+    NS,
+    Address,
+    NumberSet,
+    SampleIdentity,
+    is_keyed,
+    is_newer,
+)
+from goalwire.rtps.protocol.qos import RELIABLE, TRANSIENT_LOCAL
 from goalwire.rtps.protocol.wire import Timer, Watch, Wire
 
 FIRST_ASK_S = 0.005
@@ -74,6 +82,9 @@ class ReaderListener:
 
     def on_matched(self, writer: EndpointData) -> None:
         """What a writer writes comes from now on."""
+
+    def on_answered(self, writer: EndpointData) -> None:
+        """A reliable writer has told what it has, for the first time: it knows the reader."""
 
     def on_unmatched(self, writer: EndpointData) -> None:
         """A writer has gone."""
@@ -158,6 +169,10 @@ class Reader:
         self._is_reliable = data.qos.reliability == RELIABLE
         self._is_paused = False
         self._on_sample = listener.on_sample
+        self._most_history = 0
+        """How many samples of those that were written before its match it takes; 0: all that there are."""
+        if data.qos.durability >= TRANSIENT_LOCAL and not is_keyed(data.entity_id):
+            self._most_history = max(data.qos.depth, 0)
         self._deadline = None
         if data.qos.deadline < INFINITE:
             self._deadline = Watch(
@@ -281,9 +296,12 @@ class Reader:
         proxy.counter = heartbeat.counter
         first = heartbeat.first
         if not proxy.next:
+            if self._most_history:
+                first = max(first, heartbeat.last - self._most_history + 1)
             proxy.next = first
             self._stop_timer(proxy)
             self._drop_below(proxy, first)
+            self._wire.tell(self.listener.on_answered, proxy.data)
         elif first > proxy.next:
             self._skip(proxy, first, is_loss=True)
         proxy.known = heartbeat.last

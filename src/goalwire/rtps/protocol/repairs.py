@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from goalwire.rtps.protocol.announcements import EndpointData
 from goalwire.rtps.protocol.fragment_windows import WINDOW, FragmentWindows
 from goalwire.rtps.protocol.messages import AckNack, Gap
 from goalwire.rtps.protocol.primitives import INFINITE, NumberSet, is_newer
@@ -26,14 +27,23 @@ class Repairs:
     """Asks the reliable readers of one writer, and sends them again what they lack. Inside `Wire.run`."""
 
     def __init__(
-        self, output: WriterOutput, windows: FragmentWindows, qos: Qos, on_acknowledged: Callable[[], None]
+        self,
+        output: WriterOutput,
+        windows: FragmentWindows,
+        qos: Qos,
+        on_acknowledged: Callable[[], None],
+        on_answered: Callable[[EndpointData], None],
     ) -> None:
-        """`on_acknowledged` is called when a reader has acknowledged something, or has gone."""
+        """`on_acknowledged` is called when a reader has acknowledged something, or has gone.
+
+        `on_answered` is told of the first answer of each reader, as users are told things.
+        """
         self._output = output
         self._windows = windows
         self._is_local_history = qos.durability >= TRANSIENT_LOCAL
         self._lifespan = qos.lifespan
         self._on_acknowledged = on_acknowledged
+        self._on_answered = on_answered
         self.acked = 0
         """All samples up to this one are acknowledged by all reliable readers."""
         self.timer: Timer | None = None
@@ -84,7 +94,9 @@ class Repairs:
         if not proxy.is_reliable or not (has_nothing or is_newer(acknack.counter, proxy.counter)):
             return
         proxy.counter = acknack.counter
-        proxy.has_answered = True
+        if not proxy.has_answered:
+            proxy.has_answered = True
+            output.wire.tell(self._on_answered, proxy.data)
         last = output.last_for(proxy)
         acked = min(base - 1, last)
         if acked > proxy.acked:

@@ -31,6 +31,9 @@ class WriterListener:
     def on_matched(self, reader: EndpointData) -> None:
         """A reader gets what is written from now on."""
 
+    def on_answered(self, reader: EndpointData) -> None:
+        """A reliable reader has answered for the first time: it knows the writer, and lacks nothing new."""
+
     def on_unmatched(self, reader: EndpointData) -> None:
         """A reader has gone."""
 
@@ -71,7 +74,9 @@ class Writer:
         self._far_fragment = fragment_sizes[1]
         self._output = WriterOutput(wire, data, self.history, fragment_sizes[0])
         self._windows = FragmentWindows(self._output, data.qos.depth, self._on_window_sent)
-        self._repairs = Repairs(self._output, self._windows, data.qos, self._on_acknowledged)
+        self._repairs = Repairs(
+            self._output, self._windows, data.qos, self._on_acknowledged, listener.on_answered
+        )
         self.readers = self._output.readers
         """Those that get its samples, by their GUID."""
         self.on_acknack = self._repairs.on_acknack
@@ -168,6 +173,11 @@ class Writer:
         """Whether readers that have ever answered have acknowledged all that was written for them."""
         output = self._output
         return not any(proxy.has_answered and output.is_open(proxy) for proxy in tuple(output.reliable))
+
+    def is_acknowledged_by_all(self) -> bool:
+        """Whether all reliable readers have acknowledged what was written for them; on any thread."""
+        output = self._output
+        return all(proxy.acked >= output.last_for(proxy) for proxy in tuple(output.reliable))
 
     def _unacked_size(self) -> int:
         if not self._is_local_history:
