@@ -18,7 +18,7 @@ def clean_environment(**variables: str) -> dict[str, str]:
     inherited = {
         name: value
         for name, value in os.environ.items()
-        if not name.startswith(_OURS) or name == WHOSE_SESSIONS
+        if not name.startswith(_OURS) or name in WHOSE_SESSIONS
     }
     if BYTECODE in os.environ:
         inherited[BYTECODE] = os.environ[BYTECODE]

@@ -25,8 +25,8 @@ _FIRST_CLAIM = _FIRST_PORT + SLOTS * _PORTS_PER_SLOT
 _OTHERS = ('AMENT_', 'COLCON_', 'CYCLONEDDS_', 'FASTRTPS_', 'GOALWIRE_', 'RCUTILS_', 'RMW_', 'ROS_', 'ZENOH_')
 """Beginnings of the variables that would let the machine's own ROS 2 into a test."""
 
-WHOSE_SESSIONS = 'GOALWIRE_ZENOH'
-"""Says which Zenoh sessions the tests and the programs that they start open; nothing hides it from them."""
+WHOSE_SESSIONS = frozenset({'GOALWIRE_ZENOH', 'GOALWIRE_DDS'})
+"""Say which sessions on Zenoh and DDS the tests, and programs that they start, open: hidden from none."""
 
 BYTECODE = 'PYTHONPYCACHEPREFIX'
 """Says where Python keeps compiled modules."""
@@ -107,7 +107,7 @@ def isolated_env(transport: str, log_dir: Path | None = None) -> dict[str, str]:
     kept = {
         name: value
         for name, value in os.environ.items()
-        if not name.startswith(_OTHERS) or name == WHOSE_SESSIONS
+        if not name.startswith(_OTHERS) or name in WHOSE_SESSIONS
     }
     return kept | {
         'RMW_IMPLEMENTATION': transport,

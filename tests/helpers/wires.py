@@ -7,6 +7,7 @@ import os
 import pytest
 
 from goalwire.errors import TransportError
+from goalwire.transport.dds import CYCLONE, chosen
 from goalwire.transport.dds.cyclone.library import find_library
 from goalwire.transport.zenoh.session import CHOICE, DEFAULT_CHOICE, NATIVE
 
@@ -28,16 +29,21 @@ def opens_native() -> bool:
 def require_wire(request: pytest.FixtureRequest) -> str:
     """Return the fixture's wire; skip what is marked as different there, and a wire that is not installed."""
     name: str = request.param
-    for mark in request.node.iter_markers('differs_on'):
-        if mark.args[0] == name:
-            pytest.skip(mark.args[1])
+    skip_differing(request, name)
     require(name)
     return name
 
 
+def skip_differing(request: pytest.FixtureRequest, name: str) -> None:
+    """Skip the test if it is marked as different on a wire."""
+    for mark in request.node.iter_markers('differs_on'):
+        if mark.args[0] == name:
+            pytest.skip(mark.args[1])
+
+
 def require(name: str) -> None:
     """Skip the test where a wire is not installed."""
-    if name == DDS:
+    if name == DDS and chosen(DDS) == CYCLONE:
         try:
             find_library()
         except TransportError as error:

@@ -15,6 +15,8 @@ WITHIN_ONE_PROCESS = 'goalwire_memory'
 _MODULES = {
     'rmw_zenoh_cpp': 'goalwire.transport.zenoh',
     'rmw_cyclonedds_cpp': 'goalwire.transport.dds',
+    'rmw_fastrtps_cpp': 'goalwire.transport.dds',
+    'rmw_connextdds': 'goalwire.transport.dds',
     WITHIN_ONE_PROCESS: 'goalwire.transport.memory',
 }
 _loaded: dict[str, Transport] = {}
@@ -42,7 +44,7 @@ def get(identifier: str | None = None) -> Transport:
                 f"RMW_IMPLEMENTATION names '{identifier}', which goalwire does not speak; "
                 f'choose one of: {known}'
             ) from None
-        _loaded[identifier] = module.TRANSPORT
+        _loaded[identifier] = getattr(module, 'TRANSPORTS', {}).get(identifier) or module.TRANSPORT
     transport = _loaded[identifier]
     if text := os.environ.get('GOALWIRE_FAULTS'):
         from goalwire.transport.faults.text import parse

@@ -1,17 +1,43 @@
-"""ROS 2 over DDS, as rmw_cyclonedds_cpp speaks it; the library is loaded at the first open."""
+"""ROS 2 over DDS, as the RMWs that stand on DDS speak it; a session is made at the first open.
+
+GOALWIRE_DDS says what it stands on: `native` for goalwire's own RTPS, or `cyclone` for libddsc.
+"""
 
 from __future__ import annotations
 
+import os
+from functools import partial
+
+from goalwire.errors import TransportError
 from goalwire.transport.contract import Session, SessionOptions, Transport
 
+CHOICE = 'GOALWIRE_DDS'
+NATIVE, CYCLONE = 'native', 'cyclone'
 
-def _open(options: SessionOptions) -> Session:
+
+def chosen(identifier: str) -> str:
+    """Return what a session of an RMW stands on. Raises TransportError for an unknown word."""
+    word = os.environ.get(CHOICE) or DEFAULT_CHOICES[identifier]
+    if word not in {NATIVE, CYCLONE}:
+        raise TransportError(f"{CHOICE} is '{word}'; set it to {NATIVE} or {CYCLONE}")
+    return word
+
+
+def _open(identifier: str, options: SessionOptions) -> Session:
     """Join a domain as the environment says. Raises TransportError or ForkedError."""
-    from goalwire.transport.dds.cyclone.session import open_session
+    # Only the kind of session that is opened is imported: libddsc takes 12 MB.
+    if chosen(identifier) == CYCLONE:
+        from goalwire.transport.dds.cyclone import session as on_libddsc
 
-    return open_session(options)
+        return on_libddsc.open_session(options)
+    from goalwire.transport.dds.native import rmw, session
+
+    defaults = {each.identifier: each for each in (rmw.CYCLONE_DDS, rmw.FAST_DDS, rmw.CONNEXT)}
+    return session.open_session(options, defaults[identifier])
 
 
-TRANSPORT = Transport('rmw_cyclonedds_cpp', _open)
+DEFAULT_CHOICES = {'rmw_cyclonedds_cpp': CYCLONE, 'rmw_fastrtps_cpp': NATIVE, 'rmw_connextdds': NATIVE}
+TRANSPORTS = {name: Transport(name, partial(_open, name)) for name in DEFAULT_CHOICES}
+TRANSPORT = TRANSPORTS['rmw_cyclonedds_cpp']
 
-__all__ = ['TRANSPORT']
+__all__ = ['CHOICE', 'CYCLONE', 'NATIVE', 'TRANSPORT', 'TRANSPORTS']

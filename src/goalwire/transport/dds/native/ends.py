@@ -1,0 +1,100 @@
+"""What clients and servers have in common: two ends with names, and samples that wait for room."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+from goalwire.rtps.protocol.announcements import EndpointData as RtpsEndpoint
+from goalwire.rtps.protocol.reader import Reader, ReaderListener
+from goalwire.rtps.protocol.writer import Writer, WriterListener
+from goalwire.transport.contract import Endpoint
+from goalwire.transport.dds.description import (
+    EndpointData,
+    Role,
+    dds_topic,
+    dds_type,
+    decode_endpoint,
+    encode_endpoint,
+)
+from goalwire.transport.dds.native.context import NativeContext
+from goalwire.transport.dds.native.qos import service_qos
+from goalwire.transport.endpoint import EndpointState
+
+
+def _names(role: Role, endpoint: Endpoint) -> tuple[str, str]:
+    topic = dds_topic(role, endpoint.name, verbatim=endpoint.qos.avoid_ros_namespace_conventions)
+    return topic, dds_type(role, endpoint.type_name)
+
+
+def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
+    """Return what an end says of itself: the hash is that of what it carries."""
+    if endpoint.part_hashes is not None:
+        of_request, of_response = endpoint.part_hashes()
+        data = data._replace(type_hash=of_request if role is Role.REQUEST else of_response)
+    return encode_endpoint(data)
+
+
+class Ends(NamedTuple):
+    """The two ends of a client or a server."""
+
+    writer: Writer
+    reader: Reader
+
+
+def make_ends(
+    context: NativeContext,
+    state: EndpointState,
+    endpoint: Endpoint,
+    data: EndpointData,
+    sends: Role,
+    listeners: tuple[WriterListener, ReaderListener],
+) -> Ends:
+    """Make them; `sends` is what the writer sends. `state` undoes it."""
+    participant, qos = context.participant, service_qos(endpoint.qos)
+    takes = Role.REPLY if sends is Role.REQUEST else Role.REQUEST
+    on_writer, on_reader = listeners
+    writer = participant.create_writer(
+        *_names(sends, endpoint), qos, on_writer, _user_data(sends, endpoint, data)
+    )
+    state.undo.append(partial(participant.delete, writer))
+    reader = participant.create_reader(
+        *_names(takes, endpoint), qos, on_reader, _user_data(takes, endpoint, data)
+    )
+    state.undo.append(partial(participant.delete, reader))
+    return Ends(writer, reader)
+
+
+def side_of(endpoint: RtpsEndpoint) -> str:
+    """Return what the two ends of one client or server share: an id, or else their participant."""
+    told = decode_endpoint(endpoint.user_data)
+    return told.service_id or told.client_id or endpoint.prefix.hex()
+
+
+class WaitingSamples:
+    """Samples for which a writer has no room yet, by the reader that they are for. Inside `Wire.run`."""
+
+    def __init__(self) -> None:
+        self._queues: dict[bytes | None, deque[Callable[[], bool]]] = {}
+
+    def send(self, reader: bytes | None, send: Callable[[], bool]) -> None:
+        """Send now, or behind those that wait; `send` returns False if there is no room."""
+        queue = self._queues.get(reader)
+        if queue is not None:
+            queue.append(send)
+        elif not send():
+            self._queues[reader] = deque([send])
+
+    def send_all(self) -> None:
+        """Send what there is room for."""
+        for reader, queue in list(self._queues.items()):
+            while queue and queue[0]():
+                queue.popleft()
+            if not queue:
+                del self._queues[reader]
+
+    def discard(self, reader: bytes) -> None:
+        """A reader has gone."""
+        self._queues.pop(reader, None)

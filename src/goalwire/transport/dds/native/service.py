@@ -1,0 +1,265 @@
+"""Service servers: they answer each client in the form of its request."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from time import time_ns
+from typing import NamedTuple
+
+from goalwire.errors import LocalError, RemoteError
+from goalwire.reports import report_failure
+from goalwire.rtps.protocol.announcements import EndpointData as RtpsEndpoint
+from goalwire.rtps.protocol.reader import ReaderListener
+from goalwire.rtps.protocol.reader import Sample as RtpsSample
+from goalwire.rtps.protocol.writer import WriterListener
+from goalwire.transport.contract import Endpoint, Request, Sample, new_sample
+from goalwire.transport.dds.description import EndpointData, Role, decode_endpoint
+from goalwire.transport.dds.native.context import NativeContext
+from goalwire.transport.dds.native.dialects import (
+    CYCLONE_VENDOR,
+    ReturnAddress,
+    read_request,
+    write_refusal,
+    write_reply,
+)
+from goalwire.transport.dds.native.ends import WaitingSamples, make_ends, side_of
+from goalwire.transport.endpoint import EndpointState, OpenPort
+
+MATCHING_S = 0.1
+"""How long a reply waits for its client's reader, as in rmw_cyclonedds and rmw_fastrtps."""
+
+
+class Client(NamedTuple):
+    """A client, as its request writer describes it."""
+
+    prefix: bytes
+    side: str
+    has_header: bool
+    takes_refusals: bool
+
+
+class NativeRequest(Request):
+    """One request waiting for its reply."""
+
+    __slots__ = ('_is_answered', '_service', 'address', 'client', 'sample')
+
+    def __init__(
+        self, service: NativeService, address: ReturnAddress, client: Client, sample: Sample
+    ) -> None:
+        self.sample = sample
+        self.client = client
+        self.address = address
+        self._service = service
+        self._is_answered = False
+
+    def reply(self, payload: bytes) -> None:
+        """Answer. Raises LocalError the second time, ForkedError after a fork."""
+        service = self._service
+        state = service.state
+        if state.guard.is_forked:
+            state.check()
+        if self._is_answered:
+            raise LocalError(f'{state.title}: this request was answered before; answer it once')
+        self._is_answered = True
+        if service.waiting.pop(self, False):
+            service.send(self, *write_reply(self.address, payload))
+
+    def cancel(self, reason: str = '') -> None:
+        """End the request. A client that is not goalwire's is not told: its call ends with the server."""
+        service = self._service
+        if service.state.is_forked:
+            service.state.check()
+        if service.waiting.pop(self, False) and self.client.takes_refusals:
+            service.send(self, *write_refusal(self.address, reason))
+
+
+class _Outgoing:
+    """One reply whose reader is not known yet."""
+
+    __slots__ = ('is_over', 'payload', 'qos', 'request')
+
+    def __init__(self, request: NativeRequest, payload: bytes, qos: bytes) -> None:
+        self.request = request
+        self.payload = payload
+        self.qos = qos
+        self.is_over = False
+        """Whether it has waited for long enough."""
+
+
+class NativeService(OpenPort):
+    """A declared service server."""
+
+    def __init__(
+        self,
+        context: NativeContext,
+        state: EndpointState,
+        endpoint: Endpoint,
+        deliver: Callable[[Request], None],
+    ) -> None:
+        self._context = context
+        self._deliver = deliver
+        self.waiting: dict[NativeRequest, bool] = {}
+        """The requests that are neither answered nor cancelled: True for who takes one out.
+
+        Closing clears it: who has sent them learns of the server's end from the graph.
+        """
+        self._clients: dict[bytes, Client] = {}
+        """By the GUID of its request writer."""
+        self._unsent = WaitingSamples()
+        self._unmatched: list[_Outgoing] = []
+        """Replies to clients whose readers are not known yet."""
+        self._early: list[RtpsSample] | None = []
+        """Requests that have come before `begin`; None after it."""
+        data = EndpointData(endpoint.type_hash, service_id=context.next_service_id())
+        listeners = _WriterEvents(self), _ReaderEvents(self)
+        self._ends = ends = make_ends(context, state, endpoint, data, Role.REPLY, listeners)
+        super().__init__(state, ends.reader.data.guid)
+        state.undo.append(self.waiting.clear)
+
+    def begin(self) -> None:
+        """Take requests from now on, and those that have come already."""
+        participant = self._context.participant
+        participant.run(partial(participant.tell, self._begin), None)
+
+    def _begin(self) -> None:
+        early, self._early = self._early, None
+        for sample in early or ():
+            self.take_request(sample)
+
+    # ---- requests
+
+    def take_request(self, sample: RtpsSample) -> None:
+        """Take a request."""
+        if self._early is not None:
+            self._early.append(sample)
+            return
+        payload, writer = sample.payload, sample.writer
+        client = self._clients.get(writer)
+        if client is None:
+            client = self._describe(writer)
+        if payload is None or client is None or self.state.closed:
+            return  # the client has gone, or this server
+        try:
+            address, sequence, message = read_request(
+                sample.qos, payload, writer, sample.number, has_header=client.has_header
+            )
+        except RemoteError as error:
+            self._context.rejects.add('request', error, self.state)
+            return
+        now = time_ns()
+        request = NativeRequest(
+            self, address, client, new_sample((message, sequence, sample.time or now, now, writer))
+        )
+        self.waiting[request] = True
+        try:
+            self._deliver(request)
+        except Exception as error:
+            report_failure(self.state.title, error)
+            request.cancel()
+
+    def _describe(self, writer: bytes) -> Client | None:
+        """Return what is known of the client with a request writer; None if it has gone."""
+        proxy = self._ends.reader.writers.get(writer)
+        if proxy is None:
+            return None
+        told = decode_endpoint(proxy.data.user_data)
+        vendor = self._context.participant.vendor_of(proxy.data.prefix)
+        client = Client(proxy.data.prefix, side_of(proxy.data), vendor == CYCLONE_VENDOR, told.takes_refusals)
+        self._clients[writer] = client
+        return client
+
+    def forget_client(self, writer: bytes) -> None:
+        """A client has gone."""
+        self._clients.pop(writer, None)
+
+    # ---- replies
+
+    def send(self, request: NativeRequest, payload: bytes, qos: bytes) -> None:
+        """Send one reply, once its client can hear it."""
+        self._context.participant.run(partial(self._send, _Outgoing(request, payload, qos)), None)
+
+    def _send(self, reply: _Outgoing) -> None:
+        """Send a reply, or have it wait for its reader, or for room. Inside `Wire.run`."""
+        reader = self._find_reader(reply.request)
+        if reader is not None:
+            self._unsent.send(reader, partial(self._send_to, reader, reply))
+        elif reply.is_over:
+            self._context.participant.tell(self._note_deaf)
+        else:
+            participant = self._context.participant
+            self._unmatched.append(reply)
+            participant.timers.at(participant.clock() + MATCHING_S, partial(self._give_up, reply))
+
+    def _find_reader(self, request: NativeRequest) -> bytes | None:
+        """Return the reader that a reply is for, if it is matched."""
+        readers, client, reader = self._ends.writer.readers, request.client, request.address.reader
+        if reader:
+            return reader if reader in readers else None
+        for guid, proxy in readers.items():
+            if proxy.data.prefix == client.prefix and side_of(proxy.data) == client.side:
+                return guid
+        return None
+
+    def _send_to(self, reader: bytes, reply: _Outgoing) -> bool:
+        writer = self._ends.writer
+        if reader not in writer.readers:
+            return True
+        return writer.add(reply.payload, reply.qos, reader) is not None
+
+    def _give_up(self, reply: _Outgoing) -> None:
+        if reply in self._unmatched:
+            self._unmatched.remove(reply)
+            reply.is_over = True
+            self._send(reply)
+
+    def _note_deaf(self) -> None:
+        self._context.rejects.add('reply', 'its client does not listen to replies', self.state)
+
+    def send_waiting(self) -> None:
+        """Send what has waited for room, or for its reader."""
+        if self._early is None:  # else nothing was answered yet
+            self._context.participant.run(self._send_waiting, None)
+
+    def _send_waiting(self) -> None:
+        unmatched, self._unmatched = self._unmatched, []
+        for reply in unmatched:
+            if self._find_reader(reply.request) is None:
+                self._unmatched.append(reply)  # its timer runs
+            else:
+                self._send(reply)
+        self._unsent.send_all()
+
+    def lose_reader(self, reader: bytes) -> None:
+        """A client hears nothing more."""
+        self._context.participant.run(partial(self._unsent.discard, reader), None)
+
+    @property
+    def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
+        """The gids of its readers and writers."""
+        return (self.gid,), (self._ends.writer.data.guid,)
+
+
+class _WriterEvents(WriterListener):
+    """Tells a server of its clients' readers."""
+
+    def __init__(self, service: NativeService) -> None:
+        self._service = service
+        self.on_room = service.send_waiting  # type: ignore[method-assign]
+
+    def on_matched(self, reader: RtpsEndpoint) -> None:  # noqa: ARG002
+        self._service.send_waiting()
+
+    def on_unmatched(self, reader: RtpsEndpoint) -> None:
+        self._service.lose_reader(reader.guid)
+
+
+class _ReaderEvents(ReaderListener):
+    """Tells a server of its clients' writers, and of their requests."""
+
+    def __init__(self, service: NativeService) -> None:
+        self._service = service
+        self.on_sample = service.take_request  # type: ignore[method-assign]
+
+    def on_unmatched(self, writer: RtpsEndpoint) -> None:
+        self._service.forget_client(writer.guid)

@@ -1,0 +1,151 @@
+"""Uses all that `vendor_server.py` serves, under whichever rclpy and RMW runs it; counts what was right."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Sized
+from functools import partial
+from typing import Any
+
+import rclpy
+from action_msgs.msg import GoalStatus
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.action import ActionClient
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+from test_msgs.action import Fibonacci  # type: ignore[import-not-found]
+
+CALLS, GOALS = int(sys.argv[1]), int(sys.argv[2])
+PATIENCE_S = 20.0
+
+rclpy.init()
+node = rclpy.create_node('client')
+
+
+def wait_for(is_done: Callable[[], bool]) -> bool:
+    end = time.monotonic() + PATIENCE_S
+    while not is_done() and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
+    return is_done()
+
+
+def _has(items: Sized, count: int) -> bool:
+    return len(items) >= count
+
+
+def outcome(future: Any) -> Any:
+    rclpy.spin_until_future_complete(node, future, timeout_sec=PATIENCE_S)
+    return future.result()
+
+
+def tell(what: str, right: int, of: int) -> None:
+    print(f'{what} {right} of {of}', flush=True)
+
+
+def call_service() -> None:
+    client = node.create_client(SetBool, 'set')
+    is_there = client.wait_for_service(PATIENCE_S)
+    right, times = 0, []
+    for number in range(CALLS if is_there else 0):
+        wants = number % 5 == 4
+        before = time.perf_counter()
+        response = outcome(client.call_async(SetBool.Request(data=wants)))
+        times.append(time.perf_counter() - before)
+        expected = 'long' * 50_000 if wants else 'short'
+        right += response is not None and response.success is wants and response.message == expected
+    tell('services', right, CALLS)
+    if times:
+        first, *rest = times
+        print(f'first {first * 1e3:.1f} ms, slowest other {max(rest) * 1e3:.1f} ms', flush=True)
+
+
+def send_goals() -> None:
+    client = ActionClient(node, Fibonacci, 'count')
+    client.wait_for_server(PATIENCE_S)
+    right = 0
+    for number in range(GOALS):
+        is_cancelled = number % 2 == 1
+        feedback: list[Any] = []
+        goal = outcome(
+            client.send_goal_async(
+                Fibonacci.Goal(order=500 if is_cancelled else 10),
+                feedback_callback=feedback.append,
+            )
+        )
+        if goal is None or not goal.accepted:
+            continue
+        if is_cancelled:
+            wait_for(partial(_has, feedback, 2))
+            outcome(goal.cancel_goal_async())
+        result = outcome(goal.get_result_async())
+        wanted = GoalStatus.STATUS_CANCELED if is_cancelled else GoalStatus.STATUS_SUCCEEDED
+        is_right = result is not None and result.status == wanted and bool(feedback)
+        if is_right and not is_cancelled:
+            is_right = list(result.result.sequence)[-1] == 55 and len(feedback) == 9
+        right += is_right
+    tell('goals', right, GOALS)
+
+
+def use_parameters() -> None:
+    get = node.create_client(GetParameters, 'server/get_parameters')
+    change = node.create_client(SetParameters, 'server/set_parameters')
+    get.wait_for_service(PATIENCE_S)
+    change.wait_for_service(PATIENCE_S)
+    value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=2.5)
+    before = outcome(get.call_async(GetParameters.Request(names=['gain'])))
+    changed = outcome(
+        change.call_async(SetParameters.Request(parameters=[Parameter(name='gain', value=value)]))
+    )
+    after = outcome(get.call_async(GetParameters.Request(names=['gain'])))
+    tell(
+        'parameters',
+        (before is not None and before.values[0].double_value in (1.5, 2.5))
+        + (changed is not None and changed.results[0].successful)
+        + (after is not None and after.values[0].double_value == 2.5),
+        3,
+    )
+
+
+def exchange() -> None:
+    ping = node.create_publisher(String, 'ping', 100)
+    came: list[str] = []
+    latched: list[str] = []
+    node.create_subscription(String, 'pong', lambda message: came.append(message.data), 100)
+    qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_subscription(String, 'latched', lambda message: latched.append(message.data), qos)
+
+    def greeted() -> bool:
+        ping.publish(String(data='hello'))
+        return bool(came)
+
+    wait_for(greeted)
+    texts = [f'{number} ' + 'x' * size for size in (0, 1000, 100_000, 1_000_000) for number in range(5)]
+    for text in texts:
+        ping.publish(String(data=text))
+        wait_for(partial(came.__contains__, text))
+    tell('topics', sum(text in came for text in texts), len(texts))
+    wait_for(lambda: bool(latched))
+    tell('latched', int(latched == ['said before']), 1)
+
+
+def see_graph() -> None:
+    def sees() -> bool:
+        names = {
+            f'{namespace.rstrip("/")}/{name}' for name, namespace in node.get_node_names_and_namespaces()
+        }
+        services = dict(node.get_service_names_and_types_by_node('server', '/')) if '/server' in names else {}
+        return '/set' in services and '/count/_action/send_goal' in services
+
+    tell('graph', int(wait_for(sees)), 1)
+
+
+see_graph()
+exchange()
+call_service()
+use_parameters()
+send_goals()
+node.destroy_node()
+rclpy.try_shutdown()
