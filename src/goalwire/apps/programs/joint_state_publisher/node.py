@@ -33,11 +33,12 @@ class JointStatePublisher(Node):
     `.offset`.
     """
 
+    table: JointTable | None = None
+
     def __init__(self, file: str | None = None, lock: threading.Lock | None = None) -> None:
         """Raises UsageError if a parameter or the file cannot be used. `lock` guards the table of joints."""
         super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
         self.lock = threading.Lock() if lock is None else lock
-        self.table: JointTable | None = None
         rate = self._declare('rate', 10)
         if rate <= 0:
             raise UsageError(f'the parameter rate is {rate}: it must be above 0')

@@ -23,11 +23,10 @@ class JointSliders(JointStatePublisher):
 
     def __init__(self, window: Window, file: str | None = None) -> None:
         self._window = window
-        super().__init__(file, window.lock)
         with window.lock:
             window.describe = self._describe
             window.receive = self._receive
-            self.show()
+        super().__init__(file, window.lock)
 
     def show(self) -> None:
         """Send every browser where the joints are; the lock is held."""
@@ -50,8 +49,9 @@ class JointSliders(JointStatePublisher):
 
     def _receive(self, command: Mapping[str, Any]) -> None:
         """Carry out a command of the page; values beyond a joint's limits are cut, others passed over."""
-        free = {} if self.table is None else self.table.free
-        given = command.get('set')
+        if self.table is None:
+            return
+        free, given = self.table.free, command.get('set')
         if command.get('centre'):
             self.get_logger().info('Centering')
             given = {name: joint.zero for name, joint in free.items()}
