@@ -84,7 +84,7 @@ class _Player:
             name, _, value = words.pop(0).partition('=')
             variables[name] = value
         program = words.pop(0)
-        if program in {'goalwire', 'ros2'}:
+        if program in {'goalwire', 'ros2', 'rqt_graph'}:
             self.commands.append(self._start(executable(program), *words, **variables))
             return self.commands[-1]
         assert program == 'python', f'{command}: a console block runs Python (write sh for what is not run)'

@@ -11,6 +11,8 @@ from goalwire.errors import NotAllowedError
 from goalwire.records import record
 
 DEFAULT_PORT = 8420
+VIEWS = ('robot', 'actions', 'services', 'topics', 'parameters', 'graph', 'logs', 'statistics')
+"""The pages that an address may name."""
 
 
 @record
@@ -28,6 +30,8 @@ class Settings:
     """Patterns of names that may be sent to; none: all."""
     takes_any_port: bool = False
     """True if any free port will do when `port` is taken."""
+    view: str = ''
+    """The page that the addresses name; '': the page chooses."""
 
     @property
     def is_loopback(self) -> bool:
@@ -48,8 +52,10 @@ class Settings:
             hosts = ['localhost', *addresses_on_networks(self.host)]
         else:
             hosts = ['localhost' if self.host == '127.0.0.1' else self.host]
-        query = f'?token={self.token}' if self.token else ''
-        return [f'{self.scheme}://{f"[{host}]" if ":" in host else host}:{port}/{query}' for host in hosts]
+        named = {'token': self.token, 'view': self.view}
+        query = '&'.join(f'{name}={value}' for name, value in named.items() if value)
+        end = f'{port}/{query and f"?{query}"}'
+        return [f'{self.scheme}://{f"[{host}]" if ":" in host else host}:{end}' for host in hosts]
 
     def check_may_send(self, name: str) -> None:
         """Raise NotAllowedError if a topic, service, action or node of that name is not to be sent to."""

@@ -49,11 +49,12 @@ def _arguments(parser: ArgumentParser) -> None:
         default=[],
         help="Send to no name that does not match (e.g. '/arm/*'); may be repeated",
     )
+    parser.add_argument('--view', metavar='NAME', default='', help='Page to open: robot, graph, logs …')
     parser.add_argument('--no-open', action='store_true', help='Open no browser')
 
 
 def _settings(arguments: Namespace) -> Settings:
-    from goalwire.apps.console.settings import Settings, is_loopback, new_token
+    from goalwire.apps.console.settings import VIEWS, Settings, is_loopback, new_token
 
     token = arguments.token if arguments.token is not None else os.environ.get(TOKEN, '')
     if not is_loopback(arguments.host):
@@ -64,6 +65,10 @@ def _settings(arguments: Namespace) -> Settings:
         raise CommandError(
             Outcome.BAD_VALUE, 'a token is made of letters, digits and -_.~', 'leave it out, and one is made'
         )
+    if arguments.view and arguments.view not in VIEWS:
+        raise CommandError(
+            Outcome.BAD_VALUE, f"there is no page '{arguments.view}'", f'--view takes: {", ".join(VIEWS)}'
+        )
     return Settings(
         arguments.host,
         arguments.port if arguments.prefer_port is None else arguments.prefer_port,
@@ -73,6 +78,7 @@ def _settings(arguments: Namespace) -> Settings:
         arguments.read_only,
         tuple(arguments.allow),
         takes_any_port=arguments.prefer_port is not None,
+        view=arguments.view,
     )
 
 
