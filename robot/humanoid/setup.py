@@ -68,7 +68,7 @@ setup(
             'navigation_action_server = humanoid.navigation.server:main',
             'battery_service = humanoid.battery.service:main',
             'arm_action_server = humanoid.arm.server:main',
-            'robot_state_publisher = humanoid.state_publisher:main',
+            'robot_state_publisher = humanoid.robot_state_publisher:main',
             'motor_board = humanoid.driver.board:main',
             'simulation = humanoid.physics.program:main',
             'mission = humanoid.mission.program:main',

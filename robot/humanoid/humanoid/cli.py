@@ -20,7 +20,7 @@ PROGRAMS = {
     'navigation_action_server': 'humanoid.navigation.server',
     'battery_service': 'humanoid.battery.service',
     'arm_action_server': 'humanoid.arm.server',
-    'robot_state_publisher': 'humanoid.state_publisher',
+    'robot_state_publisher': 'humanoid.robot_state_publisher',
     'simulation': 'humanoid.physics.program',
     'motor_board': 'humanoid.driver.board',
     'mission': 'humanoid.mission.program',
