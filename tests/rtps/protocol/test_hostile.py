@@ -124,7 +124,7 @@ def test_numbers_without_measure_cost_nothing() -> None:
     for body in to_writer:
         one.receive(header(other.prefix) + body.encode(), ('10.0.0.2', 7410))
     (proxy,) = reader.writers.values()
-    assert len(proxy.held) <= bounds.AHEAD
+    assert len(proxy.backlog.held) <= bounds.AHEAD
     network.keeps = True
     network.run(1)
     assert len(network.packets) < 100
@@ -151,7 +151,7 @@ def test_a_false_heartbeat_starts_no_endless_exchange() -> None:
 
 
 def test_fragments_of_samples_that_never_end_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bounds, 'UNFINISHED_SIZE', 100_000)
+    monkeypatch.setattr(bounds, 'KEPT_SIZE', 100_000)
     network = Network()
     one, _ = network.participant(same_host=True)
     other, _ = network.participant(same_host=True)
@@ -164,5 +164,5 @@ def test_fragments_of_samples_that_never_end_are_bounded(monkeypatch: pytest.Mon
         body = DataFrag(reader.entity_id, writer.entity_id, number, 1, 1, 2000, 4000, b'', bytes(2000))
         other.receive(header(one.prefix) + body.encode(), ('10.0.0.1', 7410))
     (proxy,) = reader.writers.values()
-    assert len(proxy.partials) <= bounds.MOST_UNFINISHED
-    assert sum(one.kept for one in proxy.partials.values()) <= 102_000
+    assert len(proxy.backlog.partials) <= bounds.MOST_UNFINISHED
+    assert sum(one.kept for one in proxy.backlog.partials.values()) <= 102_000

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from goalwire.records import replace
+from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.qos import BEST_EFFORT, RELIABLE, TRANSIENT_LOCAL, Qos
 
 KEEP_ALL = Qos(reliability=RELIABLE, depth=0)
@@ -264,3 +265,21 @@ def test_a_sample_is_kept_while_it_is_being_sent(seed: int) -> None:
         network.run(0.02)
     assert network.run(PATIENCE_S, lambda: len(collector.samples) == 10)
     assert collector.lost == 0
+
+
+def test_a_reader_that_holds_back_all_that_it_may_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounds, 'AHEAD_SIZE', 5000)
+    network = Network()
+    one, _ = network.participant()
+    other, _ = network.participant()
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', Qos(reliability=RELIABLE, depth=100), publisher)
+    other.create_reader('t', 'T', Qos(reliability=RELIABLE, depth=100), collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    network.run(0.2)
+    network.loss = 1
+    writer.write(bytes(1000))
+    network.loss = 0
+    for _ in range(20):
+        writer.write(bytes(1000))
+    assert network.run(5, lambda: len(collector.samples) == 21)

@@ -16,6 +16,7 @@ Nothing here opens a socket, starts a thread or reads a clock.
     fragment_windows large samples, a window of fragments at a time
     repairs          what readers have acknowledged, and what they lack
     writer           a writer: all of these together
+    backlog          what a reader keeps: samples that came too early, or in part
     reader           a reader: order, what is missing, liveliness
     matching         the writers and readers that are known, and which of them match
     discovery        participants that come and go (SPDP), and their endpoints (SEDP)

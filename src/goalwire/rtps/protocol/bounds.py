@@ -30,8 +30,11 @@ MOST_PARTICIPANTS = 4096
 MOST_STRANGERS = 256
 """Participants that have announced themselves, and have shown nothing more. One more takes the place of the
 oldest. So announcements under made-up names cost some 200 KiB, and do not shut out those who are there."""
-MOST_LOCATORS = 8
-"""Addresses of one participant or endpoint that are remembered: as many as a machine has interfaces."""
+MOST_LOCATORS = 32
+"""Addresses that one participant or endpoint tells and that are remembered. A machine with containers has
+one for each of their networks."""
+MOST_ADDRESSES = 64
+"""Addresses of one participant that samples are sent to: each costs a packet for each sample."""
 LONGEST_LEASE_S = 3600.0
 """How long a silent participant is remembered at most, whatever lease it asks for."""
 
@@ -42,6 +45,8 @@ LEAST_LEASE_S = 0.01
 
 MOST_ENDPOINTS = 8192
 """Endpoints of one participant: of a process with three hundred nodes."""
+ENDPOINTS_SIZE = 128 << 20
+"""Bytes in which all other participants together tell of their endpoints. One takes some 500."""
 
 # ---- what waits
 
@@ -51,15 +56,17 @@ AHEAD_SIZE = 32 << 20
 """Bytes of them. Beyond either bound a sample is dropped, and asked for again later."""
 EARLY_PACKETS = 32
 """Packets of one participant that are held back since their writer is not known yet."""
+EARLY_SIZE = 8 << 20
+"""Bytes of such packets of all participants."""
 EARLY_S = 0.2
 """How long they are. What tells of the writer comes by another port, and usually within a few ms."""
 
 # ---- fragments
 
+KEPT_SIZE = 5 << 28
+"""Bytes that all readers keep together of samples that are unfinished, or that came too early."""
 SAMPLE_SIZE = 1 << 30
 """Bytes of one sample in fragments."""
-UNFINISHED_SIZE = 1 << 30
-"""Bytes of all unfinished samples of one participant's writers together."""
 MOST_UNFINISHED = 64
 """Unfinished samples of one writer; one more takes the place of the oldest, which can be asked for again."""
 LEAST_FRAGMENT = 64

@@ -26,6 +26,7 @@ from goalwire.rtps.protocol.announcements import (
     write_key,
     write_participant,
 )
+from goalwire.rtps.protocol.backlog import Sample
 from goalwire.rtps.protocol.matching import Matching, RemoteParticipant
 from goalwire.rtps.protocol.messages import HEADER_SIZE, Data, info_dst, info_ts
 from goalwire.rtps.protocol.primitives import (
@@ -46,7 +47,6 @@ from goalwire.rtps.protocol.primitives import (
     encode_time,
     is_writer,
 )
-from goalwire.rtps.protocol.reader import Sample
 from goalwire.rtps.protocol.wire import Timer, Watch, Wire
 from goalwire.rtps.protocol.writer import Writer
 
@@ -132,10 +132,6 @@ class Discovery:
         self._announcement = self._announce_as(0)
         self._timer: Timer | None = None
         self._is_closed = False
-
-    def refuse(self, kind: str, reason: str) -> None:
-        """Count something that came and is ignored."""
-        self._wire.tell(self._listener.on_refused, kind, reason)
 
     # ---- the participant itself
 
@@ -227,6 +223,8 @@ class Discovery:
             raise RtpsError('a participant announces another one')
         if (told.domain is not None and told.domain != own.domain) or told.tag != own.tag:
             return
+        if bounds.MOST_LOCATORS in (len(told.metatraffic), len(told.default)):
+            self._wire.refuse('locator', f'a participant tells {bounds.MOST_LOCATORS} or more')
         if remote is None:
             self._meet(told, source, size, is_named)
             return
@@ -243,13 +241,13 @@ class Discovery:
         known = self._known
         address = known.choose(told.metatraffic, source[0]) or known.first(told.metatraffic)
         if address is None:
-            self.refuse('participant without address', source[0])
+            self._wire.refuse('participant without address', source[0])
             return
         if len(self._known.remotes) - len(self._strangers) > bounds.MOST_PARTICIPANTS:
-            self.refuse('participant', f'{bounds.MOST_PARTICIPANTS} are known')
+            self._wire.refuse('participant', f'{bounds.MOST_PARTICIPANTS} are known')
             return
         while len(self._strangers) >= bounds.MOST_STRANGERS:
-            self.refuse('participant', f'{bounds.MOST_STRANGERS} newer ones have shown nothing yet')
+            self._wire.refuse('participant', f'{bounds.MOST_STRANGERS} newer ones have shown nothing yet')
             self._lose(self._known.remotes[next(iter(self._strangers))])
         is_near = source[0] in own_hosts and address[0] in own_hosts
         remote = RemoteParticipant(told, self._hosts_of(told, source[0]), address, is_near)
@@ -282,10 +280,11 @@ class Discovery:
         if address is None and (is_named or not remote.is_reached):
             address = known.choose(told.metatraffic, source)
         if address is None:
-            self.refuse('announcement of another host', source)
+            self._wire.refuse('announcement of another host', source)
             return
         remote.data, remote.address = told, address
         remote.hosts = self._hosts_of(told, source)
+        remote.addresses.clear()
         known.follow(remote)
         self._wire.tell(self._listener.on_participant, told)
 
@@ -294,7 +293,7 @@ class Discovery:
         if not remote.is_near and host != remote.address[0]:
             address = self._known.choose(remote.data.metatraffic, host)
             if address is None:
-                self.refuse('participant that tells no address on its host', host)
+                self._wire.refuse('participant that tells no address on its host', host)
                 return
             remote.address = address
         remote.is_proven = True
@@ -362,10 +361,12 @@ class Discovery:
         endpoint = read_endpoint(sample.payload)
         if endpoint.prefix != remote.data.prefix or is_writer(endpoint.entity_id) is not are_writers:
             raise RtpsError('an endpoint is told of by a participant that it does not belong to')
-        if endpoint.guid not in remote.endpoints and len(remote.endpoints) >= bounds.MOST_ENDPOINTS:
-            self.refuse('endpoint', f'{bounds.MOST_ENDPOINTS} of one participant are known')
+        size = len(sample.payload)
+        if len(endpoint.addresses) == bounds.MOST_LOCATORS:
+            self._wire.refuse('locator', f'an endpoint tells {bounds.MOST_LOCATORS} or more')
+        if not self._known.has_room(remote, endpoint.guid, size):
             return None
-        if self._known.take(remote, endpoint):
+        if self._known.take(remote, endpoint, size):
             self._wire.tell(self._listener.on_endpoint, endpoint)
         return remote if are_writers else None
 

@@ -18,6 +18,7 @@ class RemoteParticipant:
 
     __slots__ = (
         'address',
+        'addresses',
         'data',
         'early',
         'endpoints',
@@ -26,6 +27,7 @@ class RemoteParticipant:
         'is_proven',
         'is_reached',
         'reached_at',
+        'sizes',
         'watch',
     )
 
@@ -44,7 +46,11 @@ class RemoteParticipant:
         self.reached_at = 0.0
         """When they were."""
         self.endpoints: dict[bytes, EndpointData] = {}
-        self.early: deque[tuple[bytes, Address]] = deque(maxlen=bounds.EARLY_PACKETS)
+        self.sizes: dict[bytes, int] = {}
+        """Bytes in which each of them was told of."""
+        self.addresses: set[Address] = set()
+        """Where samples are sent to it."""
+        self.early: deque[tuple[bytes, Address]] = deque()
         """Packets from writers that are not known yet."""
         self.watch: Watch | None = None
 
@@ -73,6 +79,8 @@ class Matching:
         self.remotes: dict[bytes, RemoteParticipant] = {own.prefix: self.own}
         """All participants by their prefix."""
         self.own_hosts = own_hosts
+        self._endpoints_size = 0
+        """Bytes in which other participants told of their endpoints."""
         self._wire = wire
         self._fragment_sizes = fragment_sizes
         self._is_ipv6 = is_ipv6
@@ -122,14 +130,29 @@ class Matching:
 
     # ---- others'
 
-    def take(self, remote: RemoteParticipant, endpoint: EndpointData) -> bool:
-        """Take up another participant's writer or reader, and return whether anything of it is new."""
+    def has_room(self, remote: RemoteParticipant, guid: bytes, size: int) -> bool:
+        """Whether an endpoint may be remembered that is told of in so many bytes; if not, that is counted."""
+        if guid not in remote.endpoints and len(remote.endpoints) >= bounds.MOST_ENDPOINTS:
+            self._wire.refuse('endpoint', f'{bounds.MOST_ENDPOINTS} of one participant are known')
+            return False
+        if self._endpoints_size - remote.sizes.get(guid, 0) + size > bounds.ENDPOINTS_SIZE:
+            self._wire.refuse('endpoint', f'{bounds.ENDPOINTS_SIZE} bytes are told of endpoints already')
+            return False
+        return True
+
+    def take(self, remote: RemoteParticipant, endpoint: EndpointData, size: int = 0) -> bool:
+        """Take up another participant's writer or reader, and return whether anything of it is new.
+
+        It was told of in `size` bytes.
+        """
         before = remote.endpoints.get(endpoint.guid)
         if before == endpoint:
             return False
         if before is not None:
             self._unmatch(before)
         remote.endpoints[endpoint.guid] = endpoint
+        self._endpoints_size += size - remote.sizes.get(endpoint.guid, 0)
+        remote.sizes[endpoint.guid] = size
         are_writers = is_writer(endpoint.entity_id)
         for own in list(self.own.endpoints.values()):
             if own.topic == endpoint.topic and is_writer(own.entity_id) is not are_writers:
@@ -139,6 +162,7 @@ class Matching:
     def lose(self, remote: RemoteParticipant, guid: bytes) -> EndpointData | None:
         """Forget a writer or a reader, and return what it was."""
         endpoint = remote.endpoints.pop(guid, None)
+        self._endpoints_size -= remote.sizes.pop(guid, 0)
         if endpoint is not None:
             self._unmatch(endpoint)
         return endpoint
@@ -186,7 +210,15 @@ class Matching:
         """Return where an endpoint is reached."""
         if remote is self.own:
             return LOCAL
-        return self.choose(endpoint.addresses or remote.data.default, remote.address[0])
+        address = self.choose(endpoint.addresses or remote.data.default, remote.address[0])
+        if address is None:
+            self._wire.refuse('endpoint at an address of another host', remote.address[0])
+        elif address not in remote.addresses:
+            if len(remote.addresses) >= bounds.MOST_ADDRESSES:
+                self._wire.refuse('address', f'{bounds.MOST_ADDRESSES} of one participant are known')
+                return None
+            remote.addresses.add(address)
+        return address
 
     def route(self, reader: Reader, writer: EndpointData, address: Address) -> None:
         """Have a reader get what a writer sends."""

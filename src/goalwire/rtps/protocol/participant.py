@@ -9,6 +9,7 @@ from itertools import count
 from goalwire.records import replace
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
+from goalwire.rtps.protocol.backlog import Sample
 from goalwire.rtps.protocol.discovery import BUILTIN, Discovery, ParticipantListener, Settings
 from goalwire.rtps.protocol.fragments import FAR_FRAGMENT, NEAR_FRAGMENT, PACKET_ROOM
 from goalwire.rtps.protocol.matching import Matching, RemoteParticipant
@@ -56,7 +57,7 @@ from goalwire.rtps.protocol.qos import (
     VOLATILE,
     Qos,
 )
-from goalwire.rtps.protocol.reader import Reader, ReaderListener, Sample, WriterProxy
+from goalwire.rtps.protocol.reader import Reader, ReaderListener, WriterProxy
 from goalwire.rtps.protocol.wire import LOCAL, Watch, Wire
 from goalwire.rtps.protocol.writer import Writer, WriterListener
 
@@ -98,7 +99,9 @@ class Participant(Wire):
             user_data=settings.user_data,
             name=settings.name,
         )
-        self._settings = settings
+        self._settings, self._listener = settings, listener
+        self._early_size = 0
+        """Bytes of the packets that wait for their writers to be known."""
         sizes = _fragment_sizes(settings)
         self._known = Matching(self, self.data, settings.own_hosts, sizes, is_ipv6=settings.ipv6)
         self._discovery = Discovery(self, settings, self.data, listener, self._known)
@@ -209,6 +212,9 @@ class Participant(Wire):
         """Take a packet that has come from an address. What breaks the rules costs the rest of it."""
         self.run(partial(self._receive, packet, source), None)
 
+    def refuse(self, kind: str, reason: str) -> None:
+        self.tell(self._listener.on_refused, kind, reason)
+
     def receive_own(self, packet: bytes) -> None:
         self._receive(packet, LOCAL)
 
@@ -222,9 +228,9 @@ class Participant(Wire):
             elif source[0] in remote.hosts:
                 self._read(packet, prefix, source, remote)
             elif prefix != self.prefix:
-                self._discovery.refuse('packet in the name of another host', source[0])
+                self.refuse('packet in the name of another host', source[0])
         except RtpsError as error:
-            self._discovery.refuse('malformed packet', str(error))
+            self.refuse('malformed packet', str(error))
 
     def _read_stranger(self, packet: bytes, prefix: bytes, source: Address) -> None:
         """Look for an announcement in the packet of an unknown participant."""
@@ -308,9 +314,25 @@ class Participant(Wire):
 
     def _keep_early(self, remote: RemoteParticipant, packet: bytes, source: Address) -> None:
         """Keep a packet of a writer that is not known yet: what tells of it comes by another port."""
+        if self._early_size + len(packet) > bounds.EARLY_SIZE:
+            self.refuse('packet of an unknown writer', f'{self._early_size} bytes of such wait')
+            return
+        if len(remote.early) == bounds.EARLY_PACKETS:
+            self._early_size -= len(remote.early.popleft()[0])
         if not remote.early:
-            self.timers.at(self.clock() + bounds.EARLY_S, remote.early.clear)
+            self.timers.at(self.clock() + bounds.EARLY_S, partial(self._drop_early, remote))
         remote.early.append((packet, source))
+        self._early_size += len(packet)
+
+    def _drop_early(self, remote: RemoteParticipant) -> None:
+        self._take_early(remote)
+
+    def _take_early(self, remote: RemoteParticipant) -> list[tuple[bytes, Address]]:
+        """Return the packets of a participant that wait, which wait no more."""
+        early = list(remote.early)
+        remote.early.clear()
+        self._early_size -= sum(len(packet) for packet, _ in early)
+        return early
 
     def _take(self, reader_id: bytes, sample: Sample) -> None:
         """Take what a built-in reader has read."""
@@ -325,12 +347,10 @@ class Participant(Wire):
                 return
             remote = self._discovery.on_endpoint(sample, are_writers=reader_id == PUBLICATIONS_READER)
         except RtpsError as error:
-            self._discovery.refuse('malformed announcement', str(error))
+            self.refuse('malformed announcement', str(error))
             return
         if remote is not None and remote.early:
-            early = list(remote.early)
-            remote.early.clear()
-            for packet, source in early:
+            for packet, source in self._take_early(remote):
                 self._receive(packet, source)
 
     # ---- liveliness

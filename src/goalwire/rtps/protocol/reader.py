@@ -11,11 +11,10 @@ ACKNACK), and holds back what comes until the writer's first HEARTBEAT has told.
 from __future__ import annotations
 
 from functools import partial
-from typing import NamedTuple
 
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.announcements import EndpointData
-from goalwire.rtps.protocol.fragments import Partial
+from goalwire.rtps.protocol.backlog import Backlog, Sample
 from goalwire.rtps.protocol.messages import (
     AckNack,
     Data,
@@ -26,18 +25,11 @@ from goalwire.rtps.protocol.messages import (
     NackFrag,
     info_dst,
 )
-from goalwire.rtps.protocol.parameters import related_sample
-from goalwire.rtps.protocol.primitives import (
-    INFINITE,
-    NS,
-    Address,
-    NumberSet,
-    SampleIdentity,
-    is_keyed,
-    is_newer,
-)
+from goalwire.rtps.protocol.primitives import INFINITE, NS, Address, NumberSet, is_keyed, is_newer
 from goalwire.rtps.protocol.qos import RELIABLE, TRANSIENT_LOCAL
 from goalwire.rtps.protocol.wire import Timer, Watch, Wire
+
+__all__ = ['Reader', 'ReaderListener', 'Sample', 'WriterProxy']
 
 FIRST_ASK_S = 0.005
 """How long after a match a writer is asked again for its first HEARTBEAT."""
@@ -52,26 +44,6 @@ RAREST_ASK_S = 0.5
 RAREST_FIRST_ASK_S = 1.0
 _MOST_PARTIALS_ASKED = 4
 """Samples whose fragments are asked for at a time."""
-
-
-class Sample(NamedTuple):
-    """What a reader delivers."""
-
-    writer: bytes
-    """The GUID of its writer."""
-    number: int
-    time: int | None
-    """When it was written, by the writer's clock, in nanoseconds since 1970; None if that was not told."""
-    payload: bytes | None
-    """Encapsulated; None for the news that something is gone."""
-    qos: bytes = b''
-    """Inline QoS."""
-    is_key: bool = False
-
-    @property
-    def related(self) -> SampleIdentity | None:
-        """The request that this replies to, or where the reply to this is to go."""
-        return related_sample(self.qos) if self.qos else None
 
 
 class ReaderListener:
@@ -110,25 +82,25 @@ class WriterProxy:
         'asked',
         'asked_at',
         'asks',
+        'backlog',
         'counter',
         'data',
         'entity_id',
         'frag_counter',
-        'held',
-        'held_size',
         'interval',
         'is_alive',
         'is_reliable',
         'known',
         'next',
-        'partials',
         'reader',
         'sent_counter',
         'timer',
         'watch',
     )
 
-    def __init__(self, reader: Reader, data: EndpointData, address: Address, is_reliable: bool) -> None:
+    def __init__(
+        self, wire: Wire, reader: Reader, data: EndpointData, address: Address, is_reliable: bool
+    ) -> None:
         self.reader = reader
         self.data = data
         self.address = address
@@ -140,10 +112,7 @@ class WriterProxy:
         """The sample that is delivered next; 0 until that is known."""
         self.known = 0
         """The last sample that the writer is known to have."""
-        self.held: dict[int, Sample | None] = {}
-        """What came too early; None for what will not come."""
-        self.held_size = 0
-        self.partials: dict[int, Partial] = {}
+        self.backlog = Backlog(wire)
         self.counter = self.frag_counter = 0
         """Of its last HEARTBEAT and HEARTBEAT_FRAG."""
         self.sent_counter = 0
@@ -207,32 +176,29 @@ class Reader:
         if proxy.watch is not None:
             self.note_alive(proxy)
         sample = Sample(proxy.data.guid, number, time, data.payload, data.qos, data.is_key)
-        if number == proxy.next and not proxy.held and not self._is_paused:
+        backlog = proxy.backlog
+        if number == proxy.next and not self._is_paused:
             proxy.next = number + 1
-            if proxy.partials:
-                proxy.partials.pop(number, None)
+            if backlog.partials:
+                backlog.drop_partial(number)
             self._deliver(proxy, sample)
+            if backlog.held:
+                self._release(proxy)
         elif not proxy.is_reliable:
             if number >= proxy.next and not self._is_paused:
                 if proxy.next and number > proxy.next:
                     self._wire.tell(self.listener.on_lost, number - proxy.next)
                 proxy.next = number + 1
-                proxy.partials = {key: one for key, one in proxy.partials.items() if key > number}
+                if backlog.partials:
+                    backlog.drop_partials(lambda key: key <= number)
                 self._deliver(proxy, sample)
-        elif number >= proxy.next and number not in proxy.held:
+        elif number >= proxy.next and number not in backlog.held:
             self._hold(proxy, sample)
 
     def _hold(self, proxy: WriterProxy, sample: Sample) -> None:
         """Keep a sample until those before it have come; beyond the bounds it is asked for again later."""
-        size = len(sample.payload or b'')
-        is_wanted = (
-            sample.number < proxy.next + bounds.AHEAD if proxy.next else len(proxy.held) < bounds.AHEAD
-        )
-        if not is_wanted or proxy.held_size + size > bounds.AHEAD_SIZE:
+        if not proxy.backlog.hold(sample, proxy.next):
             return
-        proxy.held[sample.number] = sample
-        proxy.held_size += size
-        proxy.partials.pop(sample.number, None)
         self._release(proxy)
         if proxy.next and sample.number > proxy.next:
             proxy.known = max(proxy.known, sample.number)
@@ -240,14 +206,13 @@ class Reader:
 
     def _release(self, proxy: WriterProxy) -> None:
         """Deliver what was held back and is next."""
-        held = proxy.held
+        backlog = proxy.backlog
         if not proxy.next:
             return
-        while proxy.next in held and not self._is_paused:
-            sample = held.pop(proxy.next)
+        while proxy.next in backlog.held and not self._is_paused:
+            sample = backlog.take(proxy.next)
             proxy.next += 1
             if sample is not None:
-                proxy.held_size -= len(sample.payload or b'')
                 self._deliver(proxy, sample)
 
     def _deliver(self, proxy: WriterProxy, sample: Sample) -> None:
@@ -263,22 +228,13 @@ class Reader:
         number = fragment.number
         if proxy.watch is not None:
             self.note_alive(proxy)
-        if number < proxy.next or number in proxy.held or (self._is_paused and not proxy.is_reliable):
+        if number < proxy.next or number in proxy.backlog.held or (self._is_paused and not proxy.is_reliable):
             return
-        begun = proxy.partials.get(number)
+        begun = proxy.backlog.add(fragment, proxy.next, is_reliable=proxy.is_reliable)
         if begun is None:
-            begun = Partial(fragment)
-            if proxy.next and number >= proxy.next + bounds.MOST_UNFINISHED and proxy.is_reliable:
-                return
-            while len(proxy.partials) >= bounds.MOST_UNFINISHED:
-                del proxy.partials[next(iter(proxy.partials))]
-            proxy.partials[number] = begun
-        if sum(one.kept for one in proxy.partials.values()) > bounds.UNFINISHED_SIZE:
-            proxy.partials.clear()
             return
-        begun.add(fragment)
         if begun.is_whole:
-            del proxy.partials[number]
+            proxy.backlog.drop_partial(number)
             data = Data(fragment.reader, fragment.writer, number, begun.qos, begun.join(), begun.is_key)
             self.on_data(proxy, data, time)
         elif proxy.is_reliable and proxy.next:
@@ -300,7 +256,7 @@ class Reader:
                 first = max(first, heartbeat.last - self._most_history + 1)
             proxy.next = first
             self._stop_timer(proxy)
-            self._drop_below(proxy, first)
+            proxy.backlog.drop_below(first)
             self._wire.tell(self.listener.on_answered, proxy.data)
         elif first > proxy.next:
             self._skip(proxy, first, is_loss=True)
@@ -316,23 +272,16 @@ class Reader:
     def _skip(self, proxy: WriterProxy, first: int, *, is_loss: bool) -> None:
         """Wait no more for what is below `first`; what has come of it is delivered."""
         while proxy.next < first:
-            if proxy.next in proxy.held:
+            if proxy.next in proxy.backlog.held:
                 if self._is_paused:
                     return
                 self._release(proxy)
                 continue
-            ahead = min((number for number in proxy.held if number < first), default=first)
+            ahead = min((number for number in proxy.backlog.held if number < first), default=first)
             if is_loss:
                 self._wire.tell(self.listener.on_lost, ahead - proxy.next)
             proxy.next = ahead
-        self._drop_below(proxy, proxy.next)
-
-    def _drop_below(self, proxy: WriterProxy, first: int) -> None:
-        for number in [number for number in proxy.held if number < first]:
-            sample = proxy.held.pop(number)
-            proxy.held_size -= len((sample and sample.payload) or b'')
-        for number in [number for number in proxy.partials if number < first]:
-            del proxy.partials[number]
+        proxy.backlog.drop_below(proxy.next)
 
     def on_gap(self, proxy: WriterProxy, gap: Gap) -> None:
         """Wait no more for samples that will not come."""
@@ -344,25 +293,19 @@ class Reader:
             self._skip(proxy, base, is_loss=False)
         elif gap.first > proxy.next:
             for number in range(gap.first, end):
-                self._forget(proxy, number)
+                proxy.backlog.forget(number)
         for number in gap.irrelevant.numbers():
             if proxy.next <= number < proxy.next + bounds.AHEAD:
-                self._forget(proxy, number)
+                proxy.backlog.forget(number)
         proxy.known = max(proxy.known, base - 1)
         self._release(proxy)
-
-    @staticmethod
-    def _forget(proxy: WriterProxy, number: int) -> None:
-        """Count a sample as one that has come and is nothing, unless it has come."""
-        proxy.held.setdefault(number, None)
-        proxy.partials.pop(number, None)
 
     def on_heartbeat_frag(self, proxy: WriterProxy, told: HeartbeatFrag) -> None:
         """Ask for the fragments that are missing of a sample that is being sent."""
         if not proxy.is_reliable or not proxy.next or not is_newer(told.counter, proxy.frag_counter):
             return
         proxy.frag_counter = told.counter
-        begun = proxy.partials.get(told.number)
+        begun = proxy.backlog.partials.get(told.number)
         missing = None if begun is None else begun.to_ask(self._wire.clock(), told.last)
         if missing is not None:
             self._send(proxy, self._nack_frag(proxy, told.number, missing))
@@ -370,14 +313,14 @@ class Reader:
     # ---- what is asked for
 
     def _is_missing(self, proxy: WriterProxy) -> bool:
-        return proxy.next <= proxy.known and not (self._is_paused and proxy.next in proxy.held)
+        return proxy.next <= proxy.known and not (self._is_paused and proxy.next in proxy.backlog.held)
 
     def _ask(self, proxy: WriterProxy) -> None:
         """Send ACKNACK with what is missing, and again some time later if it does not come."""
         missing = [
             number
             for number in range(proxy.next, min(proxy.known, proxy.next + bounds.SET_BITS - 1) + 1)
-            if number not in proxy.held
+            if number not in proxy.backlog.held
         ]
         self._acknowledge(proxy, missing)
         proxy.asked, proxy.asked_at = proxy.next, self._wire.clock()
@@ -387,7 +330,7 @@ class Reader:
             self._ask_in(proxy, proxy.interval)
 
     def _acknowledge(self, proxy: WriterProxy, missing: list[int]) -> None:
-        partials = proxy.partials
+        partials = proxy.backlog.partials
         whole = [number for number in missing if number not in partials] if partials else missing
         proxy.sent_counter += 1
         acknack = AckNack(
@@ -444,7 +387,7 @@ class Reader:
     def match(self, writer: EndpointData, address: Address) -> WriterProxy:
         """Take up a writer."""
         is_reliable = self._is_reliable and writer.qos.reliability == RELIABLE
-        proxy = WriterProxy(self, writer, address, is_reliable)
+        proxy = WriterProxy(self._wire, self, writer, address, is_reliable)
         self.writers[writer.guid] = proxy
         if writer.qos.lease < INFINITE:
             lease = max(writer.qos.lease / NS, bounds.LEAST_LEASE_S)
@@ -458,10 +401,14 @@ class Reader:
         """Forget a writer."""
         proxy = self.writers.pop(guid, None)
         if proxy is not None:
-            self._stop_timer(proxy)
-            if proxy.watch is not None:
-                proxy.watch.stop()
+            self._let_go(proxy)
             self._wire.tell(self.listener.on_unmatched, proxy.data)
+
+    def _let_go(self, proxy: WriterProxy) -> None:
+        self._stop_timer(proxy)
+        proxy.backlog.clear()
+        if proxy.watch is not None:
+            proxy.watch.stop()
 
     def note_alive(self, proxy: WriterProxy) -> None:
         """A writer has shown that it lives."""
@@ -479,9 +426,7 @@ class Reader:
     def stop(self) -> None:
         """Read nothing more."""
         for proxy in self.writers.values():
-            self._stop_timer(proxy)
-            if proxy.watch is not None:
-                proxy.watch.stop()
+            self._let_go(proxy)
         self.writers.clear()
         if self._deadline is not None:
             self._deadline.stop()

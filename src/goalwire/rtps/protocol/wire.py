@@ -120,6 +120,8 @@ class Wire:
         self.timers = Timers()
         self.section = CriticalSection()
         self.next_due = FOREVER
+        self.kept = 0
+        """Bytes that readers keep of samples that they cannot deliver yet."""
         self._on_sooner = on_sooner
         self._told: OrderedDispatcher[Callable[[], None]] = OrderedDispatcher(_call)
         self._post = self._told.post
@@ -155,6 +157,9 @@ class Wire:
     def tell(self, function: Callable[..., object], *arguments: object) -> None:
         """Call a user's function after this."""
         self._post(partial(function, *arguments))  # type: ignore[arg-type]
+
+    def refuse(self, kind: str, reason: str) -> None:
+        """Count something that came and is ignored; nobody is there to count it yet."""
 
     def send(self, packet: bytes, address: Address) -> None:
         """Send a packet; one without a port is for this participant itself, and never leaves it."""

@@ -1,0 +1,140 @@
+"""What a reader keeps of one writer: samples that came too early, and those of which not all has come."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol.fragments import Partial
+from goalwire.rtps.protocol.messages import DataFrag
+from goalwire.rtps.protocol.parameters import related_sample
+from goalwire.rtps.protocol.primitives import SampleIdentity
+from goalwire.rtps.protocol.wire import Wire
+
+
+class Sample(NamedTuple):
+    """What a reader delivers."""
+
+    writer: bytes
+    """The GUID of its writer."""
+    number: int
+    time: int | None
+    """When it was written, by the writer's clock, in nanoseconds since 1970; None if that was not told."""
+    payload: bytes | None
+    """Encapsulated; None for the news that something is gone."""
+    qos: bytes = b''
+    """Inline QoS."""
+    is_key: bool = False
+
+    @property
+    def related(self) -> SampleIdentity | None:
+        """The request that this replies to, or where the reply to this is to go."""
+        return related_sample(self.qos) if self.qos else None
+
+
+class Backlog:
+    """The samples of one writer that one reader keeps. All readers of a participant share one bound."""
+
+    __slots__ = ('_wire', 'held', 'partials', 'size')
+
+    def __init__(self, wire: Wire) -> None:
+        self._wire = wire
+        self.held: dict[int, Sample | None] = {}
+        """What came too early; None for what will not come."""
+        self.partials: dict[int, Partial] = {}
+        """Samples in fragments of which some are missing."""
+        self.size = 0
+        """Bytes of the samples in `held`."""
+
+    def _has_room(self, size: int) -> bool:
+        """Whether so many bytes more may be kept; if not, that is counted."""
+        if self._wire.kept + size <= bounds.KEPT_SIZE:
+            return True
+        self._wire.refuse('sample that waits for others', f'{self._wire.kept >> 20} MiB are kept')
+        return False
+
+    # ---- whole samples
+
+    def hold(self, sample: Sample, next_number: int) -> bool:
+        """Keep a sample, and return whether that was done: beyond the bounds it is asked for again later.
+
+        `next_number` is the number of the sample that is delivered next, 0 if that is not known yet.
+        """
+        number, size = sample.number, len(sample.payload or b'')
+        is_near = number < next_number + bounds.AHEAD if next_number else len(self.held) < bounds.AHEAD
+        if not is_near or self.size + size > bounds.AHEAD_SIZE:
+            self._wire.refuse('sample too far ahead', f'{len(self.held)} wait, and number {number} came')
+            return False
+        if not self._has_room(size):
+            return False
+        self.held[number] = sample
+        self.size += size
+        self._wire.kept += size
+        self.drop_partial(number)
+        return True
+
+    def take(self, number: int) -> Sample | None:
+        """Return a sample that is held, and keep it no more."""
+        sample = self.held.pop(number)
+        if sample is not None:
+            size = len(sample.payload or b'')
+            self.size -= size
+            self._wire.kept -= size
+        return sample
+
+    def forget(self, number: int) -> None:
+        """Count a sample as one that has come and is nothing, unless it has come."""
+        self.held.setdefault(number, None)
+        self.drop_partial(number)
+
+    # ---- samples in fragments
+
+    def add(self, fragment: DataFrag, next_number: int, *, is_reliable: bool) -> Partial | None:
+        """Keep some fragments, and return what there is of their sample; None beyond the bounds.
+
+        Raises RtpsError for fragments that do not fit together.
+        """
+        number, partials = fragment.number, self.partials
+        begun = partials.get(number)
+        if begun is None:
+            begun = Partial(fragment)
+            if next_number and number >= next_number + bounds.MOST_UNFINISHED and is_reliable:
+                self._wire.refuse('fragment too far ahead', f'{len(partials)} samples are unfinished')
+                return None
+            while len(partials) >= bounds.MOST_UNFINISHED:
+                self._wire.refuse('unfinished sample', f'{bounds.MOST_UNFINISHED} newer ones are unfinished')
+                self.drop_partial(next(iter(partials)))
+            partials[number] = begun
+        if not self._has_room(len(fragment.payload)):
+            self.drop_partials(lambda _: True)
+            return None
+        before = begun.kept
+        begun.add(fragment)
+        self._wire.kept += begun.kept - before
+        return begun
+
+    def drop_partial(self, number: int) -> None:
+        """Let go of an unfinished sample, if there is one."""
+        begun = self.partials.pop(number, None)
+        if begun is not None:
+            self._wire.kept -= begun.kept
+
+    def drop_partials(self, is_dropped: Callable[[int], bool]) -> None:
+        """Let go of unfinished samples by their numbers."""
+        for number in [number for number in self.partials if is_dropped(number)]:
+            self.drop_partial(number)
+
+    # ---- both
+
+    def drop_below(self, first: int) -> None:
+        """Let go of all that is older than a sample."""
+        for number in [number for number in self.held if number < first]:
+            self.take(number)
+        self.drop_partials(lambda number: number < first)
+
+    def clear(self) -> None:
+        """Let go of everything."""
+        for number in list(self.held):
+            self.take(number)
+        self.drop_partials(lambda _: True)
