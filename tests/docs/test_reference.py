@@ -19,7 +19,7 @@ from goalwire.errors import GoalwireError, NotImplementedException, TransformExc
 from goalwire.rules.arguments import parse_arguments
 from tools.house import Module, modules
 
-VARIABLE = re.compile(r'(AMENT|CYCLONEDDS|GOALWIRE|RCUTILS|RMW|ROS|ZENOH)_[A-Z_]+')
+VARIABLE = re.compile(r'(AMENT|CYCLONEDDS|FASTDDS|FASTRTPS|GOALWIRE|RCUTILS|RMW|ROS|ZENOH)_[A-Z_]+')
 NO_VARIABLES = {'AMENT_IGNORE', 'AMENT_PREFIX_PATH_ENV_VAR', 'RCUTILS_LOG_SEVERITY'}
 INTERNAL = {
     'InvalidName',

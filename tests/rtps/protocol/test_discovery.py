@@ -63,6 +63,14 @@ def test_who_closes_is_gone_at_once() -> None:
     assert not publisher.matched
 
 
+def test_who_has_closed_takes_nothing_more() -> None:
+    network = Network()
+    one, watcher = network.participant(same_host=True)
+    one.close()
+    one.receive(_announcement(os.urandom(12), host='10.0.0.2'), ('10.0.0.2', 7410))
+    assert not watcher.participants
+
+
 def test_who_falls_silent_is_gone_after_its_lease() -> None:
     network = Network()
     _, watcher = network.participant()

@@ -219,6 +219,8 @@ class Participant(Wire):
         self._receive(packet, LOCAL)
 
     def _receive(self, packet: bytes, source: Address) -> None:
+        if self._is_closed:  # its sockets are closed a moment later
+            return
         try:
             check_header(packet)
             prefix = packet[8:HEADER_SIZE]

@@ -17,6 +17,10 @@ LARGEST_DOMAIN = 232
 """Beyond it a domain has no UDP ports."""
 
 
+FILES = ('CYCLONEDDS_URI', 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
+"""The variables that name the files of RMWs."""
+
+
 class Range(Enum):
     """How far discovery looks (ROS_AUTOMATIC_DISCOVERY_RANGE)."""
 
@@ -48,9 +52,9 @@ _FIRST_PORT, _PORTS_OF_A_DOMAIN, _DISCOVERY_PORT = 7400, 250, 10
 def knows_its_peers() -> bool:
     """Whether all who can be met listen at one of `ports_in_use`: nobody else is asked, multicast is off.
 
-    A CYCLONEDDS_URI may say otherwise, and so does ROS_STATIC_PEERS.
+    A file of an RMW may say otherwise, and so does ROS_STATIC_PEERS.
     """
-    if discovery_range() is not Range.LOCALHOST or os.environ.get('CYCLONEDDS_URI', '').strip():
+    if discovery_range() is not Range.LOCALHOST or any(os.environ.get(name, '').strip() for name in FILES):
         return False
     return not static_peers() and os.access(_SOCKETS[0], os.R_OK)
 

@@ -4,26 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from goalwire.records import replace
 from goalwire.reports import RejectCounters
-from goalwire.rtps.io.addresses import Reach
-from goalwire.rtps.io.session import RtpsSession, Settings
+from goalwire.rtps.io.session import RtpsSession
 from goalwire.rtps.protocol.primitives import PARTICIPANT
 from goalwire.rtps.protocol.writer import WriterListener
 from goalwire.transport.dds.announcement import READ, WRITTEN, Announcement
 from goalwire.transport.dds.description import DISCOVERY_TOPIC, DISCOVERY_TYPE, encode_participant
-from goalwire.transport.dds.environment import Range, discovery_range, static_peers
 from goalwire.transport.dds.native.discovery import GraphDiscovery, InfoListener
 from goalwire.transport.dds.native.qos import reader_qos, writer_qos
 from goalwire.transport.dds.native.rmw import RmwDefaults
 from goalwire.transport.dds.notifier import GraphNotifier
 from goalwire.transport.dds.session import DdsContext
-
-_REACHES = {
-    Range.OFF: Reach.OFF,
-    Range.LOCALHOST: Reach.LOCALHOST,
-    Range.SUBNET: Reach.SUBNET,
-    Range.SYSTEM_DEFAULT: Reach.SUBNET,
-}
+from goalwire.transport.dds.settings.session import asks_whom_the_standard_names, session_settings
 
 
 class NativeContext(DdsContext):
@@ -37,16 +30,10 @@ class NativeContext(DdsContext):
         self.awaited: dict[object, None] = {}
         """The calls that wait for an answer."""
         self.discovery = GraphDiscovery(domain_id, self.notifier, self.rejects, self.call_later)
-        range_ = discovery_range()
+        settings = session_settings(domain_id, defaults.identifier, lease_s=defaults.lease_s)
+        self.discovery.expects_ports = asks_whom_the_standard_names(settings)
         self.rtps = RtpsSession(
-            Settings(
-                domain=domain_id,
-                reach=_REACHES[range_],
-                peers=() if range_ in {Range.OFF, Range.SYSTEM_DEFAULT} else tuple(static_peers()),
-                user_data=encode_participant(enclave),
-                name=enclave,
-                lease_s=defaults.lease_s,
-            ),
+            replace(settings, user_data=encode_participant(enclave), name=enclave),
             self.discovery,
             rejects=self.rejects,
             awaited=self.awaited,

@@ -47,6 +47,8 @@ class GraphDiscovery(ParticipantListener):
     ) -> None:
         """`call_later` calls a function after so many seconds, as listeners are called."""
         self._domain_id = domain_id
+        self.expects_ports = True
+        """Whether those who have a port of the domain on this machine are asked, and will answer."""
         self._notifier = notifier
         self._rejects = rejects
         self._call_later = call_later
@@ -125,7 +127,8 @@ class GraphDiscovery(ParticipantListener):
         Those count, too, that were not met yet and have a port of the domain on this machine: they have been
         asked, and will answer.
         """
-        if ports_in_use(self._domain_id).difference(*self._ports.copy().values()):
+        expected = ports_in_use(self._domain_id) if self.expects_ports else set()
+        if expected.difference(*self._ports.copy().values()):
             return False
         # In this order: what completed the state has been told to the listeners once that is over.
         return self._state.is_complete() and not self._is_telling

@@ -3,5 +3,5 @@
 findings   what a file sets, and what of it has no effect here
 cyclone    CYCLONEDDS_URI
 fast_dds   the XML profiles of Fast DDS
-session    `session_settings`: all of it together, as the RMW that is asked for would have it
+session    all of it together, as the RMW that is asked for would have it
 """

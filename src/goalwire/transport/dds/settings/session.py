@@ -11,7 +11,7 @@ import os
 from goalwire.errors import TransportError
 from goalwire.records import replace
 from goalwire.reports import LOGGER
-from goalwire.rtps.io.addresses import Ports, Reach, data_port
+from goalwire.rtps.io.addresses import STANDARD, Ports, Reach, data_port
 from goalwire.rtps.io.interfaces import find_interfaces
 from goalwire.rtps.io.settings import Settings
 from goalwire.transport.dds.environment import Range, discovery_range, static_peers
@@ -34,14 +34,15 @@ _NOT_READ = {
 """Variables of each RMW that change who is found, and have no effect here."""
 
 
-def session_settings(domain: int, rmw: str = CYCLONE) -> Settings:
+def session_settings(domain: int, rmw: str = CYCLONE, *, lease_s: float = 20.0) -> Settings:
     """Return how a session of a domain is set up, as an RMW of this name would have it.
 
+    `lease_s` holds if no file says otherwise.
     What has no effect here is named in one warning. Names of peers are looked up, for seconds at most; one
     that has no address is left out with a warning. Raises TransportError for what cannot be understood.
     """
     range_ = discovery_range()
-    settings = Settings(domain=domain, reach=_REACH[range_])
+    settings = Settings(domain=domain, reach=_REACH[range_], lease_s=lease_s)
     findings = _read(domain, rmw)
     if findings is not None:
         settings = _apply(findings, settings)
@@ -52,6 +53,13 @@ def session_settings(domain: int, rmw: str = CYCLONE) -> Settings:
     _warn_of_interfaces(settings)
     _warn_of_ignored(findings, rmw)
     return replace(settings, peers=peers)
+
+
+def asks_whom_the_standard_names(settings: Settings) -> bool:
+    """Whether whoever has one of the standard's ports on this machine is asked, and will answer."""
+    return (
+        settings.ports == STANDARD and settings.announces_here and not (settings.tag or settings.interfaces)
+    )
 
 
 def _read(domain: int, rmw: str) -> Findings | None:
