@@ -143,7 +143,7 @@ def _message(message: MessageDefinition, name: str) -> list[str]:
     parameters = [f'{field.name}: {types.accepted(field)} = ...' for field in message.fields]
     lines += _function('__init__', ['self', '*', *parameters, f'check_fields: {boolean} = ...'], 'None')
     lines += ['@classmethod', f'def get_fields_and_field_types(cls) -> {mapping}[{text}, {text}]: ...']
-    lines.append('SLOT_TYPES: _ClassVar[tuple[object, ...]]')
+    lines.append(f'SLOT_TYPES: _ClassVar[{types.builtin("tuple")}[{types.builtin("object")}, ...]]')
     return [f'class {name}:', *_indented(lines)]
 
 
