@@ -17,6 +17,7 @@ from helpers.rtps_network import Collector
 from helpers.rtps_sides import Side
 
 from goalwire.errors import ForkedError, TransportError
+from goalwire.host_addresses import addresses
 from goalwire.rtps.io import sockets
 from goalwire.rtps.io.addresses import (
     GROUP,
@@ -27,7 +28,6 @@ from goalwire.rtps.io.addresses import (
     discovery_port,
     first_port,
 )
-from goalwire.rtps.io.interfaces import addresses
 from goalwire.rtps.protocol.primitives import Address
 from goalwire.rtps.protocol.qos import RELIABLE, TRANSIENT_LOCAL, Qos
 from goalwire.rtps.protocol.writer import MOST_UNACKNOWLEDGED

@@ -388,6 +388,14 @@ def test_a_name_that_no_host_can_have_is_not_found(host: str) -> None:
         resolve(Endpoint('tcp', host, 1))
 
 
+@pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason='IPv6')
+def test_every_address_takes_ipv4_too() -> None:
+    with closing(Ours('peer', listen=('tcp/[::]:0',))) as listener:
+        port = int(listener.protocol.gossip.locators[0].rpartition(':')[2])
+        for host in ('127.0.0.1', '::1'):
+            socket.create_connection((host, port), PATIENCE).close()
+
+
 def test_a_port_that_is_taken_is_said(listener: Ours) -> None:
     where = listener.protocol.gossip.locators[0]
     with pytest.raises(TransportError, match=f"cannot listen on '{where}'"):

@@ -7,8 +7,8 @@ from enum import Enum
 from functools import cache
 
 from goalwire.errors import TransportError
+from goalwire.host_addresses import LOOPBACK, LOOPBACK_V6
 from goalwire.records import record
-from goalwire.rtps.io.interfaces import LOOPBACK, LOOPBACK_V6
 from goalwire.rtps.protocol.primitives import Address
 
 GROUP = '239.255.0.1'

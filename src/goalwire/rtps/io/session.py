@@ -13,10 +13,10 @@ from goalwire.concurrency.forks import ForkGuard, in_child
 from goalwire.concurrency.leader_followers import LeaderFollowers
 from goalwire.concurrency.poller import IN, Poller, Timer
 from goalwire.concurrency.wire_poller import SleepingThread
+from goalwire.host_addresses import LOOPBACK, LOOPBACK_V6, Interface, choose, find_interfaces
 from goalwire.reports import RejectCounters
 from goalwire.rtps.io.addresses import Reach, announced_addresses, announced_hosts, first_port
 from goalwire.rtps.io.interface_changes import InterfaceChanges
-from goalwire.rtps.io.interfaces import LOOPBACK, LOOPBACK_V6, Interface, choose, find_interfaces
 from goalwire.rtps.io.settings import Settings
 from goalwire.rtps.io.sockets import Sockets
 from goalwire.rtps.protocol import discovery

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 
 from goalwire.errors import TransportError
+from goalwire.host_addresses import LOOPBACK, LOOPBACK_V6, Interface
 from goalwire.rtps.io.addresses import (
     MOST_PARTICIPANTS,
     Reach,
@@ -17,7 +18,6 @@ from goalwire.rtps.io.addresses import (
     discovery_port,
     multicast_ports,
 )
-from goalwire.rtps.io.interfaces import LOOPBACK, LOOPBACK_V6, Interface
 from goalwire.rtps.io.settings import Settings
 from goalwire.rtps.protocol.primitives import Address
 

@@ -118,7 +118,6 @@ class Dial:
         self.expected = expected
         self.locators = locators
         self.failed_rounds = 0
-        self.is_connected = False
         self.is_up = False
         """Whether there is a link that came of it."""
         self.is_over = False
@@ -247,7 +246,6 @@ class Dial:
         if not is_connected:
             self._next()
             return
-        self.is_connected = True
         self._when_connected(self, sock)
 
     def _discard_socket(self, sock: socket.socket) -> None:
@@ -276,7 +274,7 @@ class Dial:
 
     def try_again(self) -> None:
         """The link that came of it has ended: begin anew, after a pause."""
-        self.is_connected = self.is_up = False
+        self.is_up = False
         if not self.is_over:
             self._pause = self._retry.first_s
             self.failed_rounds = 0
@@ -284,7 +282,6 @@ class Dial:
 
     def refused(self) -> None:
         """Count a round in vain: the other side has answered and ended the handshake."""
-        self.is_connected = False
         if not self.is_over:
             self._pause_after_round()
 

@@ -131,9 +131,7 @@ class Dials:
 
     def have_settled(self, *, go_on: bool) -> bool:
         """Whether each is connected or, unless they are to `go_on`, has failed once."""
-        return all(
-            dial.is_connected or (dial.failed_rounds and not go_on) for dial in list(self._dials.values())
-        )
+        return all(dial.is_up or (dial.failed_rounds and not go_on) for dial in list(self._dials.values()))
 
     def missing(self) -> list[Dial]:
         """Return the dials of configured addresses that have led to no link."""

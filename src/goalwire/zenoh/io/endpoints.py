@@ -113,7 +113,7 @@ def locators_of(listener: socket.socket, protocol: str = 'tcp') -> list[str]:
 
 
 def _own_addresses(family: int) -> list[str]:
-    """Return this machine's addresses, as far as its routes and its name tell."""
+    """Return the addresses of this machine: those that its routes lead out by come first."""
     found: dict[str, None] = {}
     for target in ('192.0.2.1', '10.255.255.255') if family == socket.AF_INET else ('2001:db8::1',):
         with socket.socket(family, socket.SOCK_DGRAM) as probe:
@@ -122,6 +122,11 @@ def _own_addresses(family: int) -> list[str]:
                 found[probe.getsockname()[0]] = None
             except OSError:
                 continue
+    # A robot's network may have no route to anywhere else: then only its interfaces tell.
+    from goalwire.host_addresses import choose, find_interfaces
+
+    own = choose(find_interfaces(ipv6=family == socket.AF_INET6))
+    found |= dict.fromkeys(each.address for each in own if not each.is_of_link)
     if family == socket.AF_INET6:  # a socket for IPv6 mostly takes IPv4 as well
         found |= dict.fromkeys(_own_addresses(socket.AF_INET))
     return list(found) or (['127.0.0.1'] if family == socket.AF_INET else ['::1'])

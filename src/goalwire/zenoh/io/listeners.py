@@ -30,7 +30,9 @@ class Listeners:
         """Listen at an address, which `text` shows; return where others reach it. Raises TransportError."""
         try:
             family, address = resolve(endpoint, passive=True)[0]
-            listener = socket.create_server(address[:2], family=family, backlog=128)
+            # [::] is every address of this machine, those of IPv4 too; Python would take IPv6 alone.
+            is_any = address[0] == '::' and socket.has_dualstack_ipv6()
+            listener = socket.create_server(address[:2], family=family, backlog=128, dualstack_ipv6=is_any)
         except OSError as error:
             raise TransportError(f"cannot listen on '{text}': {error.strerror or error}") from None
         listener.setblocking(False)
