@@ -9,6 +9,7 @@ from __future__ import annotations
 from goalwire.errors import (
     CallError,
     DeadlineError,
+    PermissionDeniedError,
     RefusedError,
     ServerFailedError,
     ServerLostError,
@@ -21,6 +22,7 @@ TIMEOUT = 'Timeout'
 """Zenoh's own word, when it gives a query up: after ten minutes, as under rmw_zenoh."""
 _REFUSED = 'refused: '
 _REJECTED = 'rejected: '
+_DENIED = 'denied: '
 
 
 def refused(problem: str) -> str:
@@ -31,6 +33,11 @@ def refused(problem: str) -> str:
 def rejected(error: Exception) -> str:
     """The request breaks the rules."""
     return peer_text(f'{_REJECTED}{error}')
+
+
+def denied(rule: str) -> str:
+    """The server's policy does not allow it; `rule` says which line, to whom and what."""
+    return peer_text(_DENIED + rule)
 
 
 def failed(error: BaseException) -> str:
@@ -52,4 +59,6 @@ def meaning(reason: str) -> type[CallError]:
         return ServerLostError
     if reason == TIMEOUT:
         return DeadlineError
+    if reason.startswith(_DENIED):
+        return PermissionDeniedError
     return RefusedError if reason.startswith((_REFUSED, _REJECTED)) else ServerFailedError

@@ -9,6 +9,7 @@ import os
 from functools import partial
 
 from goalwire.errors import TransportError
+from goalwire.security import is_asked_for
 from goalwire.transport.contract import Session, SessionOptions, Transport
 
 CHOICE = 'GOALWIRE_DDS'
@@ -23,8 +24,22 @@ def chosen(identifier: str) -> str:
     return word
 
 
+def _refuse_identity(options: SessionOptions) -> None:
+    """Raise TransportError if the program has an identity: it would run unprotected."""
+    if not is_asked_for():
+        return
+    from goalwire.security.environment import choose_identity
+
+    if choose_identity(options.enclave) is not None:
+        raise TransportError(
+            'security is asked for, and goalwire has none on DDS: take RMW_IMPLEMENTATION=rmw_zenoh_cpp, '
+            'or unset GOALWIRE_SECURITY and ROS_SECURITY_ENABLE'
+        )
+
+
 def _open(identifier: str, options: SessionOptions) -> Session:
     """Join a domain as the environment says. Raises TransportError or ForkedError."""
+    _refuse_identity(options)
     # Only the kind of session that is opened is imported: libddsc takes 12 MB.
     if chosen(identifier) == CYCLONE:
         from goalwire.transport.dds.cyclone import session as on_libddsc

@@ -7,8 +7,10 @@ from collections.abc import Callable
 from functools import partial
 from itertools import count
 from threading import RLock
+from typing import TYPE_CHECKING
 
 from goalwire.errors import ClosedError
+from goalwire.records import replace
 from goalwire.transport.zenoh import wire
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import Settings
@@ -24,6 +26,9 @@ from goalwire.zenoh.protocol.queries import ANY_KEY
 from goalwire.zenoh.protocol.senders import Publication, Querier
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.transport import Role
+
+if TYPE_CHECKING:
+    from goalwire.transport.zenoh.guards import SessionSecurity
 
 UNNUMBERED = 'uhlc'
 """Stands for the number of a publisher that does not number its messages."""
@@ -163,9 +168,14 @@ class NativeWire(wire.Wire):
     errors = (ZenohProtocolError, ClosedError, RuntimeError)
     discovers_at_once = True
 
-    def __init__(self, settings: Settings) -> None:
-        """Open it. Raises TransportError."""
+    def __init__(self, settings: Settings, security: SessionSecurity | None = None) -> None:
+        """Open it; with `security` all links are checked against a policy. Raises TransportError."""
+        self._security = security
+        if security is not None:
+            settings = replace(settings, identify=security.identify)
         self.session = NativeSession(settings)
+        if security is not None:
+            security.watch(self.session)
         self.id = self.session.id
         self.wire_poller = self.session.wire_poller
         self._protocol = self.session.protocol
@@ -253,7 +263,8 @@ class NativeWire(wire.Wire):
         return self.session.call_later(seconds, function).cancel
 
     def refused(self) -> dict[str, int]:
-        return self.session.rejects.counts()
+        refused = {} if self._security is None else self._security.refused.counts()
+        return {**self.session.rejects.counts(), **refused}
 
     def close(self) -> None:
         self.session.close()

@@ -16,11 +16,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from threading import RLock
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from goalwire.concurrency.descriptors import require_free
 from goalwire.errors import RemoteError, TransportError
 from goalwire.reports import LOGGER
+from goalwire.security import is_asked_for
 from goalwire.transport import loopback
 from goalwire.transport.contract import (
     ClientPort,
@@ -55,31 +56,45 @@ from goalwire.transport.zenoh.tokens import (
 )
 from goalwire.transport.zenoh.wire import Declared, Wire, undeclare
 
+if TYPE_CHECKING:
+    from goalwire.transport.zenoh.guards import SessionSecurity
+
 CHOICE = 'GOALWIRE_ZENOH'
 NATIVE, ECLIPSE = 'native', 'eclipse'
 DEFAULT_CHOICE = NATIVE
 
 
-def _open_wire(configuration: Configuration) -> Wire:
+def _open_wire(configuration: Configuration, security: SessionSecurity | None) -> Wire:
     """Open a session. Raises TransportError or ForkedError."""
     # Only the kind of session that is opened is imported: each costs some 10 ms.
     chosen = os.environ.get(CHOICE) or DEFAULT_CHOICE
     if chosen not in {NATIVE, ECLIPSE}:
         raise TransportError(f"{CHOICE} is '{chosen}'; set it to {NATIVE} or {ECLIPSE}")
     if chosen == ECLIPSE:
+        _refuse_unprotected(security, f'{CHOICE}={ECLIPSE}')
         return _open_eclipse(configuration, f'{CHOICE}={ECLIPSE}')
     from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
 
     try:
         settings = native_settings(configuration.values)
     except BeyondOursError as error:
+        _refuse_unprotected(security, f'the configuration asks for {error}, and')
         from goalwire.logging import get_logger
 
         get_logger(LOGGER).info(f'eclipse-zenoh is used: the configuration asks for {error}')
         return _open_eclipse(configuration, f'the configuration asks for {error}. That')
     from goalwire.transport.zenoh.native import NativeWire
 
-    return NativeWire(settings)
+    return NativeWire(settings, security)
+
+
+def _refuse_unprotected(security: SessionSecurity | None, why: str) -> None:
+    """Raise TransportError if a session is to be eclipse-zenoh's, which knows no policy."""
+    if security is not None:
+        raise TransportError(
+            f"{why} opens a session of eclipse-zenoh's, which would not check the policy: leave that out, "
+            f'or open it without GOALWIRE_SECURITY and ROS_SECURITY_ENABLE'
+        )
 
 
 def _open_eclipse(configuration: Configuration, why: str) -> Wire:
@@ -209,12 +224,14 @@ TAKE_OVER_S = 1.0
 def open_session(options: SessionOptions) -> Session:
     """Offer the rendezvous, if it is wanted, and connect. Raises TransportError or ForkedError."""
     require_free('a Zenoh session')
-    plan = make_plan()
+    security = _secure(options.enclave) if is_asked_for() else None
+    plan = make_plan(None if security is None else security.identity)
     if plan.rendezvous is not None:
         RENDEZVOUS.offer(plan.port, plan.rendezvous)
     try:
-        found = _greet_holder(plan)
-        wire = _open_wire(plan.session)
+        # A port with TLS does not answer to a greeting without it.
+        found = Holder.NOBODY if security is not None else _greet_holder(plan)
+        wire = _open_wire(plan.session, security)
     except BaseException:
         _stop_offering(plan)
         raise
@@ -224,6 +241,15 @@ def open_session(options: SessionOptions) -> Session:
     if plan.rendezvous is not None and plan.gives_way:
         opened.watchers.append(_watch_port(context, plan.port))
     return opened
+
+
+def _secure(enclave: str) -> SessionSecurity | None:
+    """Return what a session with an identity knows of its keystore. Raises SecurityError."""
+    from goalwire.security.environment import choose_identity  # most programs run without
+    from goalwire.transport.zenoh.guards import SessionSecurity
+
+    identity = choose_identity(enclave)
+    return None if identity is None else SessionSecurity(identity)
 
 
 def _greet_holder(plan: Plan) -> Holder:

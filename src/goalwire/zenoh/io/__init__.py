@@ -3,6 +3,7 @@
     settings        what a session is opened with
     endpoints       addresses such as tcp/localhost:7447
     socket_link     one connection: reads, writes, ends
+    identities      who is at the other side of a link, by its certificate
     tls             the same with TLS on it
     link_maker      which of the two a connection gets
     memory          glibc keeps what large messages were read into

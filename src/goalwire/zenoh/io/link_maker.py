@@ -6,7 +6,9 @@ import socket
 from typing import TYPE_CHECKING
 
 from goalwire.concurrency.poller import Poller
+from goalwire.errors import TransportError
 from goalwire.zenoh.io.endpoints import Endpoint, TlsFiles
+from goalwire.zenoh.io.identities import Identify
 from goalwire.zenoh.io.socket_link import SocketLink, SocketLinkOwner
 from goalwire.zenoh.protocol.handshake import Handshake
 
@@ -17,21 +19,45 @@ if TYPE_CHECKING:
 class LinkMaker:
     """One session's."""
 
-    def __init__(self, owner: SocketLinkOwner, poller: Poller, files: TlsFiles) -> None:
+    def __init__(
+        self, owner: SocketLinkOwner, poller: Poller, files: TlsFiles, identify: Identify | None
+    ) -> None:
+        """With `identify` all links have TLS, and it is asked who is at their other sides."""
         self._owner = owner
         self._poller = poller
         self._files = files
+        self._identify = identify
         self._tls: Tls | None = None
 
     def check_listening(self, endpoint: Endpoint) -> None:
         """Raise TransportError if TLS is asked for, and its files cannot be used."""
+        self._check_protocol(endpoint)
         if endpoint.protocol == 'tls':
             self._secured().check_listening()
 
     def check_dialling(self, endpoint: Endpoint) -> None:
         """Raise TransportError if TLS is asked for, and its files cannot be used."""
+        self._check_protocol(endpoint)
         if endpoint.protocol == 'tls':
             self._secured().check_dialling()
+
+    def _check_protocol(self, endpoint: Endpoint) -> None:
+        if self._identify is not None and endpoint.protocol != 'tls':
+            raise TransportError(
+                f'{endpoint.protocol}/{endpoint.host}:{endpoint.port} is not protected, and security is on: '
+                f'write tls/{endpoint.host}:{endpoint.port}'
+            )
+
+    def read_files_again(self) -> None:
+        """Read the files anew for the links to come. Raises TransportError, and changes nothing then."""
+        before, self._tls = self._tls, None
+        try:
+            renewed = self._secured()
+            renewed.check_dialling()
+            renewed.check_listening()
+        except TransportError:
+            self._tls = before
+            raise
 
     def make_inbound(self, sock: socket.socket, protocol: str, handshake: Handshake) -> SocketLink:
         """Return the link of a connection that another side has opened."""
@@ -50,5 +76,5 @@ class LinkMaker:
         if self._tls is None:
             from goalwire.zenoh.io.tls import Tls
 
-            self._tls = Tls(self._files)
+            self._tls = Tls(self._files, self._identify)
         return self._tls

@@ -97,7 +97,7 @@ class NativeSession:
         self._backpressure = Backpressure(self.wire_poller, protocol.section, poller)
         self._query_timer = QueryTimer(poller)
         self._faults = FaultLog(self.id)
-        self._maker = LinkMaker(self, poller, settings.tls)
+        self._maker = LinkMaker(self, poller, settings.tls, settings.identify)
         self._listeners = Listeners(poller, self._take_inbound, self._faults.warn)
         self._dials = Dials(
             poller, protocol.gossip, protocol.zid, self._take_outbound, self._waiters.wake_all
@@ -252,6 +252,9 @@ class NativeSession:
         """Connect to a node that a router told of. On the thread that reads."""
         if not self._settings.meets_peers or self._is_closing or self._dials.is_meeting(node.zid):
             return
+        if self._settings.identify is not None:  # no stranger's gossip leads to a link without TLS
+            safe = tuple(each for each in node.locators if each.startswith('tls/'))
+            node = Node(node.zid, node.role, safe)
         if len(self._links) >= self._most_links:
             self.refuse('node of gossip', f'there are {self._most_links} links')
             self.protocol.gossip.forget(node.zid)
@@ -317,6 +320,10 @@ class NativeSession:
     def call_later(self, seconds: float, function: Callable[[], None]) -> Timer:
         """Call a function later, on the thread that reads."""
         return self._poller.call_later(seconds, function)
+
+    def renew_certificate(self) -> None:
+        """Show the certificate that is in the files now on the links to come. Raises TransportError."""
+        self._maker.read_files_again()
 
     def wait_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
         """Wait until links have come, gone or told all so that `condition` holds; False if not in time."""

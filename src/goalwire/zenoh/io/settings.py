@@ -6,6 +6,7 @@ from goalwire.concurrency.poller import IS_PORTABLE
 from goalwire.records import record
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles
+from goalwire.zenoh.io.identities import Identify
 from goalwire.zenoh.protocol.transport import Role
 
 
@@ -24,6 +25,8 @@ class Settings:
     """Whether it connects to peers that routers tell of."""
     tls: TlsFiles = TlsFiles()
     """For addresses that begin with tls/."""
+    identify: Identify | None = None
+    """Says who is at the other side of a link with TLS. If it is set, nothing goes without TLS."""
     untimed_s: float = 600.0
     """How long a query without a time may take; rmw_zenoh's ten minutes."""
     must_connect: bool | None = None

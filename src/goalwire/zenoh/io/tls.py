@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import socket
 import ssl
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import RLock
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from goalwire.concurrency.poller import IN, OUT, Poller
 from goalwire.concurrency.sigpipe import NO_SIGPIPE
-from goalwire.errors import TransportError
+from goalwire.errors import SecurityError, TransportError
 from goalwire.zenoh.io.endpoints import TlsFiles
+from goalwire.zenoh.io.identities import Identify, read_peer_certificate
 from goalwire.zenoh.io.socket_link import JOINED_SIZE, SocketLink, SocketLinkOwner, join_first
 
 if TYPE_CHECKING:
@@ -144,6 +145,10 @@ class TlsStream:
                 self.flush()
             return True
 
+    def peer_certificate(self) -> Mapping[str, Any] | None:
+        """Return the other side's certificate, as `ssl` tells of it; empty or None if it shows none."""
+        return self._tls.getpeercert()
+
     def _fill(self) -> None:
         """Hand what has come to OpenSSL."""
         with suppress(BlockingIOError, InterruptedError):
@@ -237,10 +242,12 @@ class TlsSocketLink(SocketLink):
         poller: Poller,
         *,
         tls: TlsStream,
+        identify: Identify | None,
     ) -> None:
-        """`tls` is the stream on `sock`."""
+        """`tls` is the stream on `sock`; `identify` is asked who is at the other side."""
         super().__init__(owner, sock, handshake, poller)
         self._tls = tls
+        self._identify = identify
         self._is_secure = False
         self._recv = self._decrypt
         self._send = tls.send
@@ -260,8 +267,21 @@ class TlsSocketLink(SocketLink):
             self.end(f'TLS: {explain(error)}', is_fault=True)
             return
         if self._is_secure:
+            if not self._know_other_side():
+                return
             self.link.start()
         self._watch_unsent()
+
+    def _know_other_side(self) -> bool:
+        """Ask who is at the other side; False if it is refused, and the link closed."""
+        if self._identify is not None:
+            try:
+                self.link.guard = self._identify(read_peer_certificate(self._tls.peer_certificate()))
+            except SecurityError as error:
+                self._is_secure = False
+                self.end(str(error), is_fault=True)
+                return False
+        return True
 
     def _decrypt(self, size: int) -> bytes:
         try:
@@ -315,8 +335,9 @@ class TlsSocketLink(SocketLink):
 class Tls:
     """How one session speaks TLS. Each method raises TransportError for a file that cannot be used."""
 
-    def __init__(self, files: TlsFiles) -> None:
+    def __init__(self, files: TlsFiles, identify: Identify | None = None) -> None:
         self._files = files
+        self._identify = identify
         self._client: ssl.SSLContext | None = None
         self._server: ssl.SSLContext | None = None
 
@@ -337,11 +358,11 @@ class Tls:
     ) -> SocketLink:
         """Return the link of a connection that another side has opened."""
         stream = TlsStream(sock, self.check_listening(), None)
-        return TlsSocketLink(owner, sock, handshake, poller, tls=stream)
+        return TlsSocketLink(owner, sock, handshake, poller, tls=stream, identify=self._identify)
 
     def make_outbound(
         self, owner: SocketLinkOwner, sock: socket.socket, handshake: Handshake, poller: Poller, host: str
     ) -> SocketLink:
         """Return the link of a connection that was opened to `host`."""
         stream = TlsStream(sock, self.check_dialling(), host)
-        return TlsSocketLink(owner, sock, handshake, poller, tls=stream)
+        return TlsSocketLink(owner, sock, handshake, poller, tls=stream, identify=self._identify)

@@ -31,6 +31,7 @@ from goalwire.zenoh.protocol.forms import (
     request_form,
 )
 from goalwire.zenoh.protocol.frames import FrameReader
+from goalwire.zenoh.protocol.guard import Act, Guard
 from goalwire.zenoh.protocol.handshake import Handshake, Terms
 from goalwire.zenoh.protocol.link_state import LinkStates, Node
 from goalwire.zenoh.protocol.network import (
@@ -65,6 +66,7 @@ from goalwire.zenoh.protocol.primitives import (
     ZenohProtocolError,
     decode_z,
     encode_session,
+    show_id,
 )
 from goalwire.zenoh.protocol.transport import FIRST_NETWORK_ID, MESSAGE_ID, Role
 
@@ -152,6 +154,8 @@ class Link:
         """Whether the handshake is done, and the link not closed."""
         self.is_lost = False
         """Whether the session has let go of it."""
+        self.guard: Guard | None = None
+        """Who is at the other side, where links have certificates; None: whatever comes is let in."""
         self.outgoing = Outgoing(connection)
         self.frames = FrameReader(owner.pieces, self._take_handshake, self._take_network, owner.refuse)
         self.peer = PeerEntities(owner.own_keys, owner.refuse)
@@ -169,6 +173,15 @@ class Link:
         self._own_source = b''
         """How the sources of what the other side publishes begin; empty if it is a router."""
         self._silent_since: float | None = None
+
+    def refusal(self, act: Act, key: str) -> str:
+        """Return why the other side may not do something; '' if it may."""
+        guard = self.guard
+        if guard is None:
+            return ''
+        if self.role is Role.ROUTER and not guard.forwards:
+            return 'it is only here to tell peers of each other'
+        return guard.refusal(act, key, show_id(self.zid))
 
     def start(self) -> None:
         """Say what a connector says first."""
@@ -391,6 +404,8 @@ class Link:
         source = answer.source if type(answer) is Sample else None
         is_own = source is None or source.startswith(self._own_source)
         if not is_own and self._routes.is_forged(self, source or b''):
+            return at
+        if key is not None and type(answer) is Sample and self.refusal(Act.REPLY, key):
             return at
         if key is not None:
             if not scope and type(answer) is Sample and self._is_kept(suffix, self.reply_forms):

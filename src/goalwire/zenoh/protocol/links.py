@@ -33,6 +33,8 @@ class Links:
         """
         for other in self.up:
             if other.zid == link.zid:
+                if link.guard is not None and other.guard is not None and link.guard.who != other.guard.who:
+                    raise ZenohProtocolError('the session of another identity has this id', MAX_LINKS)
                 connector = self._own_zid if link.handshake.connects else link.zid
                 before = self._own_zid if other.handshake.connects else other.zid
                 if connector <= before:

@@ -15,12 +15,19 @@ from goalwire.zenoh.protocol.declarations import (
     take_back,
 )
 from goalwire.zenoh.protocol.expressions import Expressions
+from goalwire.zenoh.protocol.guard import Act
 from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.links import Links
 from goalwire.zenoh.protocol.liveliness import Liveliness
 from goalwire.zenoh.protocol.network import wire_key
 from goalwire.zenoh.protocol.routes import Queryable, Routes, Subscriber
 from goalwire.zenoh.protocol.transport import Role
+
+_LEARNS = {
+    Kind.SUBSCRIBER: Act.LEARN_SUBSCRIBER,
+    Kind.QUERYABLE: Act.LEARN_QUERYABLE,
+    Kind.TOKEN: Act.LEARN_TOKEN,
+}
 
 
 class OwnEntities:
@@ -76,13 +83,21 @@ class OwnEntities:
 
     def _tell_links(self, kind: Kind, number: int, key: str, *, complete: bool = False) -> None:
         for link in self._links.up:
-            if link.role is not Role.CLIENT or link.peer.wants(kind, key):
+            if (link.role is not Role.CLIENT or link.peer.wants(kind, key)) and self._may_learn(
+                link, kind, key
+            ):
                 link.outgoing.declare(*self._declaration(link, kind, number, key, complete=complete))
+
+    @staticmethod
+    def _may_learn(link: Link, kind: Kind, key: str) -> bool:
+        """Whether the other side of a link may be told of something."""
+        return not link.refusal(_LEARNS[kind], key)
 
     def _take_back(self, kind: Kind, number: int) -> None:
         for link in self._links.up:
             told_of = link.peer.told_of
-            if link.role is not Role.CLIENT or number in told_of:
+            is_told_all = link.role is not Role.CLIENT and link.guard is None
+            if is_told_all or number in told_of:
                 told_of.discard(number)
                 link.outgoing.declare(take_back(kind, number))
 
@@ -90,6 +105,8 @@ class OwnEntities:
         """Return the messages that tell a new link of everything."""
         out: list[bytes] = []
         for kind, number, key, complete in self._all(About.ALL):
+            if not self._may_learn(link, kind, key):
+                continue
             out += self._declaration(link, kind, number, key, complete=complete)
         return out
 
@@ -97,7 +114,7 @@ class OwnEntities:
         """Return the messages that answer a wish: what there is, and the end of that."""
         out: list[bytes] = []
         for kind, number, key, complete in self._all(wish.about):
-            if link.peer.is_about(wish, key):
+            if link.peer.is_about(wish, key) and self._may_learn(link, kind, key):
                 # A client that asks only about the present is never told that the entity has gone.
                 told = number if wish.when & When.FUTURE else 0
                 out += self._declaration(link, kind, told, key, complete=complete, interest=wish.number)
@@ -130,7 +147,7 @@ class OwnEntities:
         out: list[bytes] = []
         # The key of a token is used once, so a number of its own would not pay.
         name = wire_key(key) if kind is Kind.TOKEN else self._expressions.name_own(link, key, out)
-        if link.role is Role.CLIENT:
+        if link.role is Role.CLIENT or link.guard is not None:
             link.peer.told_of.add(number)
         out.append(declare(kind, number, name, complete=complete, interest=interest))
         return out

@@ -35,7 +35,7 @@ class PeerEntities:
         self.told: set[int] = set()
         """The numbers of this session's keys that the other side knows."""
         self.told_of: set[int] = set()
-        """The numbers of this session's entities that a client has been told about."""
+        """The numbers of this session's entities that a client or a guarded side has been told about."""
         self.knows_all = False
         """Whether the other side has told all that it has; until then it gets every message and query."""
         self._own_keys = own_keys

@@ -7,10 +7,12 @@ looked up once for each key of a link and remembered, until somebody declares or
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.guard import Act
 from goalwire.zenoh.protocol.incoming_queries import Query, RemoteQuery
 from goalwire.zenoh.protocol.key_index import KeyIndex
 from goalwire.zenoh.protocol.link import Link, Receivers
@@ -42,6 +44,24 @@ class Answerers(NamedTuple):
 
 
 _NOBODY = Receivers('', ())
+
+
+def _count_refused(link: Link, _sample: Sample) -> None:
+    """Stand in for the subscribers of what the other side of a link may not put."""
+    if link.guard is not None:
+        link.guard.count(Act.PUT)
+
+
+def _refuser(link: Link, refusal: str, queryable: Queryable) -> Queryable:
+    """Return what answers in place of a queryable that the other side of a link may not ask."""
+
+    def refuse(query: Query) -> None:
+        if link.guard is not None:
+            link.guard.count(Act.QUERY)
+        query.reply_error(refusal.encode())
+        query.end()
+
+    return queryable._replace(callback=refuse)
 
 
 class Routes:
@@ -88,6 +108,8 @@ class Routes:
             if key is None:
                 return
             found = tuple(each.callback for _, each in self.subscribers.meeting(key))
+            if found and link.refusal(Act.PUT, key):
+                found = (partial(_count_refused, link),)
             receivers = Receivers(key, found)
             link.remember_receivers(scope, suffix, is_senders, receivers)
 
@@ -143,7 +165,10 @@ class Routes:
             key = link.peer.key_of(scope, suffix, is_senders)
             if key is None:
                 return
-            answerers = Answerers(key, tuple(each for _, each in self.queryables.meeting(key)))
+            found = tuple(each for _, each in self.queryables.meeting(key))
+            # Nobody is refused what is not here: the one who asks then goes on to look for a server.
+            refusal = found and link.refusal(Act.QUERY, key)
+            answerers = Answerers(key, (_refuser(link, refusal, found[0]),) if refusal else found)
             if len(suffix) > bounds.KEPT_KEY:
                 return
             if len(self._answerers) >= bounds.ROUTES_LIMIT:

@@ -11,6 +11,7 @@ from functools import partial
 from typing import NamedTuple, TypeAlias
 
 from goalwire.zenoh.protocol.channels import channel_of
+from goalwire.zenoh.protocol.guard import Act
 from goalwire.zenoh.protocol.incoming_queries import LocalQuery
 from goalwire.zenoh.protocol.key_expressions import canonical, includes
 from goalwire.zenoh.protocol.link import Link
@@ -158,7 +159,8 @@ class Publication:
         self._links = tuple(
             (link.outgoing, push_head(name(session, link, key), self._qos))
             for link in session.links
-            if not is_final or not link.peer.knows_all or link.peer.subscribers.has_meeting(key)
+            if (not is_final or not link.peer.knows_all or link.peer.subscribers.has_meeting(key))
+            and not link.refusal(Act.RECEIVE, key)
         )
         if is_final:  # at last: other threads that send with it look no further than that
             self._version = version
@@ -339,7 +341,9 @@ class Querier:
             ]
         self._own = tuple(queryable for _, queryable in own)
         self._links = tuple(
-            self._asked(link, name) for link, queryables in links if queryables or not link.peer.knows_all
+            self._asked(link, name)
+            for link, queryables in links
+            if queryables or (not link.peer.knows_all and not link.refusal(Act.REPLY, self._key))
         )
         if is_final:  # at last: other threads that ask with it look no further than that
             self._version = version

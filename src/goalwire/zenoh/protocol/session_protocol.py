@@ -26,6 +26,7 @@ from goalwire.zenoh.protocol.channels import PieceBudget
 from goalwire.zenoh.protocol.declarations import About, Declaration, Interest, Kind, When, final, interest
 from goalwire.zenoh.protocol.expressions import Expressions
 from goalwire.zenoh.protocol.gossip import Gossip
+from goalwire.zenoh.protocol.guard import Act
 from goalwire.zenoh.protocol.handshake import Identity
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.key_expressions import canonical, check
@@ -41,6 +42,12 @@ from goalwire.zenoh.protocol.queries import PendingQuery
 from goalwire.zenoh.protocol.routes import Queryable, Routes, Subscriber
 from goalwire.zenoh.protocol.stamps import Stamps
 from goalwire.zenoh.protocol.transport import Role
+
+_DECLARES = {
+    Kind.SUBSCRIBER: Act.DECLARE_SUBSCRIBER,
+    Kind.QUERYABLE: Act.DECLARE_QUERYABLE,
+    Kind.TOKEN: Act.DECLARE_TOKEN,
+}
 
 
 class SessionOwner(Protocol):
@@ -251,6 +258,8 @@ class SessionProtocol:
                 link.forget_receivers()
         elif not number and declaration.interest is not None:
             return  # the answer to a question about the present only
+        elif link.refusal(_DECLARES[kind], key):
+            return
         elif kind is Kind.TOKEN:
             if link.peer.add_token(number, key):
                 self._liveliness.appeared(key)

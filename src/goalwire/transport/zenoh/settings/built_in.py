@@ -7,6 +7,7 @@ config/DEFAULT_RMW_ZENOH_{SESSION,ROUTER}_CONFIG.json5, the same from humble to 
 from __future__ import annotations
 
 import os
+from contextlib import closing
 
 from goalwire.transport.zenoh.settings.values import Settings
 
@@ -112,6 +113,54 @@ def rendezvous(port: int) -> Settings:
     }
     settings['routing'] = {'interests': {'timeout': 10_000}, 'router': {'peers_failover_brokering': False}}
     return settings
+
+
+def protect_session(settings: Settings, port: int) -> None:
+    """Have a built-in session speak TLS, to all machines that reach this one: strangers are kept out."""
+    settings['connect'] = {**_dict(settings, 'connect'), 'endpoints': [f'tls/localhost:{port}']}
+    settings['listen'] = {**_dict(settings, 'listen'), 'endpoints': [f'tls/{_every_address()}:0']}
+
+
+def protect_rendezvous(settings: Settings, port: int) -> None:
+    """Have the rendezvous speak TLS, and only tell peers of each other: it knows no policy."""
+    settings['listen'] = {**_dict(settings, 'listen'), 'endpoints': [f'tls/{_every_address()}:{port}']}
+    settings['access_control'] = {
+        'enabled': True,
+        'default_permission': 'deny',
+        'rules': [],
+        'subjects': [],
+        'policies': [],
+    }
+
+
+def _every_address() -> str:
+    """Return the host that stands for every address of this machine, which may be without IPv6."""
+    import _socket  # `socket` takes 5 ms, and may not be imported while Ctrl-C ends the program
+
+    try:
+        with closing(_socket.socket(_socket.AF_INET6, _socket.SOCK_STREAM)) as probe:
+            probe.bind(('::', 0))
+    except OSError:
+        return '0.0.0.0'  # noqa: S104 - strangers are kept out
+    return '[::]'
+
+
+def tls_of(trust: str, identity: str) -> Settings:
+    """Return the settings of mutual TLS: the certificate that all trust, and the file of an identity.
+
+    A certificate names an identity and not a host, so names of hosts are not compared: the session asks who
+    is there, and its policy whether that one is known.
+    """
+    own = dict.fromkeys(
+        ('listen_certificate', 'listen_private_key', 'connect_certificate', 'connect_private_key'), identity
+    )
+    return {'root_ca_certificate': trust, 'enable_mtls': True, 'verify_name_on_connect': False, **own}
+
+
+def _dict(settings: Settings, name: str) -> Settings:
+    found = settings[name]
+    assert isinstance(found, dict)
+    return found
 
 
 _MARK = b'goalwire'.hex()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from copy import deepcopy
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh.settings import built_in, environment, schema
@@ -16,6 +16,9 @@ from goalwire.transport.zenoh.settings.environment import RendezvousChoice
 from goalwire.transport.zenoh.settings.reader import read_file, read_overrides
 from goalwire.transport.zenoh.settings.values import Configuration, Json, Settings
 from goalwire.zenoh.io.endpoints import as_port
+
+if TYPE_CHECKING:
+    from goalwire.security.environment import Chosen
 
 _OF_THE_SESSION = ('mode', 'id', 'connect', 'listen', 'scouting')
 """Overrides that place a session in the network; the rendezvous of the same process keeps its own place."""
@@ -36,34 +39,54 @@ class Plan(NamedTuple):
     """Whether the rendezvous leaves its port to a router that is not of a goalwire process."""
 
 
-def make_plan() -> Plan:
-    """Read the environment; raises TransportError naming the variable or file and the reason."""
+def make_plan(identity: Chosen | None = None) -> Plan:
+    """Read the environment; raises TransportError naming the variable or file and the reason.
+
+    With an identity all links have mutual TLS.
+    """
     port = environment.router_port()
-    session, accepted = _session_config(port)
+    session, accepted = _session_config(port, identity)
     choice = environment.rendezvous_choice()
-    local = local_port(session.at('connect/endpoints'), str(session.at('mode') or 'peer'))
+    protocol = 'tcp' if identity is None else 'tls'
+    local = local_port(session.at('connect/endpoints'), str(session.at('mode') or 'peer'), protocol)
     if choice is RendezvousChoice.OFF or (choice is RendezvousChoice.AUTO and local is None):
         return Plan(session, None, port, local, gives_way=True)
     port = local or port
     gives_way = choice is RendezvousChoice.AUTO
-    return Plan(session, _rendezvous_config(port, accepted), port, local, gives_way=gives_way)
+    rendezvous = _rendezvous_config(port, accepted, identity)
+    return Plan(session, rendezvous, port, local, gives_way=gives_way)
 
 
-def _session_config(port: int) -> tuple[Configuration, list[tuple[str, Json]]]:
+def _session_config(port: int, identity: Chosen | None) -> tuple[Configuration, list[tuple[str, Json]]]:
     """Return the session's configuration, and the overrides that hold."""
-    config = read_file('ZENOH_SESSION_CONFIG_URI') or _built_in(built_in.session(port))
+    config = read_file('ZENOH_SESSION_CONFIG_URI')
+    if config is None:
+        config = _built_in(built_in.session(port))
+        if identity is not None:
+            built_in.protect_session(config.values, port)
     for name, size in environment.shared_memory().items():
         config.set(f'transport/shared_memory/transport_optimization/{name}', size)
     accepted = read_overrides()
     for path, value in accepted:
         config.set(path, value)
+    _show_identity(config, identity)
     return config, accepted
 
 
-def _rendezvous_config(port: int, overrides: list[tuple[str, Json]]) -> Configuration:
+def _show_identity(config: Configuration, identity: Chosen | None) -> None:
+    if identity is not None:
+        tls = built_in.tls_of(str(identity.folder / 'trust.pem'), str(identity.identity_path))
+        config.set('transport/link/tls', tls)
+
+
+def _rendezvous_config(
+    port: int, overrides: list[tuple[str, Json]], identity: Chosen | None
+) -> Configuration:
     config = read_file('ZENOH_ROUTER_CONFIG_URI')
     if config is None:
         config = _built_in(built_in.rendezvous(port))
+        if identity is not None:
+            built_in.protect_rendezvous(config.values, port)
     else:
         for name, value in built_in.SINGLE_BIND.items():
             config.set(f'listen/{name}', value)
@@ -72,6 +95,7 @@ def _rendezvous_config(port: int, overrides: list[tuple[str, Json]]) -> Configur
             config.set(path, value)
     if config.at('id') is None:
         config.set('id', built_in.rendezvous_id())
+    _show_identity(config, identity)
     return config
 
 
@@ -99,7 +123,7 @@ def _built_in(values: Settings) -> Configuration:
     return Configuration(deepcopy(values))
 
 
-def local_port(endpoints: Json, mode: str) -> int | None:
+def local_port(endpoints: Json, mode: str, protocol: str = 'tcp') -> int | None:
     """Return the TCP port of this machine among `connect/endpoints`, or None.
 
     `endpoints` is a list, or one per mode; its members are strings or groups of them.
@@ -112,8 +136,8 @@ def local_port(endpoints: Json, mode: str) -> int | None:
         if isinstance(endpoint, str):
             scheme, _, address = endpoint.partition('/')
             host, _, port = address.partition('#')[0].partition('?')[0].rpartition(':')
-            if scheme == 'tcp' and host in _LOCAL_HOSTS and (number := as_port(port)) is not None:
+            if scheme == protocol and host in _LOCAL_HOSTS and (number := as_port(port)) is not None:
                 return number
-        elif (port_within := local_port(endpoint, mode)) is not None:
+        elif (port_within := local_port(endpoint, mode, protocol)) is not None:
             return port_within
     return None

@@ -1,0 +1,215 @@
+"""Checks what comes over links against the policy, by the identities of the links' certificates.
+
+The policy, the list of revoked names and this session's own certificate are read anew when their files
+change. Links whose identity may do something else than before are closed and made anew, and links whose
+certificate has ended or was revoked are closed for good.
+"""
+
+from __future__ import annotations
+
+import os
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Lock
+from time import time
+from typing import TYPE_CHECKING
+
+from goalwire.errors import SecurityError, TransportError
+from goalwire.files import read_regular
+from goalwire.reports import LOGGER, RejectCounters
+from goalwire.rules import reasons
+from goalwire.security.environment import Chosen
+from goalwire.security.policy import Policy
+from goalwire.security.policy_file import LARGEST_POLICY, load_policy
+from goalwire.security.revocation import is_revoked, read_revoked
+from goalwire.transport.zenoh import questions
+from goalwire.transport.zenoh.questions import Question
+from goalwire.zenoh.io.identities import PeerCertificate
+from goalwire.zenoh.protocol.guard import Act
+from goalwire.zenoh.protocol.primitives import GENERIC
+
+if TYPE_CHECKING:
+    from goalwire.zenoh.io.native_session import NativeSession
+
+LOOK_S = 1.0
+"""Between two looks at the files and at the ends of certificates: three calls of stat.
+
+inotify would need no looks, but it says nothing of folders that come over a network.
+"""
+ROUTER = 'router'
+"""The kind of certificates whose links are not checked here: a router has rules of its own."""
+MOST_TOLD = 4096
+"""How many different refusals are logged: a peer may make up names without end."""
+
+
+class LinkGuard:
+    """The guard of one link."""
+
+    def __init__(self, security: SessionSecurity, certificate: PeerCertificate) -> None:
+        self._security = security
+        self.certificate = certificate
+        self.who = certificate.name
+        self.forwards = certificate.kind == ROUTER
+
+    def refusal(self, act: Act, key: str, session: str) -> str:
+        """Return why the other side may not do something; '' if it may."""
+        if self.forwards:
+            return ''
+        return self._security.refusal(self.who, act, key, session)
+
+    def count(self, act: Act) -> None:
+        """Count something that was refused."""
+        self._security.refused.count(f'refused {act.value}', self.who)
+
+
+class SessionSecurity:
+    """What one session knows of the keystore that it was opened with."""
+
+    def __init__(self, chosen: Chosen) -> None:
+        """Raises SecurityError if the policy or the list of revoked names cannot be used."""
+        self.refused = RejectCounters()
+        self.identity = chosen
+        self._policy_path = chosen.folder / 'policy.toml'
+        self._revoked_path = chosen.folder / 'revoked.toml'
+        self._files = (self._policy_path, self._revoked_path, chosen.identity_path)
+        self._seen = self._look()
+        self._policy = load_policy(self._policy_path)
+        self._revoked = self._load_revoked()
+        self._told: set[tuple[str, Act, str]] = set()
+        self._lock = Lock()
+
+    def _load_revoked(self) -> dict[str, datetime]:
+        try:
+            text = read_regular(os.fspath(self._revoked_path), LARGEST_POLICY).decode()
+        except (OSError, UnicodeDecodeError) as error:
+            raise SecurityError(f"'{self._revoked_path}' cannot be read: {error}") from None
+        return read_revoked(text)
+
+    def _look(self) -> tuple[tuple[int, int, int], ...]:
+        return tuple(map(_look_at, self._files))
+
+    # ---- who is there
+
+    def identify(self, certificate: PeerCertificate) -> LinkGuard:
+        """Return the guard of a link. Raises SecurityError if the identity is revoked or unknown."""
+        problem = self._why_refused(certificate)
+        if problem:
+            raise SecurityError(problem)
+        return LinkGuard(self, certificate)
+
+    def _why_refused(self, certificate: PeerCertificate) -> str:
+        name = certificate.name
+        if not name:
+            return 'the certificate of the other side names nobody'
+        if is_revoked(self._revoked, name, datetime.fromtimestamp(certificate.begins, UTC)):
+            return f"the certificate of '{name}' is revoked"
+        if certificate.ends < time():
+            return f"the certificate of '{name}' has expired"
+        if not self._policy.knows(name):
+            return f"'{name}' is not named in {self._policy.title}"
+        return ''
+
+    # ---- what it may do
+
+    def refusal(self, who: str, act: Act, key: str, session: str) -> str:
+        """Return why an identity may not do something, as its caller is told; '' if it may."""
+        policy = self._policy
+        if act in questions.LEARNING:
+            asked = questions.any_of(act, key, session) or ()
+            is_allowed = any(not _why_not(policy, who, each) for each in asked)
+            return '' if is_allowed or not policy.is_enforced else 'hidden'
+        every = questions.all_of(act, key, session)
+        if every is None:
+            reason = f"'{who}' may not use the key '{key}', or not in the name of this session"
+        else:
+            reason = next(filter(None, (_why_not(policy, who, each) for each in every)), '')
+        if not reason:
+            return ''
+        if act is not Act.RECEIVE:  # a link that is not told all yet is not at fault
+            self._tell(policy, who, act, key, reason)
+        if not policy.is_enforced:
+            return ''
+        return reasons.denied(reason.replace(policy.title, self._policy_path.name))
+
+    def _tell(self, policy: Policy, who: str, act: Act, key: str, reason: str) -> None:
+        """Log the first refusal of each kind, identity and endpoint."""
+        with self._lock:
+            if (who, act, key) in self._told or len(self._told) >= MOST_TOLD:
+                return
+            self._told.add((who, act, key))
+        from goalwire.logging import get_logger
+
+        what = 'was refused' if policy.is_enforced else 'would be refused'
+        get_logger(LOGGER).warning(f"'{who}': a {act.value} {what}: {reason}")
+
+    # ---- what changes
+
+    def watch(self, session: NativeSession) -> None:
+        """Look at the files from time to time, and at the certificates of the session's links."""
+
+        def look() -> None:
+            session.call_later(LOOK_S, look)
+            before = self._policy
+            seen = self._look()
+            if seen != self._seen:
+                is_renewed = seen[-1] != self._seen[-1]
+                self._seen = seen
+                self._reload(session, is_renewed=is_renewed)
+            self._close_links(session, before)
+
+        session.call_later(LOOK_S, look)
+
+    def _reload(self, session: NativeSession, *, is_renewed: bool) -> None:
+        """Read the files anew. What cannot be read changes nothing, and is logged."""
+        from goalwire.logging import get_logger
+
+        try:
+            policy, revoked = load_policy(self._policy_path), self._load_revoked()
+            if is_renewed:
+                session.renew_certificate()
+        except (SecurityError, TransportError) as error:
+            get_logger(LOGGER).error(f'the keystore has changed, and the old one holds on: {error}')
+            return
+        with self._lock:
+            self._told.clear()
+        self._policy, self._revoked = policy, revoked
+        get_logger(LOGGER).info(f'{self._policy_path} and {self._revoked_path.name} are read anew')
+
+    def _close_links(self, session: NativeSession, before: Policy) -> None:
+        """Close links whose other side is refused now, or may do something else than before."""
+        after = self._policy
+        for link in session.protocol.links:
+            guard = link.guard
+            if not isinstance(guard, LinkGuard):
+                continue
+            why = self._why_refused(guard.certificate)
+            if not why and after is not before and _rights(after, guard.who) != _rights(before, guard.who):
+                why = f"what '{guard.who}' may do has changed"
+            if why:
+                session.close_link(link, why, GENERIC)
+
+
+def _rights(policy: Policy, who: str) -> object:
+    """Return what decides about an identity, without the lines where it stands."""
+    grants = {(each.verb, each.pattern, each.domains) for each in policy.grants.get(who, ())}
+    return policy.mode, grants
+
+
+def _why_not(policy: Policy, who: str, question: Question) -> str:
+    """Return why none of a question's verbs is allowed; '' if one is."""
+    reason = ''
+    for verb in question.verbs:
+        decision = policy.decide(who, verb, question.name, question.domain)
+        if decision.is_allowed:
+            return ''
+        reason = reason or decision.reason
+    return reason
+
+
+def _look_at(path: Path) -> tuple[int, int, int]:
+    """Return what changes when a file is replaced; zeros if it is not there."""
+    try:
+        found = path.stat()
+    except OSError:
+        return 0, 0, 0
+    return found.st_ino, found.st_mtime_ns, found.st_size

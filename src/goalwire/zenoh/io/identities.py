@@ -1,0 +1,47 @@
+"""Who is at the other side of a link: its certificate, once TLS has verified it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+from goalwire.errors import SecurityError
+from goalwire.records import record
+from goalwire.zenoh.protocol.guard import Guard
+
+
+@record
+class PeerCertificate:
+    """What a session needs of a verified certificate."""
+
+    name: str
+    """The common name."""
+    kind: str
+    """The organizational unit."""
+    begins: float
+    """The time from which on it is valid, in s since the epoch."""
+    ends: float
+
+
+Identify: TypeAlias = Callable[[PeerCertificate], Guard | None]
+"""Returns the guard of a link, or None to let all in. Raises SecurityError if the link is refused."""
+
+
+def read_peer_certificate(found: Mapping[str, Any] | None) -> PeerCertificate:
+    """Read what `ssl` tells of the other side's certificate. Raises SecurityError if there is none."""
+    import ssl  # a session without TLS does without
+
+    if not found:
+        raise SecurityError('the other side shows no certificate')
+    subject = [pair for part in found.get('subject', ()) for pair in part]
+
+    def only(field: str) -> str:
+        values = [value for name, value in subject if name == field]
+        return values[0] if len(values) == 1 else ''
+
+    return PeerCertificate(
+        only('commonName'),
+        only('organizationalUnitName'),
+        ssl.cert_time_to_seconds(found['notBefore']),
+        ssl.cert_time_to_seconds(found['notAfter']),
+    )

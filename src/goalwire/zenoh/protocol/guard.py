@@ -1,0 +1,44 @@
+"""What the other side of a link may do: asked wherever something of it is let in, or told to it.
+
+The answer for a key is looked up once and then remembered with the receivers of that key. So a message costs
+no more with a guard than without one.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Protocol
+
+
+class Act(Enum):
+    """What the other side of a link wants to do on a key, or is about to be told."""
+
+    PUT = 'put'
+    QUERY = 'query'
+    REPLY = 'reply'
+    DECLARE_SUBSCRIBER = 'subscriber'
+    DECLARE_QUERYABLE = 'queryable'
+    DECLARE_TOKEN = 'token'  # noqa: S105 - a liveliness token
+    RECEIVE = 'receive'
+    """Get what this session puts."""
+    LEARN_SUBSCRIBER = 'learn of a subscriber'
+    LEARN_QUERYABLE = 'learn of a queryable'
+    LEARN_TOKEN = 'learn of a token'  # noqa: S105 - as above
+
+
+class Guard(Protocol):
+    """Knows who is at the other side of a link. Any thread may ask it, with the session's section held."""
+
+    @property
+    def who(self) -> str:
+        """The name of the other side, as its certificate has it."""
+
+    @property
+    def forwards(self) -> bool:
+        """Whether it is trusted to pass on what others send, as a router with rules of its own."""
+
+    def refusal(self, act: Act, key: str, session: str) -> str:
+        """Return why the other side, whose session's id is given, may not do something; '' if it may."""
+
+    def count(self, act: Act) -> None:
+        """Count something that was refused."""
