@@ -9,10 +9,10 @@ from __future__ import annotations
 import os
 
 from goalwire.errors import TransportError
+from goalwire.host_addresses import find_interfaces
 from goalwire.records import replace
 from goalwire.reports import LOGGER
 from goalwire.rtps.io.addresses import STANDARD, Ports, Reach, data_port
-from goalwire.rtps.io.interfaces import find_interfaces
 from goalwire.rtps.io.settings import Settings
 from goalwire.transport.dds.environment import Range, discovery_range, static_peers
 from goalwire.transport.dds.peers import Unusable, resolve
