@@ -15,6 +15,7 @@ from goalwire.entities.pending_call import (
     PendingCall,
     RequestClient,
 )
+from goalwire.entities.recorded_calls import watch_recorders
 from goalwire.entities.retrying import Retries
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.type_support import ServiceSupport
@@ -60,6 +61,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         self._encode = support.encode_request
         full_name = node.resolve(name, is_service=True)
         super().__init__(node, describe_endpoint(node, EndpointKind.CLIENT, full_name, support, qos))
+        watch_recorders(self)
         node.own(self)
 
     def call_async(self, request: Any) -> Future[Any]:

@@ -198,6 +198,11 @@ class PendingCall(Future[Any]):
             self._discard_timers(is_answered=True)
         return True
 
+    def tell_reply(self, sample: Sample) -> None:
+        """Publish a reply as an event of the call, if that is asked for."""
+        if self.introspected is not None:
+            self.introspected.received(sample)
+
     def complete(self, payload: Any) -> None:
         """Give the future what it waits for, unless it was cancelled."""
         if self.completion_state == PENDING and not self.set_raw(payload):

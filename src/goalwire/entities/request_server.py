@@ -47,7 +47,7 @@ class RequestServer:
         """How many requests found the queue full."""
         self.rejected = 0
         """How many requests could not be decoded."""
-        self._support = support
+        self.support = support
         self._decode = decode
         self._call = handle
         self.event_queue: EventQueue[Request] = EventQueue(
@@ -93,7 +93,7 @@ class RequestServer:
             request.cancel()
             return None
         try:
-            message = (self._decode or self._support.decode_request)(request.sample.payload)
+            message = (self._decode or self.support.decode_request)(request.sample.payload)
         except RemoteError as error:
             self._reject(request, error)
             return None
@@ -107,7 +107,7 @@ class RequestServer:
         """Take the oldest request that waits, decoded, past the executor; None if there is none."""
         while (request := self.event_queue.take()) is not None:
             try:
-                return (self._decode or self._support.decode_request)(request.sample.payload), request
+                return (self._decode or self.support.decode_request)(request.sample.payload), request
             except RemoteError as error:
                 self._reject(request, error)
         return None

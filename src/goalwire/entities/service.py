@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.coroutines import Answering
 from goalwire.entities.node import NodeCore
+from goalwire.entities.recorded_calls import watch_recorders
 from goalwire.entities.request_server import RequestServer
 from goalwire.entities.service_introspection import Introspected, ServiceIntrospection, Step
 from goalwire.entities.type_support import ServiceSupport
@@ -54,6 +55,7 @@ class ServiceCore(Introspected):
         self._server.entity = self
         self.full_name = self._server.full_name
         self._server.open()
+        watch_recorders(self)
         node.own(self)
 
     def _handle(self, request: Request, message: object) -> Coroutine[Any, Any, None] | None:

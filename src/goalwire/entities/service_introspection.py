@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum, IntEnum
 from threading import RLock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.entities.endpoint import describe_endpoint
@@ -14,11 +14,13 @@ from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ServiceSupport
     from goalwire.execution.clock import Clock
     from goalwire.rules.qos import QoS
-    from goalwire.transport.contract import Sample
+    from goalwire.transport.contract import Payload, Sample
 
 POSTFIX = '/_service_event'
 
@@ -42,6 +44,13 @@ class Step(IntEnum):
     RESPONSE_RECEIVED = 3
 
 
+class Closable(Protocol):
+    """The watch for recorders (recorded_calls.py), as far as its owner needs it."""
+
+    def close(self) -> None:
+        """End it. Idempotent."""
+
+
 class Introspected:
     """Mixed into clients and services."""
 
@@ -49,7 +58,12 @@ class Introspected:
     support: ServiceSupport
     full_name: str
     introspection: ServiceIntrospection | None = None
-    """None while nothing is published."""
+    """What calls are told to; None while nothing is published."""
+    configured: ServiceIntrospection | None = None
+    """What the program switched on."""
+    recorded: ServiceIntrospection | None = None
+    """What a recorder asked for; what the program switched on comes before it."""
+    recorder_watch: Closable | None = None
 
     def introspect(self, clock: Clock, qos: QoS, state: ServiceIntrospectionState) -> None:
         """Publish the steps of calls from now on, stamped by `clock`, or stop that.
@@ -60,27 +74,41 @@ class Introspected:
             raise TypeError(f'{state!r} is not a ServiceIntrospectionState')
         if self.destroyed:
             raise InvalidHandle
-        self.end_introspection()
+        self._end_configured()
         if state is not ServiceIntrospectionState.OFF:
             contents = state is ServiceIntrospectionState.CONTENTS
-            self.introspection = ServiceIntrospection(self, clock, qos, contents=contents)
+            self.configured = ServiceIntrospection(self, clock, qos, contents=contents)
+            self.choose_reporter()
 
     @property
     def destroyed(self) -> bool:
         """True once destroyed."""
         raise NotImplementedError
 
-    def end_introspection(self) -> None:
-        """Publish nothing more. Idempotent."""
-        current, self.introspection = self.introspection, None
+    def choose_reporter(self) -> None:
+        """Have calls told to whoever wants to know of them by now."""
+        self.introspection = self.configured or self.recorded
+
+    def _end_configured(self) -> None:
+        current, self.configured = self.configured, None
+        self.choose_reporter()
         if current is not None:
             current.close()
+
+    def end_introspection(self) -> None:
+        """Publish nothing more, nor begin to. Idempotent."""
+        self._end_configured()
+        watch, self.recorder_watch = self.recorder_watch, None
+        if watch is not None:
+            watch.close()
 
 
 class ServiceIntrospection:
     """Publishes the events of one client or service; what fails here is logged and harms no call."""
 
-    def __init__(self, owner: Introspected, clock: Clock, qos: QoS, *, contents: bool) -> None:
+    def __init__(
+        self, owner: Introspected, clock: Clock, qos: QoS, *, contents: bool, postfix: str = POSTFIX
+    ) -> None:
         node, self._support = owner.node, owner.support
         event: type = self._support.cls.Event  # type: ignore[attr-defined]  # it is a service class
         support = message_support(event)
@@ -90,7 +118,7 @@ class ServiceIntrospection:
         self._contents = contents
         self._logger_name = node.logger_name
         self._failed = False
-        self.topic = node.resolve(owner.full_name + POSTFIX)
+        self.topic = node.resolve(owner.full_name + postfix)
         # It never waits: some steps are told on the transport's own threads.
         endpoint = describe_endpoint(
             node, EndpointKind.PUBLISHER, self.topic, support, qos, waits_for_room=False
@@ -121,12 +149,19 @@ class ServiceIntrospection:
         except GoalwireError as error:
             self._complain(error)
 
-    def decode(self, sample: Sample) -> object:
-        """Return the response in a sample; None if contents are not published, or cannot be decoded."""
+    def decode_request(self, payload: Payload) -> object:
+        """Return the request in a payload; None if contents are not published, or cannot be decoded."""
+        return self._decode(self._support.decode_request, payload)
+
+    def decode(self, payload: Payload) -> object:
+        """Return the response in a payload; None if contents are not published, or cannot be decoded."""
+        return self._decode(self._support.decode_response, payload)
+
+    def _decode(self, decode: Callable[[Payload], object], payload: Payload) -> object:
         try:
-            return self._support.decode_response(sample.payload) if self._contents else None
+            return decode(payload) if self._contents else None
         except GoalwireError:
-            return None  # the error comes when the response is read
+            return None  # the error comes when the message is read
 
     def _event_of(self, step: Step, gid: bytes, sequence: int, message: object) -> bytes:
         event = self._event()
@@ -173,7 +208,7 @@ class IntrospectedCall:
     def received(self, sample: Sample) -> None:
         """Report the response, and the request before it."""
         introspection = self._introspection
-        response = introspection.decode(sample)
+        response = introspection.decode(sample.payload)
         with introspection.order:
             self._note_request(sample.sequence)
             introspection.note(Step.RESPONSE_RECEIVED, self._gid, sample.sequence, response)

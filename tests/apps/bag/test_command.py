@@ -131,7 +131,7 @@ def test_storages_are_listed(ros2: CommandLine) -> None:
         ('record', 2, 'nothing is chosen; name topics, or give -a'),
         ('record -a --max-bag-files 3', 2, 'give -b or -d as well'),
         ('record -a --compression-mode message', 2, 'zstd_fast'),
-        ('record -e (', 2, 'no regular expression'),
+        ('record -e (', 2, 'not a regular expression'),
         ('record -a -o there', 1, 'exists already'),
         ('record -a --qos-profile-overrides-path nowhere.yaml', 3, 'nowhere.yaml'),
     ],

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from apps.cli.conftest import PROGRAMS
-from helpers.command_line import CommandLine
+from helpers.command_line import CommandLine, executable
 from helpers.processes import Program
 from helpers.wires import DDS
+
+from goalwire.rosbag2.reader import Reader
 
 DEFINITIONS = {
     'package.xml': '<package><name>away_interfaces</name></package>',
@@ -61,6 +64,23 @@ def test_a_goal_is_sent(ros2: CommandLine, world: dict[str, str]) -> None:
     assert 'part: 0.5' in sent
     assert 'sweeps: 3' in sent
     assert 'SUCCEEDED' in sent
+
+
+def test_a_bag_has_the_definition(
+    ros2: CommandLine, world: dict[str, str], stranger: Program, tmp_path: Path
+) -> None:
+    """It is read where nobody knows the type."""
+    bag = tmp_path / 'bag'
+    with Program(executable(), 'bag', 'record', '--topics', '/gauge', '-o', str(bag), env=world) as recorder:
+        recorder.expect("recording '/gauge'")
+        ros2.ok('topic', 'echo', '/gauge', '--once')  # by then one has come here, too
+        recorder.send_signal(signal.SIGINT)
+        assert recorder.wait() == 0
+    with Reader(bag) as read:
+        (topic,) = read.topics
+        assert 'MSG: away_interfaces/Needle' in topic.schema.text
+        _, gauge = next(iter(read.decoded()))
+        assert (gauge.name, gauge.needle.angle) == ('oil', 0.5)
 
 
 def _need_hashes_of_services(world: dict[str, str]) -> None:

@@ -100,6 +100,11 @@ class Intake:
             if len(self._waiting) == 1:
                 self._condition.notify()
 
+    def drop(self, topic: str) -> None:
+        """Count a message that found no room before it came here."""
+        with self._condition:
+            self.losses.dropped[topic] += not self._is_closing
+
     def _note_gap(self, topic: str, sequence: int, gid: bytes) -> None:
         """Count what is missing between a publisher's latest message and this; one that comes late is not."""
         first, last = self._numbers.get(gid, (sequence, sequence - 1))

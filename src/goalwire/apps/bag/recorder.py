@@ -6,31 +6,33 @@ import asyncio
 import json
 from collections import defaultdict
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from goalwire.aio import Node
 from goalwire.apps.bag.intake import Intake, Losses
 from goalwire.apps.bag.options import RecordOptions
 from goalwire.apps.bag.repeats import Repeats
-from goalwire.apps.bag.selection import Selection
+from goalwire.apps.bag.selection import Selection, wants_calls, whole_type
 from goalwire.apps.bag.snapshot import Snapshot
+from goalwire.apps.bag.topic_recording import Delivery, TopicRecording
+from goalwire.entities.recorded_calls import POSTFIX_FOR_RECORDERS
+from goalwire.entities.recorded_calls import QOS as EVENT_QOS
 from goalwire.errors import BagError
 from goalwire.execution.asyncio.waiting import in_thread
 from goalwire.logging import get_logger
+from goalwire.observe.described_types import fetch_type
 from goalwire.rosbag2.definitions import schema_of
-from goalwire.rosbag2.model import Schema
+from goalwire.rosbag2.model import SERVICE_EVENT, Schema
 from goalwire.rosbag2.writer import Writer
-from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
-from goalwire.transport.contract import EndpointKind, GraphEntity, Sample
+from goalwire.transport.contract import EndpointKind, GraphEntity
 
 if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
-    from goalwire.aio.raw import RawSubscription
+    from goalwire.rules.qos import QoS
 
-DEPTH = 1000
-"""Of the recorder's subscriptions: history that is kept for it is not cut short."""
 SETTLE_S = 1.0
 """How long publishers may take to be found if those that come later are not recorded."""
 DROPPED_KEY, MISSED_KEY = 'goalwire.dropped', 'goalwire.missed'
@@ -56,6 +58,9 @@ class Recorder:
         duration = int(self.options.snapshot_s * 1e9)
         self._snapshot = Snapshot(bag, self.options.cache_bytes, duration) if self.options.snapshot else None
         self._topics: dict[str, TopicRecording] = {}
+        """By the names on the wire."""
+        self._searches: dict[asyncio.Task[None], Callable[[], None]] = {}
+        """The searches for types, each with what is done at the end if nothing was found by then."""
         self._told: set[str] = set()
         self._failure: asyncio.Future[None]
         self._following: asyncio.Task[None]
@@ -78,6 +83,9 @@ class Recorder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._following.cancel()
+        for search, define in list(self._searches.items()):
+            search.cancel()
+            define()
         for topic in self._topics.values():
             topic.close()
         closing = asyncio.ensure_future(in_thread(self._close))
@@ -111,7 +119,7 @@ class Recorder:
     @property
     def topics(self) -> list[str]:
         """The topics that are recorded by now."""
-        return list(self._topics)
+        return list(dict.fromkeys(topic.delivery.topic for topic in self._topics.values()))
 
     @property
     def count(self) -> int:
@@ -196,38 +204,77 @@ class Recorder:
         there: dict[str, dict[EndpointKind, list[GraphEntity]]] = defaultdict(lambda: defaultdict(list))
         own, session = self.node.name, self.node.context.session.id
         for endpoint in self.node.graph.endpoints():
-            is_own = endpoint.session == session and endpoint.node.qualified == own
-            if endpoint.kind in {EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION} and not is_own:
+            if endpoint.session == session and endpoint.node.qualified == own:
+                continue
+            if endpoint.kind in {EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION}:
                 there[endpoint.name][endpoint.kind].append(endpoint)
+            else:
+                self._ask_for_calls(endpoint)
         for name, endpoints in there.items():
-            publishers = endpoints[EndpointKind.PUBLISHER]
-            subscribers = endpoints[EndpointKind.SUBSCRIPTION]
-            known = self._topics.get(name)
-            if known is not None:
-                known.update(publishers)
-                continue
-            if self.options.ignore_leaves and not subscribers:
-                continue
-            found = publishers or (subscribers if self.options.unpublished else [])
-            if found and self.selection.wants(name, found[0].type_name):
-                self._begin(name, found[0], publishers)
+            if not name.endswith(POSTFIX_FOR_RECORDERS):
+                self._look_at(name, endpoints[EndpointKind.PUBLISHER], endpoints[EndpointKind.SUBSCRIPTION])
         for name, topic in self._topics.items():
             self._tell_of_others(topic, there[name][EndpointKind.PUBLISHER])
 
-    def _begin(self, name: str, first: GraphEntity, publishers: list[GraphEntity]) -> None:
-        schema, known_hash = schema_of(first.type_name)
-        type_hash = first.type_hash or known_hash
-        if known_hash and known_hash != type_hash:
-            self._tell(f"'{name}' has another definition of {first.type_name} than the one known here")
+    def _look_at(self, name: str, publishers: list[GraphEntity], subscribers: list[GraphEntity]) -> None:
+        known = self._topics.get(name)
+        if known is not None:
+            known.update(publishers)
+            return
+        if self.options.ignore_leaves and not subscribers:
+            return
+        found = publishers or (subscribers if self.options.unpublished else [])
+        if found and self.selection.wants(name, found[0].type_name):
+            topic = self._topics[name] = self._recording(name, name, found[0].type_name, found[0].type_hash)
+            topic.update(publishers)
+            self._define_soon(topic, found[0].type_name, [each.qos.stated() for each in publishers])
+
+    def _ask_for_calls(self, endpoint: GraphEntity) -> None:
+        """Have the calls of a server or client shown to this recorder, if they are wanted."""
+        name, type_name = endpoint.name + SERVICE_EVENT, f'{endpoint.type_name}_Event'
+        asked = endpoint.name + POSTFIX_FOR_RECORDERS
+        if asked not in self._topics and wants_calls(self.selection, endpoint):
+            self._topics[asked] = self._recording(asked, name, type_name, '')
+            self._define_soon(self._topics[asked], endpoint.type_name, [EVENT_QOS])
+
+    def _recording(self, wire_name: str, name: str, type_name: str, type_hash: str) -> TopicRecording:
+        clock = self.node.clock if self.options.sim_time else None
+        qos = dict(self.options.qos).get(name)
+        delivery = Delivery(self._intake, name, clock)
+        return TopicRecording(self.node, wire_name, type_name, type_hash, delivery, qos)
+
+    def _define_soon(self, topic: TopicRecording, asked: str, qos: Iterable[QoS]) -> None:
+        """Write the definition of a topic's type; if it is unknown here, nodes that use `asked` have it."""
+        if schema_of(topic.type_name)[1]:
+            self._define(topic, qos)
+            return
+
+        async def find() -> None:
+            await fetch_type(self.node, whole_type(asked))
+            self._define(topic, qos)
+
+        search = asyncio.create_task(find())
+        self._searches[search] = partial(self._define, topic, qos)
+        search.add_done_callback(lambda done: self._searches.pop(done, None))
+
+    def _define(self, topic: TopicRecording, qos: Iterable[QoS]) -> None:
+        """Make a topic known to the bag, and have its messages written."""
+        schema, known_hash = schema_of(topic.type_name)
+        if topic.type_hash and known_hash and known_hash != topic.type_hash:
+            self._tell(f"'{topic.name}' has another definition of {topic.type_name} than the one known here")
             schema = Schema()
-        qos = [publisher.qos.stated() for publisher in publishers]
-        type_name = first.type_name
+        if not topic.type_hash:
+            topic.type_hash = known_hash
+        if topic.is_asked_for:
+            if not known_hash:
+                self._tell(f"calls of '{topic.name}' are not recorded: nobody tells what their type is")
+                return
+            topic.update(())
+        name, type_name, type_hash = topic.delivery.topic, topic.type_name, topic.type_hash
         self._intake.run(
             lambda: self.bag.add_topic(name, type_name, type_hash=type_hash, schema=schema, qos=qos)
         )
-        topic = TopicRecording(self, name, type_name, type_hash, dict(self.options.qos).get(name))
-        self._topics[name] = topic
-        topic.update(publishers)
+        topic.delivery.open()
 
     def _tell_of_others(self, topic: TopicRecording, publishers: Iterable[GraphEntity]) -> None:
         for publisher in publishers:
@@ -241,86 +288,3 @@ class Recorder:
         if text not in self._told:
             self._told.add(text)
             get_logger('rosbag2_recorder').warning(text)
-
-    def deliverer(self, topic: str, accepts: Callable[[bytes], bool] | None) -> Callable[[Sample], None]:
-        """Return what takes the messages of a topic, those of publishers that `accepts(gid)` says."""
-        put = self._intake.put
-        clock = self.node.clock if self.options.sim_time else None
-
-        def deliver(sample: Sample) -> None:
-            if accepts is None or accepts(sample.gid):
-                time = sample.received_timestamp if clock is None else clock.now().nanoseconds
-                if time:  # simulated time is 0 before the first /clock
-                    put(topic, sample, time)
-
-        return deliver
-
-
-_Class = tuple[bool, bool]
-"""Whether publishers are reliable, and whether they keep history."""
-
-
-class TopicRecording:
-    """The subscriptions of one topic.
-
-    If the wire keeps endpoints apart whose QoS do not go together, no single subscription serves all
-    publishers as well as they offer: one that takes best effort loses messages of reliable publishers, one
-    that is reliable hears nothing of the others. So there is a subscription for each class of publishers, and
-    each takes messages of its own class alone. On other wires reliability is the publisher's business, and
-    only those with history are a class of their own.
-    """
-
-    def __init__(
-        self, recorder: Recorder, name: str, type_name: str, type_hash: str, qos: QoS | None
-    ) -> None:
-        self.name = name
-        self.type_name = type_name
-        self._recorder = recorder
-        self._type_hash = type_hash
-        self._qos = qos
-        self._owners: dict[bytes, _Class] = {}
-        self._subscriptions: dict[_Class, RawSubscription] = {}
-
-    def update(self, publishers: Iterable[GraphEntity]) -> None:
-        """Subscribe as these publishers need it."""
-        fitting = [each for each in publishers if each.type_name == self.type_name]
-        if self._qos is not None:
-            if not self._subscriptions:
-                self._subscribe((True, True), self._qos, None)
-            return
-        enforces_qos = self._recorder.node.context.session.enforces_qos
-        classes: dict[_Class, None] = {}
-        for publisher in fitting:
-            offered = publisher.qos.stated()
-            found = offered.is_reliable and enforces_qos, offered.is_transient_local
-            self._owners[publisher.gid] = found
-            classes[found] = None
-        for found in classes or {(enforces_qos, False): None}:
-            if found not in self._subscriptions:
-                self._subscribe(found, _qos_for(found), self._acceptor(found))
-
-    def _acceptor(self, own: _Class) -> Callable[[bytes], bool]:
-        owners = self._owners
-        other = next(iter(self._subscriptions), own)
-        """Takes the messages of publishers that the graph does not show: the first subscription."""
-        return lambda gid: owners.get(gid, other) == own
-
-    def _subscribe(self, kind: _Class, qos: QoS, accepts: Callable[[bytes], bool] | None) -> None:
-        deliver = self._recorder.deliverer(self.name, accepts)
-        self._subscriptions[kind] = self._recorder.node.raw_subscription(
-            self.name, self.type_name, deliver, type_hash=self._type_hash, qos=qos
-        )
-
-    def close(self) -> None:
-        """Subscribe to nothing any more."""
-        for subscription in self._subscriptions.values():
-            subscription.close()
-
-
-def _qos_for(kind: _Class) -> QoS:
-    is_reliable, has_history = kind
-    return QoS(
-        depth=DEPTH,
-        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if has_history else DurabilityPolicy.VOLATILE,
-    )

@@ -8,9 +8,13 @@ and services they are made of.
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 
 from goalwire.records import record
 from goalwire.rosbag2.model import SERVICE_EVENT
+
+if TYPE_CHECKING:
+    from goalwire.transport.contract import GraphEntity
 
 _ACTION = '/_action/'
 _ACTION_TOPICS = ('feedback', 'status')
@@ -31,6 +35,12 @@ def service_of(topic: str) -> str:
 def is_hidden(name: str) -> bool:
     """Return whether a part of a name begins with an underscore: ROS 2 shows such names on request alone."""
     return any(part.startswith('_') for part in name.split('/'))
+
+
+def whole_type(name: str) -> str:
+    """Return the type that a service's type is part of: the action's for a service of an action."""
+    package, kind, part = name.split('/')
+    return f'{package}/{kind}/{part.partition("_")[0]}' if kind == 'action' else name
 
 
 @record
@@ -85,3 +95,15 @@ class Selection:
         if names.has(name) or type_name in self.types:
             return True
         return bool(self.regex) and re.search(self.regex, name) is not None
+
+
+_OF_EVERY_NODE = ('rcl_interfaces/srv/', 'type_description_interfaces/srv/')
+"""Types of services that every node has. They are recorded if somebody names them."""
+
+
+def wants_calls(selection: Selection, server: GraphEntity) -> bool:
+    """Return whether the calls of a server, or of a client, are to be recorded."""
+    name = server.name
+    if server.type_name.startswith(_OF_EVERY_NODE) and name not in selection.services.some:
+        return False
+    return selection.wants(name + SERVICE_EVENT, f'{server.type_name}_Event')

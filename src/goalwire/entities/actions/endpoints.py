@@ -8,10 +8,10 @@ from contextlib import ExitStack
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
+from goalwire.entities.actions.action_service import ActionService
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.names import ResolvedAction
 from goalwire.entities.node import NodeCore
-from goalwire.entities.request_server import RequestServer
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.weak_methods import weakly
@@ -59,7 +59,7 @@ class ActionServerEndpoints:
         self._qos = qos
         self._group = group
         self._declared = ExitStack()
-        self.servers: tuple[RequestServer, ...] = ()
+        self.servers: tuple[ActionService, ...] = ()
         """For goals, results and cancelling."""
         self.feedback: PublisherPort
         self.status: PublisherPort
@@ -102,8 +102,8 @@ class ActionServerEndpoints:
         qos: QoS,
         handle: Handle,
         decode: Callable[[Payload], object],
-    ) -> RequestServer:
-        return RequestServer(self._node, support, name, handle, qos, self._group, decode=decode)
+    ) -> ActionService:
+        return ActionService(self._node, support, name, handle, qos, self._group, decode=decode)
 
     def _publisher(
         self, name: str, support: MessageSupport, qos: QoS, *, patient: bool = False

@@ -18,6 +18,8 @@ from goalwire.entities.pending_call import (
     RequestClient,
     end_with,
 )
+from goalwire.entities.recorded_calls import watch_recorders
+from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.errors import DeadlineError, GoalwireError
 from goalwire.execution.future import Future
 from goalwire.execution.timer_heap import TimerEntry
@@ -86,7 +88,7 @@ class ResultSide(Protocol):
         """No result will come."""
 
 
-class ActionRequests(RequestClient):
+class ActionRequests(RequestClient, Introspected):
     """One of the three clients of an action client."""
 
     margin_s = LATE_S + MARGIN_S
@@ -95,11 +97,24 @@ class ActionRequests(RequestClient):
         """`what` tells what is asked for, in a warning that nobody answers."""
         self.action = action
         self.what = what
+        self.support = support
         super().__init__(action.node, describe_endpoint(action.node, EndpointKind.CLIENT, name, support, qos))
         self.arrivals = action.arrivals
         self.late: dict[GoalCall, None] = {}
         """Goals that nobody waits for any more, not long ago, and which a server may still accept."""
         self._reported: set[str] = set()
+        watch_recorders(self)
+
+    def send(self, payload: bytes, call: PendingCall) -> None:
+        introspection, port = self.introspection, self._port
+        if introspection is not None and port is not None and call.introspected is None:
+            request = introspection.decode_request(payload)
+            call.introspected = IntrospectedCall(introspection, port.gid, request)
+        super().send(payload, call)
+
+    @property
+    def destroyed(self) -> bool:
+        return self._port is None
 
     def reaches_server(self) -> bool:
         """True if the wire has a server for this service."""
@@ -131,6 +146,7 @@ class ActionRequests(RequestClient):
     def close(self) -> None:
         for call in (*self.late,):
             call.discard_late()
+        self.end_introspection()
         super().close()
 
 
@@ -150,6 +166,7 @@ class GoalCall(PendingCall):
         self.goal = goal
 
     def on_reply(self, sample: Sample) -> None:
+        self.tell_reply(sample)
         if self.late is None:
             self.has_reply = True
             self.take_reply()
@@ -240,6 +257,7 @@ class ResultCall(PendingCall):
 
     def on_reply(self, sample: Sample) -> None:
         if self.take_reply():
+            self.tell_reply(sample)
             self._results.on_reply(self, sample)
 
     def on_end(self, reason: str) -> None:
