@@ -38,7 +38,7 @@ def encoder(cls: type) -> Callable[[object], bytes]:
     names['explain'] = partial(explain.explain_encode, cls)
     return cast(
         'Callable[[object], bytes]',
-        _compiled(source, names, f'<goalwire encoder {type_name(cls)}>', 'encode'),
+        _compile(source, names, f'<goalwire encoder {type_name(cls)}>', 'encode'),
     )
 
 
@@ -55,7 +55,7 @@ def _decoder(cls: type, order: str, *, view: bool) -> Callable[[Data], Any]:
     kind = f'{"big" if order == ">" else "little"} endian{" view" if view else ""}'
     return cast(
         'Callable[[Data], Any]',
-        _compiled(source, names, f'<goalwire decoder {type_name(cls)}, {kind}>', 'decode'),
+        _compile(source, names, f'<goalwire decoder {type_name(cls)}, {kind}>', 'decode'),
     )
 
 
@@ -70,7 +70,7 @@ def _decode_otherwise(cls: type, data: Data) -> object:
     return _decoder(cls, explain.byte_order(cls, view), view=True)(view)
 
 
-def _compiled(source: str, names: dict[str, object], filename: str, function: str) -> object:
+def _compile(source: str, names: dict[str, object], filename: str, function: str) -> object:
     """Run the source; tracebacks show its lines."""
     linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
     exec(compile(source, filename, 'exec'), names)  # noqa: S102 - made from checked names

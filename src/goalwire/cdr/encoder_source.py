@@ -41,7 +41,7 @@ def encoder_source(cls: type) -> tuple[str, dict[str, object]]:
     lines = [
         'def encode(m0):',
         '    try:',
-        *(f'        {line}' for line in body.finished()),
+        *(f'        {line}' for line in body.finish()),
         '    except Exception as error:',
         '        failure = explain(m0, error)',
         *raising('m0'),
@@ -93,7 +93,7 @@ class _Body:
         if self._first and not single:
             self.lines += ['out = []', 'add = out.append']
 
-    def finished(self) -> list[str]:
+    def finish(self) -> list[str]:
         self.flush()
         if not self._single:
             self.lines.append("return b''.join(out)")

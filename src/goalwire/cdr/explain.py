@@ -31,13 +31,13 @@ def raising(read: str) -> list[str]:
 
 def explain_encode(cls: type, message: object, error: Exception) -> EncodeError:
     """Return the error to raise for a message that an encoder refused; it holds nothing of the message."""
-    return _detached(_encode_error(cls, message, error))
+    return _detach(_encode_error(cls, message, error))
 
 
 def _encode_error(cls: type, message: object, error: Exception) -> EncodeError:
     try:
         if not isinstance(message, cls):
-            return EncodeTypeError(type_name(cls), '', f'expected {cls.__name__}, got {_shown(message)}')
+            return EncodeTypeError(type_name(cls), '', f'expected {cls.__name__}, got {_show(message)}')
         for path, leaf, value in _values(cls, message, ''):
             _judge(type_name(cls), path, leaf, value)
     except EncodeError as found:
@@ -69,7 +69,7 @@ def _judge(root: str, path: str, leaf: Leaf, value: object) -> None:
         _judge_single(root, path, leaf, value)
         return
     if not isinstance(value, Collection):
-        raise EncodeTypeError(root, path, f'expected a sequence, got {_shown(value)}')
+        raise EncodeTypeError(root, path, f'expected a sequence, got {_show(value)}')
     size = int(getattr(value, 'size', len(value)))
     capacity = leaf.type.capacity
     if leaf.type.shape is Shape.ARRAY and size != capacity:
@@ -79,7 +79,7 @@ def _judge(root: str, path: str, leaf: Leaf, value: object) -> None:
     if leaf.type.is_number and leaf.type.shape is Shape.ARRAY:
         dtype = DTYPES[TYPECODES[leaf.type.base]]
         if str(getattr(value, 'dtype', '')) != dtype:
-            raise EncodeTypeError(root, path, f'expected a numpy array of {dtype}, got {_shown(value)}')
+            raise EncodeTypeError(root, path, f'expected a numpy array of {dtype}, got {_show(value)}')
     elif not (isinstance(value, array) and value.typecode == TYPECODES.get(leaf.type.base)):
         octets = leaf.type.base == 'byte' and isinstance(value, (bytes, bytearray))
         for index, item in enumerate(() if octets else value):
@@ -90,7 +90,7 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
     base = leaf.type.base
     if leaf.cls is not None:
         if not isinstance(value, leaf.cls):
-            raise EncodeTypeError(root, path, f'expected {leaf.cls.__name__}, got {_shown(value)}')
+            raise EncodeTypeError(root, path, f'expected {leaf.cls.__name__}, got {_show(value)}')
     elif leaf.type.is_string:
         _judge_text(root, path, leaf, value)
     elif base == 'bool':
@@ -100,10 +100,10 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
                 if hasattr(value, '__index__') or type(value).__module__ == 'numpy'
                 else ''
             )
-            raise EncodeTypeError(root, path, f'expected bool, got {_shown(value)}{hint}')
+            raise EncodeTypeError(root, path, f'expected bool, got {_show(value)}{hint}')
     elif base == 'byte':
         if not isinstance(value, bytes) or len(value) != 1:
-            raise EncodeTypeError(root, path, f'expected bytes of length 1, got {_shown(value)}')
+            raise EncodeTypeError(root, path, f'expected bytes of length 1, got {_show(value)}')
     elif base in FLOATS:
         _judge_float(root, path, base, value)
     else:
@@ -112,7 +112,7 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
 
 def _judge_text(root: str, path: str, leaf: Leaf, value: object) -> None:
     if not isinstance(value, str):
-        raise EncodeTypeError(root, path, f'expected str, got {_shown(value)}')
+        raise EncodeTypeError(root, path, f'expected str, got {_show(value)}')
     try:
         data = value.encode()
     except UnicodeEncodeError as error:
@@ -133,7 +133,7 @@ def _judge_float(root: str, path: str, base: str, value: object) -> None:
     if not isinstance(value, float):
         number = hasattr(value, '__float__') and not isinstance(value, str)
         hint = f' (write {value!r}.0)' if type(value) is int else ' (write float(…))' if number else ''
-        raise EncodeTypeError(root, path, f'expected float, got {_shown(value)}{hint}')
+        raise EncodeTypeError(root, path, f'expected float, got {_show(value)}{hint}')
     if base == 'float32' and math.isfinite(value) and abs(value) >= _FLOAT32_LIMIT:
         raise EncodeValueError(root, path, f'{value!r} is outside the range of float32')
 
@@ -141,13 +141,13 @@ def _judge_float(root: str, path: str, base: str, value: object) -> None:
 def _judge_integer(root: str, path: str, base: str, value: object) -> None:
     if not hasattr(value, '__index__'):
         hint = f' (write {int(value)})' if isinstance(value, float) and value.is_integer() else ''
-        raise EncodeTypeError(root, path, f'expected int, got {_shown(value)}{hint}')
+        raise EncodeTypeError(root, path, f'expected int, got {_show(value)}{hint}')
     low, high = integer_range(base)
     if not low <= value.__index__() <= high:
         raise EncodeValueError(root, path, f'{value!r} is outside the range of {base}, [{low}, {high}]')
 
 
-def _shown(value: object) -> str:
+def _show(value: object) -> str:
     cls = type(value)
     if hasattr(cls, 'get_fields_and_field_types'):
         return type_name(cls)
@@ -177,10 +177,10 @@ def byte_order(cls: type, data: reading.Buffer) -> str:
 
 def explain_decode(cls: type, data: reading.Buffer, error: Exception) -> DecodeError:
     """Return the error to raise for bytes that a decoder refused; it holds nothing of them."""
-    return _detached(_decode_error(cls, data, error))
+    return _detach(_decode_error(cls, data, error))
 
 
-def _detached(error: E) -> E:
+def _detach(error: E) -> E:
     """Return an error without the frames, and the error before it, that hold what was read or written."""
     error.__context__ = None
     return error.with_traceback(None)

@@ -18,7 +18,7 @@ def process_arguments(args: Sequence[str]) -> Arguments:
     if not _are_strings(args):
         raise TypeError(f'args must be a sequence of strings, as sys.argv is; got {args!r}')
     try:
-        return _completed(parse_arguments(args))
+        return _complete(parse_arguments(args))
     except UnknownArguments as error:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
@@ -30,7 +30,7 @@ def node_arguments(cli_args: Sequence[str] | None) -> Arguments:
     if not cli_args:
         return Arguments()
     try:
-        return _completed(parse_arguments(cli_args))
+        return _complete(parse_arguments(cli_args))
     except UnknownArguments as error:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
@@ -52,7 +52,7 @@ def _are_strings(args: object) -> bool:
     )
 
 
-def _completed(arguments: Arguments) -> Arguments:
+def _complete(arguments: Arguments) -> Arguments:
     """Read the parameter files, and warn of remap rules as ROS 2's first releases took them."""
     for rule in arguments.deprecated:
         get_logger('rcl').warning(

@@ -46,14 +46,14 @@ def describe_endpoint(
         name,
         support.type_name,
         support.type_hash,
-        _settled(node, kind, name, qos),
+        _settle_qos(node, kind, name, qos),
         isinstance(support, MessageSupport) and support.has_buffers,
         waits_for_room=waits_for_room,
         part_hashes=support.part_hashes if isinstance(support, ServiceSupport) else None,
     )
 
 
-def _settled(node: InGraph, kind: EndpointKind, name: str, qos: QoS) -> QoS:
+def _settle_qos(node: InGraph, kind: EndpointKind, name: str, qos: QoS) -> QoS:
     for policy, unknown in _UNKNOWN:
         if getattr(qos, policy) is unknown:
             raise RCLError(

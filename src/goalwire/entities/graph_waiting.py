@@ -133,8 +133,8 @@ class ServerWaitQueue:
             self.waiting[waiting] = None
             if self._changes is not None:
                 return
-            self._changes = self._context.graph.on_change(self._changed)
-        self._changed()  # a server may have come since the last look
+            self._changes = self._context.graph.on_change(self._on_change)
+        self._on_change()  # a server may have come since the last look
 
     def discard(self, waiting: Waiting) -> None:
         """Remove a waiting request; nothing happens if it does not wait."""
@@ -144,7 +144,7 @@ class ServerWaitQueue:
                 if not self.waiting:
                     self._close()
 
-    def _changed(self) -> None:
+    def _on_change(self) -> None:
         self._context.sends.soon(self._alarm)
 
     def _look(self) -> None:

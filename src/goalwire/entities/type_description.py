@@ -87,10 +87,10 @@ class TypeDescriptions:
 def types_in_use(node: NodeCore) -> Iterator[tuple[str, str]]:
     """Yield name and hash of the types of a node's topics, services and actions."""
     for entity in node.owned():
-        yield from _named(getattr(entity, 'support', None))
+        yield from _name_of(getattr(entity, 'support', None))
 
 
-def _named(support: object) -> Iterator[tuple[str, str]]:
+def _name_of(support: object) -> Iterator[tuple[str, str]]:
     if isinstance(support, MessageSupport | ServiceSupport):
         yield support.type_name, support.type_hash
     elif isinstance(support, ActionSupport):

@@ -301,7 +301,7 @@ class ROSClock(Clock):
         if self.overridden:
             if self.jump_handles:
                 delta = Duration(nanoseconds=time_ns - self._override_ns)
-                if self._concerned(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, delta)):
+                if self._concerns(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, delta)):
                     return False
             self._override_ns = time_ns
             self._spread(ClockChange.ROS_TIME_NO_CHANGE)
@@ -350,11 +350,11 @@ class ROSClock(Clock):
     _set_ros_time_is_active = switch_override
     """rclpy's name for it."""
 
-    def _concerned(self, jump: TimeJump) -> list[JumpHandle]:
+    def _concerns(self, jump: TimeJump) -> list[JumpHandle]:
         return [handle for handle in tuple(self.jump_handles) if handle.threshold.is_met_by(jump)]
 
     def _tell_before(self, jump: TimeJump) -> list[JumpHandle]:
-        told = self._concerned(jump)
+        told = self._concerns(jump)
         for handle in told:
             if handle.pre_callback is not None:
                 handle.pre_callback()

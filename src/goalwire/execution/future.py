@@ -162,7 +162,7 @@ class Future(Generic[T]):
             raw = failure = None
         exception = self._exception
         if exception is not None:
-            self._retrieved()
+            self._mark_retrieved()
             try:
                 raise exception
             finally:  # the traceback holds this frame, which would hold the exception
@@ -176,7 +176,7 @@ class Future(Generic[T]):
                 self.result()
             if self._exception is not None:
                 self._exception.__traceback__ = None  # it holds this frame
-        self._retrieved()
+        self._mark_retrieved()
         return self._exception
 
     def set_result(self, result: T) -> None:
@@ -184,14 +184,14 @@ class Future(Generic[T]):
         self._raw = None
         self._exception = None
         self._result = result
-        self._retrieved()
+        self._mark_retrieved()
         self._become(FINISHED)
 
     def set_exception(self, exception: BaseException) -> None:
         """Complete it with an exception, which `result` raises."""
         self._raw = None
         self._exception = exception
-        self._retrieved()
+        self._mark_retrieved()
         self._reminder = _Reminder(exception)
         self._become(FINISHED)
 
@@ -302,7 +302,7 @@ class Future(Generic[T]):
     def _set_executor(self, executor: MakesTasks | None) -> None:
         self._work_queue = None if executor is None else _work_queue_of(executor)
 
-    def _retrieved(self) -> None:
+    def _mark_retrieved(self) -> None:
         reminder = self._reminder
         if reminder is not None:
             reminder.retrieved = True

@@ -205,7 +205,7 @@ class Graph(GraphListener):
             nodes = self._nodes_by_name.get((namespace, name), {})
             first = next(iter(nodes.values()), None)
             endpoints = list(first.endpoints.values()) if first else []
-        return _sorted(endpoint for endpoint in endpoints if endpoint.kind is kind)
+        return _sort(endpoint for endpoint in endpoints if endpoint.kind is kind)
 
     def action_servers_by_node(self, name: str, namespace: str = '/') -> NamesAndTypes:
         """Return the actions that a node serves."""
@@ -234,7 +234,7 @@ class Graph(GraphListener):
                 for endpoints in self._endpoints[kind].values()
                 for endpoint in endpoints.values()
             ]
-        return _sorted(found)
+        return _sort(found)
 
     # -- the tables; the lock is held ------------------------------------------------------------------------
 
@@ -320,7 +320,7 @@ def _agree(one: Endpoint | GraphEntity, other: GraphEntity) -> bool:
     return True
 
 
-def _sorted(endpoints: Iterable[GraphEntity]) -> NamesAndTypes:
+def _sort(endpoints: Iterable[GraphEntity]) -> NamesAndTypes:
     types: dict[str, set[str]] = defaultdict(set)
     for endpoint in endpoints:
         types[endpoint.name].add(endpoint.type_name)

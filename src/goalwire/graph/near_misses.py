@@ -38,7 +38,7 @@ def near_misses(graph: Graph, name: str, *, is_action: bool) -> str:
             )
     if servers:
         return ''
-    similar = similar_names(name, _served(graph, is_action=is_action))
+    similar = similar_names(name, _find_served(graph, is_action=is_action))
     if not similar:
         return ''
     told = []
@@ -64,7 +64,7 @@ def similar_names(name: str, names: list[str]) -> list[str]:
     return list(dict.fromkeys(elsewhere + alike))[:_MOST]
 
 
-def _served(graph: Graph, *, is_action: bool) -> list[str]:
+def _find_served(graph: Graph, *, is_action: bool) -> list[str]:
     names = graph.names(EndpointKind.SERVICE)
     if is_action:
         return sorted(name.removesuffix(SEND_GOAL) for name in names if name.endswith(SEND_GOAL))

@@ -229,7 +229,7 @@ def _fit_text(type_: FieldType, value: Any, path: str) -> str:
     if isinstance(value, Written) and value.value is not None:
         value = value.text
     if not isinstance(value, str):
-        example = "'a'" if isinstance(value, list | Mapping) else f'"{_shown(value)}", in quotes'
+        example = "'a'" if isinstance(value, list | Mapping) else f'"{_show(value)}", in quotes'
         raise _misfit(path, f'a text such as {example}', value, type_)
     capacity = type_.string_capacity
     try:
@@ -290,14 +290,14 @@ def _number_in(text: str) -> int | float | None:
 
 
 def _misfit(path: str, wanted: str, value: Any, type_: FieldType) -> FieldValueError:
-    return FieldValueError(path, f'give {wanted}, not {_shown(value)}', type_.text)
+    return FieldValueError(path, f'give {wanted}, not {_show(value)}', type_.text)
 
 
 def _text_of(value: str | Written) -> str:
     return value.text if isinstance(value, Written) else value
 
 
-def _shown(value: Any) -> str:
+def _show(value: Any) -> str:
     """Return a value as YAML writes it, cut short."""
     if isinstance(value, Written):
         text = value.text or 'nothing'

@@ -105,7 +105,7 @@ class InterfaceFinder:
         found = search_path.find_package(name)
         if found and (beside := _python_beside(found, namespace)):
             return beside
-        if found or _registered(name):
+        if found or _is_registered(name):
             from goalwire.idl import modules
 
             self._served.add(name)
@@ -125,7 +125,7 @@ class InterfaceFinder:
         if not workspace.is_package_name(package) or self._real_rclpy():
             return None
         found = search_path.find_package(package)
-        if not (found or _registered(package)):
+        if not (found or _is_registered(package)):
             if _asked_by_import_statement():
                 _refuse_unnamed(fullname, path)
             return None
@@ -229,7 +229,7 @@ def _refuse_unnamed(fullname: str, path: 'Sequence[str]') -> None:
             raise ModuleNotFoundError(f'No module named {fullname!r}: {text}', name=fullname)
 
 
-def _registered(package: str) -> bool:
+def _is_registered(package: str) -> bool:
     """Whether register_definitions gave this package types."""
     # Another thread may be in the middle of importing it: then nothing is registered yet.
     types = getattr(sys.modules.get('goalwire.idl.registry'), 'registered_types', None)

@@ -126,7 +126,7 @@ def explain_missing(package: str) -> str:
         here = workspace_roots.walk(root)
         found = ', '.join(sorted(here.packages)) or 'no interface package'
         lines.append(f'  below {root.place} {shown(here.root)}: {found}')
-        lines += [f'    note: {remark}' for remark in _shortened(here)]
+        lines += [f'    note: {remark}' for remark in _shorten(here)]
         unnamed = (workspace.explain_unnamed(folder, _name_for(folder, package)) for folder in here.unnamed)
         lines += [
             f'    note: {remark}' for remark, _ in zip(filter(None, unnamed), range(_NOTES), strict=False)
@@ -167,7 +167,7 @@ def explain_refused() -> str:
     return f'{refused[0]}{others}: name a package there in {INTERFACE_PATH}'
 
 
-def _shortened(here: workspace.Workspace) -> list[str]:
+def _shorten(here: workspace.Workspace) -> list[str]:
     """The remarks of a walk, with no more than a few of the folders that others can write to."""
     more = here.refused[_NOTES:]
     remarks = [remark for remark in here.remarks if remark not in more]

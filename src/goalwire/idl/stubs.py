@@ -115,21 +115,21 @@ def _definition(definition: Definition) -> list[str]:
 def _service(service: ServiceDefinition, name: str) -> list[str]:
     lines = [f'class {name}:']
     for own, message in zip(('Request', 'Response', 'Event'), service.messages, strict=True):
-        lines += _indented(_message(message, own))
+        lines += _indent(_message(message, own))
     return lines
 
 
 def _action(action: ActionDefinition) -> list[str]:
     lines = [f'class {action.name}:']
     for own, message in (('Goal', action.goal), ('Result', action.result), ('Feedback', action.feedback)):
-        lines += _indented(_message(message, own))
+        lines += _indent(_message(message, own))
     inner = ['class Impl:']
-    inner += _indented(_service(action.send_goal, 'SendGoalService'))
-    inner += _indented(_service(action.get_result, 'GetResultService'))
-    inner += _indented(_message(action.feedback_message, 'FeedbackMessage'))
+    inner += _indent(_service(action.send_goal, 'SendGoalService'))
+    inner += _indent(_service(action.get_result, 'GetResultService'))
+    inner += _indent(_message(action.feedback_message, 'FeedbackMessage'))
     inner.append(f'{_INDENT}CancelGoalService: _TypeAlias = {CANCEL_SERVICE.replace("/", ".")}')
     inner.append(f'{_INDENT}GoalStatusMessage: _TypeAlias = {STATUS_MESSAGE.replace("/", ".")}')
-    return lines + _indented(inner)
+    return lines + _indent(inner)
 
 
 def _message(message: MessageDefinition, name: str) -> list[str]:
@@ -144,7 +144,7 @@ def _message(message: MessageDefinition, name: str) -> list[str]:
     lines += _function('__init__', ['self', '*', *parameters, f'check_fields: {boolean} = ...'], 'None')
     lines += ['@classmethod', f'def get_fields_and_field_types(cls) -> {mapping}[{text}, {text}]: ...']
     lines.append(f'SLOT_TYPES: _ClassVar[{types.builtin("tuple")}[{types.builtin("object")}, ...]]')
-    return [f'class {name}:', *_indented(lines)]
+    return [f'class {name}:', *_indent(lines)]
 
 
 def _function(name: str, parameters: list[str], result: str) -> list[str]:
@@ -173,7 +173,7 @@ class _Types:
         return [
             '@property',
             *(
-                [f'def {field.name}(self) -> {given}:', *_indented(documentation)]
+                [f'def {field.name}(self) -> {given}:', *_indent(documentation)]
                 if documentation
                 else [f'def {field.name}(self) -> {given}: ...']
             ),
@@ -225,7 +225,7 @@ def _docstring(comment: str) -> list[str]:
     return [f'"""{first}', *rest, '"""'] if rest else [f'"""{first}"""']
 
 
-def _indented(lines: Iterable[str]) -> list[str]:
+def _indent(lines: Iterable[str]) -> list[str]:
     return [f'{_INDENT}{line}' if line else '' for line in lines]
 
 

@@ -102,12 +102,12 @@ class Entity:
         if attributes:
             hint = near_names(attributes, self._asked)
             raise BadLaunchValueError(
-                f'`{self._type_name}` does not take {_listed("attribute", attributes)}{hint}'
+                f'`{self._type_name}` does not take {_list("attribute", attributes)}{hint}'
             )
         tags = sorted({child.type_name for child in self._children} - self._read_tags)
         if tags:
             hint = near_names(tags, self._read_tags)
-            raise BadLaunchValueError(f'`{self._type_name}` does not take {_listed("tag", tags)} in it{hint}')
+            raise BadLaunchValueError(f'`{self._type_name}` does not take {_list("tag", tags)} in it{hint}')
 
 
 def near_names(given: Iterable[str], known: Iterable[str]) -> str:
@@ -118,7 +118,7 @@ def near_names(given: Iterable[str], known: Iterable[str]) -> str:
     return f'; did you mean {" and ".join(near)}?' if near else ''
 
 
-def _listed(what: str, names: list[str]) -> str:
+def _list(what: str, names: list[str]) -> str:
     return f'the {what}{"s" if len(names) > 1 else ""} ' + ', '.join(f"'{name}'" for name in names)
 
 

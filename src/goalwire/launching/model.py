@@ -395,9 +395,9 @@ class LaunchContext:
     def add_completion_future(self, future: asyncio.Future[Any]) -> None:
         """Wait for this future too before the launch is done."""
         self.completion_futures.add(future)
-        future.add_done_callback(self._completed)
+        future.add_done_callback(self._on_completion)
 
-    def _completed(self, future: asyncio.Future[Any]) -> None:
+    def _on_completion(self, future: asyncio.Future[Any]) -> None:
         self.completion_futures.discard(future)
         if not future.cancelled() and isinstance(error := future.exception(), Exception):
             self.on_failure(error)

@@ -192,13 +192,13 @@ class ExecuteLocal(Action):
 
     def get_stdout(self) -> str:
         """Return what the process has printed. Raises LaunchError without `cached_output`."""
-        return self._cached(self._stdout, 'stdout')
+        return self._cache(self._stdout, 'stdout')
 
     def get_stderr(self) -> str:
         """Return what it has printed to its standard error. Raises LaunchError without `cached_output`."""
-        return self._cached(self._stderr, 'stderr')
+        return self._cache(self._stderr, 'stderr')
 
-    def _cached(self, lines: Lines | None, stream: str) -> str:
+    def _cache(self, lines: Lines | None, stream: str) -> str:
         if not self._cached_output:
             raise LaunchError(f'get_{stream}() needs cached_output=True')
         return (lines.text if lines else None) or ''

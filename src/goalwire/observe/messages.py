@@ -37,15 +37,15 @@ def as_data(value: Any) -> Any:
     if isinstance(value, str):
         return cut(value, _MOST_TEXT)
     if isinstance(value, bytes | bytearray | memoryview):
-        return _shortened(list(value[:_MOST_ITEMS]), len(value))
+        return _shorten(list(value[:_MOST_ITEMS]), len(value))
     if hasattr(value, 'item') and not hasattr(value, '__len__'):
         return as_data(value.item())
     if hasattr(value, '__len__'):
-        return _shortened([as_data(value[at]) for at in range(min(len(value), _MOST_ITEMS))], len(value))
+        return _shorten([as_data(value[at]) for at in range(min(len(value), _MOST_ITEMS))], len(value))
     return str(value)
 
 
-def _shortened(items: list[Any], count: int) -> list[Any]:
+def _shorten(items: list[Any], count: int) -> list[Any]:
     return [*items, f'… {count} items'] if count > len(items) else items
 
 

@@ -53,10 +53,10 @@ class Progress:
         if self._first is None:
             self._first = number
         if not self._falls:
-            return _bounded(number / self._most)
+            return _bound(number / self._most)
         if not self._saw_start:
             return None
-        return _bounded(1 - number / self._first) if self._first > 0 else 1.0
+        return _bound(1 - number / self._first) if self._first > 0 else 1.0
 
     def _number(self, feedback: Any) -> float:
         value, path = feedback, '.'.join(self._path)
@@ -93,6 +93,6 @@ def _tells_what_remains(name: str) -> bool:
     return 'remaining' in name or name.endswith(('_left', 'to_go'))
 
 
-def _bounded(number: float) -> float:
+def _bound(number: float) -> float:
     """Return the nearest number from 0 to 1, and 0 for NaN, which a peer may send."""
     return min(max(number, 0.0), 1.0) if number == number else 0.0  # noqa: PLR0124

@@ -233,25 +233,25 @@ class _Parser:
             self.deprecated.append(argument)
 
     def remap(self, flag: str, text: str | None) -> None:
-        text = _given(text, f'{flag} flag. No remap rule found.')
+        text = _require(text, f'{flag} flag. No remap rule found.')
         with _saying(f"remap rule: '{flag} {text}'", _assignment_hint(flag, text)):
             self.remaps.append(parse_remap_rule(text))
 
     def parameter(self, flag: str, text: str | None) -> None:
-        text = _given(text, f'{flag} flag. No parameter override rule found.')
+        text = _require(text, f'{flag} flag. No parameter override rule found.')
         with _saying(f"parameter override rule: '{flag} {text}'", _assignment_hint(flag, text)):
             self.parameters.append(parse_parameter_rule(text))
 
     def log_level(self, flag: str, text: str | None) -> None:
-        text = _given(text, f"log level flag: '{flag}'. No log level provided.")
+        text = _require(text, f"log level flag: '{flag}'. No log level provided.")
         with _saying(f"log level: '{flag} {text}'"):
             self.log_levels.append(parse_log_level(text))
 
     def params_file(self, flag: str, text: str | None) -> None:
-        self.parameters.append(ParameterFile(_given(text, f'{flag} flag. No file path provided.')))
+        self.parameters.append(ParameterFile(_require(text, f'{flag} flag. No file path provided.')))
 
     def enclave_path(self, flag: str, text: str | None) -> None:
-        text = _given(text, f'{flag} flag. No enclave path provided.')
+        text = _require(text, f'{flag} flag. No enclave path provided.')
         try:
             validate_enclave(text)
         except InvalidName as error:
@@ -261,10 +261,10 @@ class _Parser:
         self.enclave = text
 
     def config_file(self, flag: str, text: str | None) -> None:
-        self.log_config_file = _given(text, f'{flag} flag. No file path provided.')
+        self.log_config_file = _require(text, f'{flag} flag. No file path provided.')
 
     def file_name(self, flag: str, text: str | None) -> None:
-        self.log_file_name = _given(text, f'{flag} flag. No string prefix provided.')
+        self.log_file_name = _require(text, f'{flag} flag. No string prefix provided.')
 
 
 _VALUED: dict[str, Callable[[_Parser, str, str | None], None]] = {
@@ -281,7 +281,7 @@ _VALUED: dict[str, Callable[[_Parser, str, str | None], None]] = {
 }
 
 
-def _given(text: str | None, complaint: str) -> str:
+def _require(text: str | None, complaint: str) -> str:
     if text is None:
         raise ArgumentError(f"Couldn't parse trailing {complaint}")
     return text

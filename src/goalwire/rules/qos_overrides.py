@@ -76,13 +76,15 @@ def with_value(qos: QoS, policy: PolicyKind, value: object) -> QoS:
         try:
             value = choices[str(value).upper()]
         except KeyError:
-            raise _unexpected(policy, value, f'choose one of {", ".join(choices.short_keys())}') from None
+            raise _describe_unexpected(
+                policy, value, f'choose one of {", ".join(choices.short_keys())}'
+            ) from None
     elif isinstance(value, int) and value < 0:
-        raise _unexpected(policy, value, 'it must be 0 or more')
+        raise _describe_unexpected(policy, value, 'it must be 0 or more')
     return replace(qos, **{_FIELDS[policy]: value})  # of the type it was declared with
 
 
-def _unexpected(policy: PolicyKind, value: object, choice: str) -> UnexpectedOverrideError:
+def _describe_unexpected(policy: PolicyKind, value: object, choice: str) -> UnexpectedOverrideError:
     return UnexpectedOverrideError(
         f'Unexpected QoS override for policy `{policy.policy.lower()}`: `{value}`: {choice}'
     )

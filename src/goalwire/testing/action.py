@@ -66,7 +66,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
         """'succeeded', 'aborted' or 'canceled', in order."""
         self._called_off: dict[GoalId, Future[None]] = {}
         callbacks = ActionCallbacks(
-            execute=self._execute, goal=self._judge, accepted=self._accepted, cancel=self._cancel
+            execute=self._execute, goal=self._judge, accepted=self._accept, cancel=self._cancel
         )
         self._core = ActionServerCore(node, support, name, callbacks, ReentrantCallbackGroup())
         self._spinning = host(node)
@@ -79,7 +79,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
         (self.refused if refused else self.goals).append(goal)
         return GoalResponse.REJECT if refused else GoalResponse.ACCEPT
 
-    def _accepted(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> None:
+    def _accept(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> None:
         self._called_off[handle.goal_id_bytes] = Future()
         handle.execute()
 

@@ -224,7 +224,7 @@ class TransformTree:
         except ExtrapolationException as error:
             raise _between(error, target, source) from None
         if meeting not in above:
-            raise _unconnected(target, source) if stopped is None else _between(stopped, target, source)
+            raise _describe_gap(target, source) if stopped is None else _between(stopped, target, source)
         return mine[meeting].inverse().after(above[meeting])
 
     def _climb(
@@ -245,7 +245,7 @@ class TransformTree:
         ways = self._ancestors(source), self._ancestors(target)
         shared = next((frame for frame in ways[0] if frame in ways[1]), None)
         if shared is None:
-            raise _unconnected(target, source)
+            raise _describe_gap(target, source)
         links = [frame for way in ways for frame in way[: way.index(shared)]]
         return min((time for time in map(self._newest, links) if time != LATEST), default=LATEST)
 
@@ -298,7 +298,7 @@ def _between(error: ExtrapolationException, target: str, source: str) -> Extrapo
     )
 
 
-def _unconnected(target: str, source: str) -> ConnectivityException:
+def _describe_gap(target: str, source: str) -> ConnectivityException:
     return ConnectivityException(
         f"Could not find a connection between '{target}' and '{source}' because they are not part of the "
         'same tree. Tf has two or more unconnected trees.'

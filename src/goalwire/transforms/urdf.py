@@ -219,8 +219,8 @@ def _read_joint(each: Element) -> Joint:
         return Joint(
             name,
             kind,
-            _linked(each, 'parent'),
-            _linked(each, 'child'),
+            _find_link(each, 'parent'),
+            _find_link(each, 'child'),
             origin,
             axis,
             lower,
@@ -261,7 +261,7 @@ def _read_mimic(mimic: Element) -> Mimic:
     return Mimic(given.get('joint', ''), multiplier, offset)
 
 
-def _linked(joint: Element, side: str) -> str:
+def _find_link(joint: Element, side: str) -> str:
     found = joint.find(side)
     link = '' if found is None else found.attributes.get('link', '')
     if not link:

@@ -131,7 +131,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
             return self._aborted(handle, self._core.failure(handle, error), is_logged=True)
         finally:
             del self._running[handle.goal_id_bytes]
-        return self._ended(handle, result)
+        return self.on_end(handle, result)
 
     async def _run(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> ResultT | None:
         if handle.is_cancel_requested or not handle.is_active:
@@ -141,7 +141,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
             raise TypeError('the handler is a plain function, which holds up the loop: make it `async def`')
         return await running
 
-    def _ended(self, handle: ServerGoalHandle[Any, Any, Any], result: object) -> object:
+    def on_end(self, handle: ServerGoalHandle[Any, Any, Any], result: object) -> object:
         if not handle.is_active:
             return Failure(result if isinstance(result, self._result_type) else None, 'its client has gone')
         if handle.is_cancel_requested:

@@ -224,7 +224,7 @@ class Execution(CallbackSource):
         try:
             result = self._callback(self._handle)
         except BaseException as error:
-            self._failed(error)
+            self._fail(error)
             return None
         if isinstance(result, CoroutineType):
             return Enclosing(self._carry(result), [result])
@@ -240,7 +240,7 @@ class Execution(CallbackSource):
             self._finish(Failure())
             raise
         except BaseException as error:
-            self._failed(error)
+            self._fail(error)
         else:
             self._finish(result)
 
@@ -249,7 +249,7 @@ class Execution(CallbackSource):
         server.durations.add(server.steady_clock.now() - self._begun)
         server.finished(self._handle, outcome)
 
-    def _failed(self, error: BaseException) -> None:
+    def _fail(self, error: BaseException) -> None:
         server = self._server
         if isinstance(error, ShutDownError) and not server.node.context.ok():
             server.logger.warning(f'A goal was stopped by the end of the context: {error}')

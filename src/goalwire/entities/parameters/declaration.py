@@ -54,7 +54,7 @@ def _declaration(
         value = value_of(value)
     if not isinstance(name, str):
         raise TypeError(f'First element {name} {where} is not a str.')
-    wanted = Descriptor() if descriptor is None else _checked(descriptor, where)
+    wanted = Descriptor() if descriptor is None else _check(descriptor, where)
     if len(given) == 1:
         warnings.warn(_NO_TYPE.format(name), UserWarning, stacklevel=5)
         wanted = wanted._replace(dynamic_typing=True)
@@ -66,7 +66,7 @@ def _declaration(
     return Parameter(full_name, value=overrides.get(full_name, default)), wanted
 
 
-def _checked(descriptor: Described, where: str) -> Descriptor:
+def _check(descriptor: Described, where: str) -> Descriptor:
     if not isinstance(descriptor, Descriptor):
         from rcl_interfaces.msg import ParameterDescriptor
 

@@ -338,11 +338,11 @@ def parse_parameters(entities: Sequence[Entity], parser: Parser) -> list[Any]:
         else:
             if allow is not None:
                 raise LaunchError("<param>: 'allow_substs' goes with 'from'")
-            found.append(dict([_named(entity, parser)]))
+            found.append(dict([_read_name(entity, parser)]))
     return found
 
 
-def _named(entity: Entity, parser: Parser) -> tuple[tuple[Substitution, ...], Any]:
+def _read_name(entity: Entity, parser: Parser) -> tuple[tuple[Substitution, ...], Any]:
     name = tuple(parser.parse_substitution(entity.get_attr('name')))
     kind = entity.get_attr('type', optional=True)
     data_type = None if kind is None else _data_type(kind)
@@ -352,7 +352,7 @@ def _named(entity: Entity, parser: Parser) -> tuple[tuple[Substitution, ...], An
     if (value is None) == (not nested):
         raise LaunchError("<param> needs either the attribute 'value' or <param> tags in it")
     if nested:
-        return name, dict(_named(item, parser) for item in nested)
+        return name, dict(_read_name(item, parser) for item in nested)
     try:
         return name, ParameterValue(parser.parse_if_substitutions(value), value_type=data_type)
     except BadLaunchValueError as error:

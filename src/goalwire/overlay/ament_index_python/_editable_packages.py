@@ -20,18 +20,18 @@ from goalwire.idl import entry_points, workspace
 
 def names() -> list[str]:
     """Return the names of the packages, sorted."""
-    return sorted(_installed(entry_points.python_path()))
+    return sorted(_find_installed(entry_points.python_path()))
 
 
 def share(package: str) -> str | None:
     """Return the source folder of a package, None for a package that is not installed so."""
-    found = _installed(entry_points.python_path()).get(package)
+    found = _find_installed(entry_points.python_path()).get(package)
     return None if found is None else found[0]
 
 
 def prefix(package: str) -> str | None:
     """Return the prefix that is made for a package: with its programs and its source folder as share."""
-    found = _installed(entry_points.python_path()).get(package)
+    found = _find_installed(entry_points.python_path()).get(package)
     if found is None:
         return None
     source, metadata = found
@@ -39,7 +39,7 @@ def prefix(package: str) -> str | None:
 
 
 @cache
-def _installed(path: tuple[str, ...]) -> dict[str, tuple[str, str]]:
+def _find_installed(path: tuple[str, ...]) -> dict[str, tuple[str, str]]:
     """The source folder and the dist-info of each package, by name; the first on Python's path wins."""
     found: dict[str, tuple[str, str]] = {}
     for folder in path:

@@ -40,7 +40,7 @@ def with_programs(package: str, prefix: str) -> str:
         return prefix
     programs = _programs(package)
     share = Path(prefix, 'share', package)
-    return (programs and _made(package, share, programs)) or prefix
+    return (programs and _make(package, share, programs)) or prefix
 
 
 def around(package: str, share: str, *, of_distribution: bool) -> str:
@@ -49,14 +49,14 @@ def around(package: str, share: str, *, of_distribution: bool) -> str:
     `of_distribution`: pip installed it, so it may have programs. The prefix is `share` itself where no links
     can be made.
     """
-    return _made(package, Path(share), _programs(package) if of_distribution else []) or share
+    return _make(package, Path(share), _programs(package) if of_distribution else []) or share
 
 
 def around_source(package: str, source: str, metadata: str) -> str:
     """The prefix of a package that pip installed editable from a source folder, with all its scripts."""
     from importlib.metadata import Distribution
 
-    return _made(package, Path(source), _scripts(Distribution.at(metadata))) or source
+    return _make(package, Path(source), _scripts(Distribution.at(metadata))) or source
 
 
 def _programs(package: str) -> list[Path]:
@@ -91,7 +91,7 @@ def _scripts(distribution: Distribution) -> list[Path]:
     return sorted(file for file in files if file.parent.name in ('bin', 'Scripts') and file.is_file())
 
 
-def _made(package: str, share: Path, programs: list[Path]) -> str | None:
+def _make(package: str, share: Path, programs: list[Path]) -> str | None:
     """A prefix with links to these files; None where none can be made."""
     from hashlib import sha256
 

@@ -253,12 +253,12 @@ def reexport(module: str) -> None:
     def find(name: str) -> object:
         if name not in REEXPORTS[module].split():
             raise AttributeError(f'module {module!r} has no attribute {name!r}')
-        return _found(name)
+        return _find(name)
 
     setattr(sys.modules[module], '__getattr__', find)  # noqa: B010 - type checkers must not see it
 
 
-def _found(name: str) -> object:
+def _find(name: str) -> object:
     for origin, names in ORIGINS.items():
         for entry in names.split():
             alias, _, original = entry.partition('=')

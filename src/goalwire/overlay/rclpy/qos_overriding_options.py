@@ -99,7 +99,7 @@ def overridden(
         policy = PolicyKind(kind)
         if rules.may_override(policy, entity):
             default = rules.value_of(qos, policy)
-            value = _declared(node, policy, (topic, entity, options.entity_id), default)
+            value = _declare(node, policy, (topic, entity, options.entity_id), default)
             qos = rules.with_value(qos, policy, value)
     result = QoSProfile.from_core(qos)
     verdict = options.callback(result) if options.callback is not None else None
@@ -137,7 +137,7 @@ def _get_qos_policy_parameter(qos: QoSProfile, policy: QoSPolicyKind) -> rules.O
     return rules.value_of(qos.to_core(), PolicyKind(policy))
 
 
-def _declared(
+def _declare(
     node: BaseNode,
     policy: PolicyKind,
     whose: tuple[str, str, str | None],

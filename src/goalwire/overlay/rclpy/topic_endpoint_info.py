@@ -32,7 +32,7 @@ class _Fields(TypedDict, total=False):
     qos_profile: QoSProfile | Mapping[str, object]
 
 
-def _checked(what: str, value: object, kind: type[T]) -> T:
+def _check(what: str, value: object, kind: type[T]) -> T:
     if not isinstance(value, kind):
         raise AssertionError(f'{what} must be {kind.__name__}, got {value!r}')  # noqa: TRY004 - rclpy's own type
     return value
@@ -86,7 +86,7 @@ class TopicEndpointInfo:
 
     @node_name.setter
     def node_name(self, value: str) -> None:
-        self._node_name = _checked('node_name', value, str)
+        self._node_name = _check('node_name', value, str)
 
     @property
     def node_namespace(self) -> str:
@@ -95,7 +95,7 @@ class TopicEndpointInfo:
 
     @node_namespace.setter
     def node_namespace(self, value: str) -> None:
-        self._node_namespace = _checked('node_namespace', value, str)
+        self._node_namespace = _check('node_namespace', value, str)
 
     @property
     def topic_type(self) -> str:
@@ -104,7 +104,7 @@ class TopicEndpointInfo:
 
     @topic_type.setter
     def topic_type(self, value: str) -> None:
-        self._topic_type = _checked('topic_type', value, str)
+        self._topic_type = _check('topic_type', value, str)
 
     @property
     def topic_type_hash(self) -> TypeHash:
@@ -115,7 +115,7 @@ class TopicEndpointInfo:
     def topic_type_hash(self, value: TypeHash | Mapping[str, object]) -> None:
         if isinstance(value, Mapping):
             value = TypeHash(**value)  # type: ignore[arg-type]
-        self._topic_type_hash = _checked('topic_type_hash', value, TypeHash)
+        self._topic_type_hash = _check('topic_type_hash', value, TypeHash)
 
     @property
     def endpoint_type(self) -> TopicEndpointTypeEnum:
@@ -124,7 +124,7 @@ class TopicEndpointInfo:
 
     @endpoint_type.setter
     def endpoint_type(self, value: int) -> None:
-        self._endpoint_type = TopicEndpointTypeEnum(_checked('endpoint_type', value, int))
+        self._endpoint_type = TopicEndpointTypeEnum(_check('endpoint_type', value, int))
 
     @property
     def endpoint_gid(self) -> Sequence[int]:
@@ -136,7 +136,7 @@ class TopicEndpointInfo:
         if not isinstance(value, Sequence):
             raise AssertionError(f'endpoint_gid must be a sequence of int, got {value!r}')  # noqa: TRY004
         for byte in value:
-            _checked('each byte of endpoint_gid', byte, int)
+            _check('each byte of endpoint_gid', byte, int)
         self._endpoint_gid = value
 
     @property
@@ -148,7 +148,7 @@ class TopicEndpointInfo:
     def qos_profile(self, value: QoSProfile | Mapping[str, object]) -> None:
         if isinstance(value, Mapping):
             value = QoSProfile(**value)  # type: ignore[arg-type]
-        self._qos_profile = _checked('qos_profile', value, QoSProfile)
+        self._qos_profile = _check('qos_profile', value, QoSProfile)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, TopicEndpointInfo):

@@ -95,9 +95,9 @@ def _to_dict(msg: Message, style: _Style) -> OrderedDict[str, object]:
 def _convert(value: object, style: _Style, slot: object = None) -> object:
     """Return a value as plain Python data; `slot` is the type of the field if it is one's whole value."""
     if isinstance(value, bytes):
-        return _shortened(value.decode('latin-1'), style)
+        return _shorten(value.decode('latin-1'), style)
     if isinstance(value, str):
-        return _described(value) if style.no_str else _shortened(value, style)
+        return _describe(value) if style.no_str else _shorten(value, style)
     if _is_array(value):
         return _convert_array(value, style, slot)
     if isinstance(value, Mapping):
@@ -112,7 +112,7 @@ def _convert(value: object, style: _Style, slot: object = None) -> object:
 
 def _convert_array(value: Sequence[object], style: _Style, slot: object) -> object:
     if style.no_arr and slot is not None:
-        return _described_array(value, slot)
+        return _describe_array(value, slot)
     shown = value[: style.truncate_length]
     items = [_convert(item, style) for item in shown]
     if style.exceeded_by(value):
@@ -122,17 +122,17 @@ def _convert_array(value: Sequence[object], style: _Style, slot: object) -> obje
 
 def _csv_message(msg: Message, style: _Style) -> str:
     slots = get_message_slot_types(msg).items()
-    return _joined(_csv(getattr(msg, name), style, slot) for name, slot in slots)
+    return _join(_csv(getattr(msg, name), style, slot) for name, slot in slots)
 
 
 def _csv(value: object, style: _Style, slot: object = None) -> str:
     if _is_array(value):
         if style.no_arr and slot is not None:
-            return _described_array(value, slot)
+            return _describe_array(value, slot)
         parts = [_csv(item, style) for item in value[: style.truncate_length]]
-        return _joined(iter([*parts, '...'] if style.exceeded_by(value) else parts))
+        return _join(iter([*parts, '...'] if style.exceeded_by(value) else parts))
     if isinstance(value, str):
-        return _described(value) if style.no_str else _shortened(value, style)
+        return _describe(value) if style.no_str else _shorten(value, style)
     if isinstance(value, bytes):
         return str(value[: style.truncate_length] + b'...' if style.exceeded_by(value) else value)
     if isinstance(value, bool | float | int) or _is_numpys(value):
@@ -140,7 +140,7 @@ def _csv(value: object, style: _Style, slot: object = None) -> str:
     return _csv_message(value, style)  # type: ignore[arg-type]  # as above
 
 
-def _joined(parts: Iterator[str]) -> str:
+def _join(parts: Iterator[str]) -> str:
     """Join by commas; as in ROS 2, empty values in front leave no trace."""
     result = ''
     for part in parts:
@@ -157,15 +157,15 @@ def _is_numpys(value: object) -> TypeGuard[np.generic]:
     return type(value).__module__ == 'numpy'
 
 
-def _shortened(text: str, style: _Style) -> str:
+def _shorten(text: str, style: _Style) -> str:
     return f'{text[: style.truncate_length]}...' if style.exceeded_by(text) else text
 
 
-def _described(text: str) -> str:
+def _describe(text: str) -> str:
     return f'<string length: <{len(text)}>>'
 
 
-def _described_array(value: Sequence[object], slot: object) -> str:
+def _describe_array(value: Sequence[object], slot: object) -> str:
     """ROS 2's words for an array that is not shown."""
     if not isinstance(slot, idl.AbstractNestedType):
         return 'unknown'

@@ -49,7 +49,7 @@ class _Filling:
             old = getattr(msg, name)
             setter = self._stamp_setter(msg, name, old, value)
             if setter is None:
-                setattr(msg, name, self._converted(get_message_slot_types(msg)[name], old, value))
+                setattr(msg, name, self._convert(get_message_slot_types(msg)[name], old, value))
             else:
                 self.stamp_setters.append(setter)
 
@@ -63,7 +63,7 @@ class _Filling:
             return partial(setattr, msg, name)
         return None
 
-    def _converted(self, slot: object, old: Any, value: Any) -> object:
+    def _convert(self, slot: object, old: Any, value: Any) -> object:
         """Return a value for a field of type `slot` that holds `old`."""
         if isinstance(slot, AbstractNestedType) and isinstance(slot.value_type, NamespacedType):
             cls = import_message_from_namespaced_type(slot.value_type)

@@ -37,7 +37,7 @@ def get_interface(identifier: str) -> type:
     try:
         found: type = getattr(module, name)
     except AttributeError:
-        derived = _derived(identifier)
+        derived = _find_derived(identifier)
         if derived is None:
             raise
         return derived
@@ -112,7 +112,7 @@ def _with_kind(identifier: str, kind: str) -> str:
     return '/'.join((package, kind, *rest)) if len(rest) == 1 else identifier
 
 
-def _derived(identifier: str) -> type | None:
+def _find_derived(identifier: str) -> type | None:
     """Return the class of std_srvs/srv/Trigger_Request and the like."""
     try:
         return rosidl_compat.get_interface(identifier)

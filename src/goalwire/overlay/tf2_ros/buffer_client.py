@@ -134,16 +134,16 @@ class BufferClient(BufferInterface):
             raise TimeoutException('The BufferServer is not ready.')
         clock = self.node.context.shutdown_signal.clock
         deadline = deadline_after(clock, (timeout.nanoseconds + self.timeout_padding.nanoseconds) / 1e9)
-        handle = self._settled(self.action_client.send_goal_async(goal), deadline)
+        handle = self._settle(self.action_client.send_goal_async(goal), deadline)
         if not handle.accepted:
             raise TimeoutException('The BufferServer refused the LookupTransform goal.')
-        result = self._settled(handle.get_result_async(), deadline).result
+        result = self._settle(handle.get_result_async(), deadline).result
         if result.error.error == TF2Error.NO_ERROR:
             transform: TransformStamped = result.transform
             return transform
         raise _EXCEPTIONS.get(result.error.error, TransformException)(result.error.error_string)
 
-    def _settled(self, future: Future[Any], deadline: int | None) -> Any:
+    def _settle(self, future: Future[Any], deadline: int | None) -> Any:
         if not block_on(future, deadline, self.node.context.shutdown_signal):
             raise TimeoutException(
                 'The LookupTransform goal sent to the BufferServer did not come back in the specified time: '

@@ -32,7 +32,7 @@ class TransformRegistration:
 
     def get(self, key: type) -> Transformer:
         """Return the function for a type; raises TypeException."""
-        return _registered(self._transformers, key)
+        return _find_registered(self._transformers, key)
 
 
 class ConvertRegistration:
@@ -56,15 +56,15 @@ class ConvertRegistration:
 
     def get_from_msg(self, key: type) -> Converter:
         """Return the function that makes a type; raises TypeException."""
-        return _registered(self._from_msg, key)
+        return _find_registered(self._from_msg, key)
 
     def get_to_msg(self, key: type) -> Converter:
         """Return the function that makes messages; raises TypeException."""
-        return _registered(self._to_msg, key)
+        return _find_registered(self._to_msg, key)
 
     def get_convert(self, key: tuple[type, type]) -> Converter:
         """Return the direct function; raises TypeException."""
-        return _registered(self._direct, key)
+        return _find_registered(self._direct, key)
 
 
 def convert(a: Any, b_type: type[T]) -> T:
@@ -87,7 +87,7 @@ KeyT = TypeVar('KeyT')
 ValueT = TypeVar('ValueT')
 
 
-def _registered(table: dict[KeyT, ValueT], key: KeyT) -> ValueT:
+def _find_registered(table: dict[KeyT, ValueT], key: KeyT) -> ValueT:
     if key not in table:
         raise TypeException(
             f'Type {key} is not loaded or supported: import the package that registers it, such as '

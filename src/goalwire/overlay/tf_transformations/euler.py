@@ -43,7 +43,7 @@ whether the last is the first again (repetition), and whether the axes turn alon
 _TUPLE2AXES = {numbers: axes for axes, numbers in _AXES2TUPLE.items()}
 
 
-def _parsed(axes: str) -> _Axes:
+def _parse(axes: str) -> _Axes:
     frame, letters = axes[:1], axes[1:]
     neighbours = pairwise(letters)
     if frame not in ('s', 'r') or len(letters) != 3 or set(letters) - set('xyz'):
@@ -57,7 +57,7 @@ def _parsed(axes: str) -> _Axes:
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> Array:
     """Return the rotation that turns by three angles. Raises ValueError for unknown axes."""
-    parsed = _parsed(axes)
+    parsed = _parse(axes)
     angles = (ak, aj, ai) if parsed.turning else (ai, aj, ak)
     turns = [
         quaternion_about_axis(angle, np.eye(3)[axis]) for angle, axis in zip(angles, parsed[:3], strict=True)
@@ -76,7 +76,7 @@ def euler_from_matrix(matrix: ArrayLike, axes: str = 'sxyz') -> tuple[float, flo
     Where only the sum or difference of the outer two counts (gimbal lock), the last of fixed axes, the first
     of turning ones, is 0.
     """
-    m, (i, j, third, turning) = floats(matrix)[:3, :3], _parsed(axes)
+    m, (i, j, third, turning) = floats(matrix)[:3, :3], _parse(axes)
     k = 3 - i - j
     sign = 1 if (j - i) % 3 == 1 else -1  # whether the axes are right-handed in this order
     if third == i:

@@ -50,7 +50,7 @@ class SetCallbacks:
         """Return what is to be set instead of `parameters`; raises CallbackError."""
         if not self.before:
             return parameters
-        return [wanted for callback in tuple(self.before) for wanted in _wanted(callback, parameters)]
+        return [wanted for callback in tuple(self.before) for wanted in _choose(callback, parameters)]
 
     def judge(self, parameters: list[Parameter]) -> Outcome:
         """Ask until one refuses, or returns something else than an answer."""
@@ -66,7 +66,7 @@ class SetCallbacks:
             callback(parameters)
 
 
-def _wanted(callback: Before, parameters: list[Parameter]) -> Iterable[Parameter]:
+def _choose(callback: Before, parameters: list[Parameter]) -> Iterable[Parameter]:
     wanted = callback(parameters)
     if not isinstance(wanted, Sequence):
         raise CallbackError(

@@ -27,7 +27,7 @@ def typed_text(text: str) -> Typed:
     import yaml
 
     try:
-        typed = _typed(yaml.safe_load(text))
+        typed = _type_value(yaml.safe_load(text))
     except Exception:  # PyYAML raises anything: for no date, too many digits, too many levels
         typed = None
     return typed or (Type.STRING, text)
@@ -40,7 +40,7 @@ def typed_value(name: str, value: object) -> Typed:
     if isinstance(value, date):
         return Type.STRING, str(value)
     try:
-        typed = _typed(value)
+        typed = _type_value(value)
     except OverflowError:
         typed = None
     if typed is None:
@@ -50,7 +50,7 @@ def typed_value(name: str, value: object) -> Typed:
     return typed
 
 
-def _typed(value: object) -> Typed | None:
+def _type_value(value: object) -> Typed | None:
     if isinstance(value, list):
         for kind, _, several in SCALARS:  # the first that fits wins: `[]` holds booleans
             if all(is_kind(element, kind) for element in value) and several.check(value):

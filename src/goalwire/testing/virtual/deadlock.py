@@ -25,8 +25,8 @@ _INSTALLED = tuple(sysconfig.get_path(name) + os.sep for name in ('purelib', 'pl
 def describe(waiting: Iterable[Thread], here: Thread) -> str:
     """Return a text that names each waiting thread and coroutine, and where it waits."""
     lines = ['everything waits and nothing is due, so no wait would ever end:']
-    lines += [f"  thread '{name}' waits{_shown(places)}" for name, places in _threads([here, *waiting])]
-    lines += [f"  coroutine '{name}' waits{_shown(places)}" for name, places in _coroutines()]
+    lines += [f"  thread '{name}' waits{_show(places)}" for name, places in _threads([here, *waiting])]
+    lines += [f"  coroutine '{name}' waits{_show(places)}" for name, places in _coroutines()]
     lines.append('give the wait a timeout, or let something end it')
     return '\n'.join(lines)
 
@@ -36,14 +36,14 @@ def describe_stall(running: Iterable[Thread], seconds: float) -> str:
     lines = [
         f'virtual time has stood still for {seconds:g} s of real time, since somebody is busy elsewhere:'
     ]
-    lines += [f"  thread '{name}' is at{_shown(places)}" for name, places in _threads(running)]
+    lines += [f"  thread '{name}' is at{_show(places)}" for name, places in _threads(running)]
     lines.append(
         'it blocks in the real world (a socket, a process, a lock made before the clock), or computes'
     )
     return '\n'.join(lines)
 
 
-def _shown(places: StackSummary) -> str:
+def _show(places: StackSummary) -> str:
     """The innermost places, which are the last, outside the library and Python's own if there are any."""
     own = [state for state in places if not _is_machinery(state.filename)] or places
     return ''.join(f'\n    {state.filename}:{state.lineno} in {state.name}' for state in own[-_SHOWN:][::-1])

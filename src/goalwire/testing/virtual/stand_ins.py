@@ -69,7 +69,7 @@ def _deadline(scheduler: Scheduler, seconds: float) -> int:
     return scheduler.now + max(round(min(seconds, threading.TIMEOUT_MAX) * 1e9), 1 if seconds > 0 else 0)
 
 
-def _left(scheduler: Scheduler, deadline: int) -> float:
+def _time_left(scheduler: Scheduler, deadline: int) -> float:
     """The rest of a wait in s that goes on in real time after virtual time has ended."""
     return max(deadline - scheduler.now, 0) / 1e9
 
@@ -108,7 +108,7 @@ def sleep(seconds: float | SupportsIndex, /) -> None:
     scheduler, child = found
     deadline = _deadline(scheduler, wanted)
     if scheduler.wait(child, never, deadline) is None:
-        _real_sleep(_left(scheduler, deadline))
+        _real_sleep(_time_left(scheduler, deadline))
 
 
 # -- locks, and whatever Python builds of them: events, conditions, queues
@@ -136,7 +136,7 @@ class Lock:
         deadline = None if timeout == -1 else _deadline(scheduler, timeout)
         got = scheduler.wait(child, lambda: take(False), deadline)
         if got is None:
-            return bool(take(True, -1 if deadline is None else _left(scheduler, deadline)))
+            return bool(take(True, -1 if deadline is None else _time_left(scheduler, deadline)))
         return got
 
     def __enter__(self) -> bool:
@@ -209,7 +209,7 @@ def join(thread: threading.Thread, timeout: float | None = None) -> None:
         ended = scheduler.wait(joiner, lambda: child.over, deadline)
         if ended is False:
             return
-        timeout = None if ended or deadline is None else _left(scheduler, deadline)
+        timeout = None if ended or deadline is None else _time_left(scheduler, deadline)
     _real_join(thread, timeout)
 
 
@@ -233,7 +233,7 @@ def select(selector: selectors.BaseSelector, timeout: float | None = None) -> Re
     deadline = None if timeout is None else _deadline(scheduler, timeout)
     outside = len(selector.get_map().keys() - WAKE_FDS) > 1
     if scheduler.wait(child, lambda: _is_ready(selector), deadline, outside=outside) is None:
-        return _real_select(selector, None if deadline is None else _left(scheduler, deadline))
+        return _real_select(selector, None if deadline is None else _time_left(scheduler, deadline))
     return _real_select(selector, 0)
 
 

@@ -135,7 +135,7 @@ def _lines(name: str, *, comments: bool, nested: bool, level: int) -> Iterator[s
     package = name.split('/', maxsplit=1)[0]
     for raw in _text(name).splitlines():
         line = raw.rstrip()
-        field_type, comment = _parsed(line)
+        field_type, comment = _parse(line)
         if not comments:
             if not line or line.lstrip().startswith('#'):
                 continue
@@ -147,7 +147,7 @@ def _lines(name: str, *, comments: bool, nested: bool, level: int) -> Iterator[s
             yield from _lines(inner, comments=nested, nested=nested, level=level + 1)
 
 
-def _parsed(line: str) -> tuple[str, str]:
+def _parse(line: str) -> tuple[str, str]:
     """Return the type of a line's field, '' if it has none, and its comment with the #, '' likewise."""
     words = line.split('#', maxsplit=1)[0].split()
     if (

@@ -28,7 +28,7 @@ def _lifecycle_nodes(arguments: Namespace, *, include_hidden: bool) -> list[str]
     return [name for name in names if f'{name}/get_state' in serving]
 
 
-def _named(arguments: Namespace) -> str:
+def _find_node(arguments: Namespace) -> str:
     """Return the node that is named; raises CommandError if it is none with a lifecycle."""
     name = find_node(arguments)
     if name not in _lifecycle_nodes(arguments, include_hidden=True):
@@ -86,7 +86,7 @@ async def _transitions(node: goalwire.Node, name: str, service: str, arguments: 
 
 
 def _list(arguments: Namespace, output: Output) -> Outcome:
-    name = _named(arguments)
+    name = _find_node(arguments)
     service = 'get_transition_graph' if arguments.all else 'get_available_transitions'
 
     async def show(node: goalwire.Node) -> None:
@@ -112,7 +112,7 @@ def _get_arguments(parser: ArgumentParser) -> None:
 
 def _get(arguments: Namespace, output: Output) -> Outcome:
     if arguments.node_name:
-        names = [_named(arguments)]
+        names = [_find_node(arguments)]
     else:
         names = _lifecycle_nodes(arguments, include_hidden=arguments.include_hidden_nodes)
 
@@ -144,7 +144,7 @@ def _set_arguments(parser: ArgumentParser) -> None:
 
 
 def _set(arguments: Namespace, output: Output) -> Outcome:
-    name = _named(arguments)
+    name = _find_node(arguments)
 
     async def change(node: goalwire.Node) -> Outcome:
         from lifecycle_msgs.srv import ChangeState

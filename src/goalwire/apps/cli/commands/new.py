@@ -122,19 +122,17 @@ def _files(package: str, kinds: Sequence[Kind], *, own_types: bool) -> dict[str,
         'folders': ' and '.join(f'`{name}`' for name in folders),
         'definitions': '\n'.join(f'  "{kind.own_type}"' for kind in kinds),
     }
-    files = _filled('package', package, words)
+    files = _fill('package', package, words)
     for kind in kinds:
-        program = _filled(
-            f'programs/{kind.program}', package, _words_of(package, kind, alone=len(kinds) == 1)
-        )
+        program = _fill(f'programs/{kind.program}', package, _words_of(package, kind, alone=len(kinds) == 1))
         files |= {
             name: _with_own_types(text, kind, interfaces) if own_types else text
             for name, text in program.items()
         }
     if own_types:
-        files |= _filled('interfaces', interfaces, words)
+        files |= _fill('interfaces', interfaces, words)
         for kind in kinds:
-            files |= _filled(f'definitions/{kind.program}', interfaces, {})
+            files |= _fill(f'definitions/{kind.program}', interfaces, {})
     return files
 
 
@@ -154,7 +152,7 @@ def _with_own_types(text: str, kind: Kind, interfaces: str) -> str:
     )
 
 
-def _filled(folder: str, package: str, words: Mapping[str, str]) -> dict[str, str]:
+def _fill(folder: str, package: str, words: Mapping[str, str]) -> dict[str, str]:
     """Return the files of a folder of templates, below the package's own; words between @ are filled in."""
 
     def fill(text: str) -> str:

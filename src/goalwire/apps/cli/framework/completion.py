@@ -84,7 +84,7 @@ def _beginning(begun: str, known: Iterable[str]) -> list[str]:
     return sorted(each for each in known if each.startswith(begun))
 
 
-def _named(begun: str, names: Iterable[str]) -> list[str]:
+def _match(begun: str, names: Iterable[str]) -> list[str]:
     """Return the names that begin so, with the slash or without it."""
     wanted = begun if begun.startswith('/') else f'/{begun}'
     return sorted({name for name in names if name.startswith(wanted) and _NAME.fullmatch(name)})
@@ -102,7 +102,7 @@ def _live(noun: str, what: str, given: Sequence[str], begun: str) -> list[str]:
         'node_name': lambda graph: node_names(graph, include_hidden=False),
     }
     if what in names:
-        found = _named(begun, _of_graph(names[what]))
+        found = _match(begun, _of_graph(names[what]))
         return [name for name in found if not is_hidden(name) and '/_' not in name]
     if noun == 'param' and what in {'parameter_name', 'parameter_names', 'pairs'}:
         return [name for name in _beginning(begun, _parameters_of(given[0])) if _PARAMETER.fullmatch(name)]

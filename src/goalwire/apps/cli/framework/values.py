@@ -35,7 +35,7 @@ def read_values(words: Sequence[str], cls: Any, *, stdin: bool = False) -> dict[
         values: dict[str, Any] = {}
         for pair in pairs:
             assert pair is not None
-            _put(values, pair[1].split('.'), _typed(cls, pair[1].split('.'), pair[2]), pair[0])
+            _put(values, pair[1].split('.'), _read_value(cls, pair[1].split('.'), pair[2]), pair[0])
         return values
     if len(words) > 1:
         odd = next(word for word, pair in zip(words, pairs, strict=True) if pair is None)
@@ -86,7 +86,7 @@ def _put(values: dict[str, Any], path: list[str], value: Any, pair: str) -> None
     values[path[-1]] = value
 
 
-def _typed(cls: Any, path: list[str], text: str) -> Any:
+def _read_value(cls: Any, path: list[str], text: str) -> Any:
     """Return a pair's value: the text itself if the field is a string, else what it is in YAML."""
     kind = field_type(cls, path)
     if kind.startswith(('string', 'wstring')) and '[' not in kind:

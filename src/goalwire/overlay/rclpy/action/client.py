@@ -124,22 +124,22 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
     def _get_result(
         self, goal_handle: ClientGoalHandle[GoalT, ResultT, FeedbackT]
     ) -> ResultResponse[ResultT] | None:
-        return _checked(goal_handle).get_result()
+        return _check(goal_handle).get_result()
 
     def _get_result_async(
         self, goal_handle: ClientGoalHandle[GoalT, ResultT, FeedbackT]
     ) -> Future[ResultResponse[ResultT]]:
-        return _checked(goal_handle).get_result_async()
+        return _check(goal_handle).get_result_async()
 
     def _cancel_goal(
         self, goal_handle: ClientGoalHandle[GoalT, ResultT, FeedbackT]
     ) -> CancelGoal.Response | None:
-        return _checked(goal_handle).cancel_goal()
+        return _check(goal_handle).cancel_goal()
 
     def _cancel_goal_async(
         self, goal_handle: ClientGoalHandle[GoalT, ResultT, FeedbackT]
     ) -> Future[CancelGoal.Response]:
-        return _checked(goal_handle).cancel_goal_async()
+        return _check(goal_handle).cancel_goal_async()
 
     def server_is_ready(self) -> bool:
         """True while there is a server."""
@@ -152,7 +152,7 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         ActionClientCore.destroy(self)
 
 
-def _checked(
+def _check(
     handle: ClientGoalHandle[GoalT, ResultT, FeedbackT],
 ) -> ClientGoalHandle[GoalT, ResultT, FeedbackT]:
     if not isinstance(handle, ClientGoalHandle):
