@@ -60,7 +60,7 @@ def test_nothing_heavy_is_imported_for_help() -> None:
 def test_a_wrong_noun_verb_or_flag_is_one_line(world: dict[str, str]) -> None:
     ros2 = CommandLine(world)
     assert ros2.fails('servise', code=2) == (
-        "ros2: there is no command 'servise'; did you mean 'service'? see: ros2 --help"
+        "ros2: there is no command 'servise'; did you mean 'service' or 'secure'? see: ros2 --help"
     )
     assert ros2.fails('service', 'lst', code=2) == (
         "ros2 service: there is no verb 'lst'; did you mean 'list'? see: ros2 service --help"

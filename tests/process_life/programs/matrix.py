@@ -336,10 +336,11 @@ def children() -> list[str]:
     """Return what runs below this process, multiprocessing's own two aside."""
     found = []
     for task in Path('/proc/self/task').iterdir():
-        for pid in task.joinpath('children').read_text().split():
-            command = Path('/proc', pid, 'cmdline').read_bytes().replace(b'\0', b' ').decode()
-            if 'multiprocessing.forkserver' not in command and 'resource_tracker' not in command:
-                found.append(f'{pid} {command}')
+        with suppress(FileNotFoundError):  # a thread or a child that ends at this moment
+            for pid in task.joinpath('children').read_text().split():
+                command = Path('/proc', pid, 'cmdline').read_bytes().replace(b'\0', b' ').decode()
+                if 'multiprocessing.forkserver' not in command and 'resource_tracker' not in command:
+                    found.append(f'{pid} {command}')
     return found
 
 
