@@ -17,10 +17,12 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import count
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import NamedTemporaryFile, mkdtemp
 from types import SimpleNamespace
+from unittest.mock import patch
 
 import trustme
+from helpers.rtps_network import Collector, Network, Publisher
 from helpers.zenoh_captured import conversation
 from helpers.zenoh_protocol import Session as ZenohSession
 from helpers.zenoh_protocol import pair
@@ -37,12 +39,19 @@ from goalwire.idl import (
     register_definitions,
 )
 from goalwire.idl.grammar import parse_action, parse_message, parse_service
+from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol import wire as rtps_wire
+from goalwire.rtps.protocol.messages import HEADER_SIZE
+from goalwire.rtps.protocol.participant import Participant
+from goalwire.rtps.protocol.qos import RELIABLE, Qos
 from goalwire.rules.arguments import ArgumentError, UnknownArguments, parse_arguments
 from goalwire.rules.goals import decode_status_array, wire
 from goalwire.rules.names.lexer import RuleSyntaxError
 from goalwire.rules.parameters.file_syntax import matches, parse_parameter_file
 from goalwire.rules.parameters.plain_yaml import typed_text
 from goalwire.transport.dds import description, discovery_state, service_header
+from goalwire.transport.dds.settings.cyclone import read_cyclone
+from goalwire.transport.dds.settings.fast_dds import read_fast_dds
 from goalwire.transport.zenoh import attachment, tokens
 from goalwire.transport.zenoh.native import HistoryPublisher
 from goalwire.transport.zenoh.settings.json5 import Json5Error
@@ -425,6 +434,79 @@ def ask_for_history(data: bytes) -> None:
         raise failure
 
 
+def _rtps_pair() -> tuple[Network, Participant, Participant]:
+    """Return two participants of RTPS with a topic between them, over which a large sample has gone."""
+    network = Network()
+    network.keeps = True
+    one, _ = network.participant(same_host=True)
+    other, _ = network.participant(same_host=True)
+    publisher, collector = Publisher(), Collector()
+    qos = Qos(reliability=RELIABLE, depth=10)
+    writer = one.create_writer('t', 'T', qos, publisher)
+    other.create_reader('t', 'T', qos, collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    writer.write(bytes(70_000))
+    assert network.run(1, lambda: collector.samples)
+    return network, one, other
+
+
+def _raise(_where: str, error: Exception) -> None:
+    raise error
+
+
+def hear_rtps(data: bytes) -> None:
+    """Hear a packet, behind its header, of the other side of a working pair or, after a 1, of a stranger."""
+    network, one, other = _rtps_pair()
+    with patch.object(rtps_wire, 'report_failure', _raise):
+        head = one.head if data[:1] != b'\1' else one.head[:-1] + b'?'
+        source = '10.0.0.1' if data[:1] != b'\1' else '203.0.113.9'
+        network.packets.clear()
+        other.receive(head + data[1:], (source, 7410))
+        network.run(3)
+        assert len(network.packets) < 1000
+        assert other.kept <= bounds.AHEAD_SIZE
+        third, _ = network.participant(same_host=True)
+        assert network.run(5, lambda: third.prefix in other._known.remotes)
+
+
+@cache
+def _rtps_packets() -> tuple[bytes, ...]:
+    """Return what the first of the pair has sent, one packet of each kind and size."""
+    network, _, _ = _rtps_pair()
+    sent = [packet for _, source, _, packet in network.packets if source[0] == '10.0.0.1']
+    kinds = {
+        (packet[HEADER_SIZE], len(packet)): packet[HEADER_SIZE:] for packet in sent if len(packet) < 2000
+    }
+    return tuple(bytes((number % 2,)) + packet for number, packet in enumerate(kinds.values()))
+
+
+def read_uri(data: bytes) -> None:
+    """A CYCLONEDDS_URI: nothing is opened but regular files."""
+    read_cyclone(text_of(data).replace('file:', ''), 7, {})
+
+
+def read_profiles(data: bytes) -> None:
+    """A file of profiles of Fast DDS."""
+    with NamedTemporaryFile(prefix='goalwire-fuzz-') as file:
+        file.write(data)
+        file.flush()
+        read_fast_dds({'FASTDDS_DEFAULT_PROFILES_FILE': file.name})
+
+
+_URI = (
+    b'<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface name="lo"/></></>'
+    b'<Discovery><Peers><Peer address="${A:-b}"/></><Ports><Base>7400</></></></></>,<Tracing/>'
+)
+_PROFILES = (
+    b'<dds><profiles><transport_descriptors><transport_descriptor><transport_id>u</transport_id>'
+    b'<type>UDPv4</type><interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList>'
+    b'</transport_descriptor></transport_descriptors><participant is_default_profile="true"><rtps>'
+    b'<userTransports><transport_id>u</transport_id></userTransports><builtin><initialPeersList><locator>'
+    b'<udpv4><address>239.255.0.1</address><port>7400</port></udpv4></locator></initialPeersList></builtin>'
+    b'<port><portBase>7400</portBase></port></rtps></participant></profiles></dds>'
+)
+
+
 class _Records:
     """A client that has shaken hands with a server of ours, and what the server then hears of it."""
 
@@ -488,6 +570,9 @@ TARGETS = (
         Json5Error,
         (b' ' + _MINIMAL.encode(), b'ymode: peer', b' {/**/}'),
     ),
+    Target('rtps_packet', hear_rtps, RemoteError, _rtps_packets()),
+    Target('cyclone_uri', read_uri, TransportError, (_URI, b'<Tracing/>')),
+    Target('fast_dds_profiles', read_profiles, TransportError, (_PROFILES,)),
     Target('tls', lambda data: _hear_records().hear(data), OSError, (b'\0' + client_hello(),)),
     Target('zenoh_frames', hear_frames, RemoteError, tuple(_A_SAYS[2:-1])),
     Target('key_expression', read_key_expression, RemoteError, (b'a/**/b', b'0/a$*b/*', b'@ros2_lv/0/**')),
