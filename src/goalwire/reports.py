@@ -39,7 +39,8 @@ class RejectCounters:
         """Count one; see `log_rejected` for which are logged. Without an origin it concerns the session."""
         title = '' if origin is None else origin.title
         count = self.count(kind, title)
-        what = f'{title}: a {kind} was ignored' if title else f'a {kind} was ignored'
+        named = f'{"an" if kind[:1] in "aeiou" else "a"} {kind} was ignored'
+        what = f'{title}: {named}' if title else named
         log_rejected(LOGGER if origin is None else origin.logger, what, count, reason)
 
     def count(self, kind: str, title: str) -> int:

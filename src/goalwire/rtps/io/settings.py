@@ -52,7 +52,7 @@ class Settings:
     announce_s: float = 3.0
     """How often it announces itself."""
     packet_size: int | None = None
-    """Bytes of a packet at most; None: 60 kB to readers on this machine, 8 kB to others."""
+    """Bytes of a packet at most; None: 60 kB to readers on this machine, 1.4 to 8 kB to others."""
     receive_buffer: int = BUFFER_SIZE
     send_buffer: int = BUFFER_SIZE
     """Bytes that sockets are asked to hold; the system may give less."""

@@ -46,8 +46,6 @@ class FragmentWindows:
     def queue(self, change: Change) -> None:
         """Have a sample sent in its turn, behind those that are being sent."""
         output = self._output
-        if change.size > output.fragment_size:
-            change.fragment_size = output.fragment_size
         depth = self._depth
         if depth and len(output.unsent) > depth:  # the first is being sent
             self.unsent_size -= output.unsent[1].size
@@ -66,6 +64,8 @@ class FragmentWindows:
         left = self._window
         while output.unsent and left > 0:
             change = output.unsent[0]
+            if change.size > output.fragment_size and self._next_fragment == 1:
+                change.fragment_size = output.fragment_size
             if not change.fragment_size:
                 self._take_unsent()
                 left -= change.size
@@ -138,15 +138,22 @@ class FragmentWindows:
         if begun is not None and begun.number == nack.number:
             sent = self._next_fragment
             if missing and missing[0] >= sent:
-                self._window = min(2 * self._window, self._largest_window)
+                self._grow()
             if missing and missing[-1] >= sent:
                 self._send_window()
             missing = [fragment for fragment in missing if fragment < sent]
         change = output.history.changes.get(nack.number)
         if change is not None and change.fragment_size and missing:
             self._window = self._largest_window = max(WINDOW, self._window // 2)
+            output.note_loss()
             self.send_some(proxy, change, missing)
             output.send_to(proxy, output.heartbeat(proxy))
+
+    def _grow(self) -> None:
+        """Take note that a reader has all of a window, and asks for the next one."""
+        self._window = min(2 * self._window, self._largest_window)
+        if self._window == LARGEST_WINDOW:
+            self._output.trust()
 
     def send_some(self, proxy: ReaderProxy, change: Change, fragments: Iterable[int]) -> None:
         """Send some fragments of a sample to one reader, up to a window."""

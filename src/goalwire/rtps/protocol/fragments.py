@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.history import Change
 from goalwire.rtps.protocol.messages import DataFrag
 from goalwire.rtps.protocol.primitives import NumberSet, RtpsError
 
-NEAR_FRAGMENT, FAR_FRAGMENT = 60_000, 8_000
-"""Bytes of a fragment to readers on this host, and on others."""
+NEAR_FRAGMENT, FAR_FRAGMENT, MOST_FAR_FRAGMENT = 60_000, 1_344, 8_000
+"""Bytes of a fragment to readers on this host, and on others: at first, and when many have arrived without a
+loss. No network cuts packets of the second size. What a network cuts is lost with each of its parts, and then
+fills the memory in which the receiving system puts parts together: on Linux 4 MiB, kept for 30 s."""
+
+
+class FragmentSizes(NamedTuple):
+    """Bytes of the fragments of one writer."""
+
+    near: int
+    far: int
+    most_far: int
+
+
+FRAGMENT_SIZES = FragmentSizes(NEAR_FRAGMENT, FAR_FRAGMENT, MOST_FAR_FRAGMENT)
 PACKET_ROOM = 400
 """Bytes that stand in a packet beside the payload, at most."""
 ON_THE_WAY_S = 0.005

@@ -6,6 +6,7 @@ from collections import deque
 
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
+from goalwire.rtps.protocol.fragments import FragmentSizes
 from goalwire.rtps.protocol.primitives import Address, is_ipv6, is_keyed, is_writer
 from goalwire.rtps.protocol.qos import incompatible, share_partition
 from goalwire.rtps.protocol.reader import Reader, ReaderListener, WriterProxy
@@ -63,7 +64,7 @@ class Matching:
         wire: Wire,
         own: ParticipantData,
         own_hosts: frozenset[str],
-        fragment_sizes: tuple[int, int],
+        fragment_sizes: FragmentSizes,
         *,
         is_ipv6: bool = False,
     ) -> None:

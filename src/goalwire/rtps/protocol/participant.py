@@ -11,7 +11,7 @@ from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
 from goalwire.rtps.protocol.backlog import Sample
 from goalwire.rtps.protocol.discovery import BUILTIN, Discovery, ParticipantListener, Settings
-from goalwire.rtps.protocol.fragments import FAR_FRAGMENT, NEAR_FRAGMENT, PACKET_ROOM
+from goalwire.rtps.protocol.fragments import FRAGMENT_SIZES, PACKET_ROOM, FragmentSizes
 from goalwire.rtps.protocol.matching import Matching, RemoteParticipant
 from goalwire.rtps.protocol.messages import (
     DATA,
@@ -102,7 +102,7 @@ class Participant(Wire):
         self._settings, self._listener = settings, listener
         self._early_size = 0
         """Bytes of the packets that wait for their writers to be known."""
-        sizes = _fragment_sizes(settings)
+        sizes = _fragment_sizes(settings.packet_size)
         self._known = Matching(self, self.data, settings.own_hosts, sizes, is_ipv6=settings.ipv6)
         self._discovery = Discovery(self, settings, self.data, listener, self._known)
         self._next_entity = count(1).__next__
@@ -382,13 +382,11 @@ class Participant(Wire):
                         proxy.reader.note_alive(proxy)
 
 
-def _fragment_sizes(settings: Settings) -> tuple[int, int]:
-    """Return the bytes of a fragment to near readers, and to far ones."""
-    if settings.packet_size is not None:
-        size = max(settings.packet_size - PACKET_ROOM, bounds.LEAST_FRAGMENT)
-        return size, size
-    are_near = all(host in settings.own_hosts for host, _ in settings.peers)
-    return NEAR_FRAGMENT if are_near else FAR_FRAGMENT, FAR_FRAGMENT
+def _fragment_sizes(packet_size: int | None) -> FragmentSizes:
+    """Return the bytes of fragments, of which each has a packet of its own."""
+    if packet_size is None:
+        return FRAGMENT_SIZES
+    return FragmentSizes(*[max(packet_size - PACKET_ROOM, bounds.LEAST_FRAGMENT)] * 3)
 
 
 class _BuiltinListener(ReaderListener):

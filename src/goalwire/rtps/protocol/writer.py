@@ -11,7 +11,7 @@ from functools import partial
 
 from goalwire.rtps.protocol.announcements import EndpointData
 from goalwire.rtps.protocol.fragment_windows import FragmentWindows
-from goalwire.rtps.protocol.fragments import FAR_FRAGMENT, NEAR_FRAGMENT
+from goalwire.rtps.protocol.fragments import FRAGMENT_SIZES, FragmentSizes
 from goalwire.rtps.protocol.history import Change, HistoryCache
 from goalwire.rtps.protocol.primitives import INFINITE, NS, Address
 from goalwire.rtps.protocol.qos import MANUAL_BY_TOPIC, RELIABLE, TRANSIENT_LOCAL
@@ -60,9 +60,9 @@ class Writer:
         listener: WriterListener,
         *,
         is_keyed: bool = False,
-        fragment_sizes: tuple[int, int] = (NEAR_FRAGMENT, FAR_FRAGMENT),
+        fragment_sizes: FragmentSizes = FRAGMENT_SIZES,
     ) -> None:
-        """`is_keyed` is for built-in writers; `fragment_sizes` hold for near readers, and for far ones."""
+        """`is_keyed` is for built-in writers."""
         self.data = data
         self.listener = listener
         self.entity_id = data.entity_id
@@ -71,8 +71,7 @@ class Writer:
         self._is_reliable = data.qos.reliability == RELIABLE
         self._is_local_history = data.qos.durability >= TRANSIENT_LOCAL
         self._was_full = False
-        self._far_fragment = fragment_sizes[1]
-        self._output = WriterOutput(wire, data, self.history, fragment_sizes[0])
+        self._output = WriterOutput(wire, data, self.history, fragment_sizes)
         self._windows = FragmentWindows(self._output, data.qos.depth, self._on_window_sent)
         self._repairs = Repairs(
             self._output, self._windows, data.qos, self._on_acknowledged, listener.on_answered
@@ -217,7 +216,7 @@ class Writer:
             proxy.last = output.last
         self.readers[reader.guid] = proxy
         if not is_near:
-            output.fragment_size = min(output.fragment_size, self._far_fragment)
+            output.note_far()
         output.note_readers()
         self._wire.tell(self.listener.on_matched, reader)
         if not is_reliable:

@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Iterable
 
 from goalwire.rtps.protocol.announcements import EndpointData
+from goalwire.rtps.protocol.fragments import FragmentSizes
 from goalwire.rtps.protocol.history import Change, HistoryCache
 from goalwire.rtps.protocol.messages import (
     DATA,
@@ -37,12 +38,15 @@ _FRESH = struct.Struct('<20sBBHIIBBHHH4s4siI')
 class WriterOutput:
     """A writer's samples and readers, and the packets from the one to the others. Inside `Wire.run`."""
 
-    def __init__(self, wire: Wire, data: EndpointData, history: HistoryCache, fragment_size: int) -> None:
-        """`fragment_size` holds as long as all readers are near."""
+    def __init__(self, wire: Wire, data: EndpointData, history: HistoryCache, sizes: FragmentSizes) -> None:
+        """`sizes` are of its fragments."""
         self.wire = wire
         self.entity_id = data.entity_id
         self.history = history
-        self.fragment_size = fragment_size
+        self.fragment_size = sizes.near
+        self._sizes = sizes
+        self._has_far = self._has_lost = False
+        """Whether there was a reader on another host, and whether one has lost something."""
         self.last = 0
         """The number of the last sample."""
         self.unsent: deque[Change] = deque()
@@ -57,6 +61,23 @@ class WriterOutput:
         """Of the last HEARTBEAT and HEARTBEAT_FRAG."""
         self.asked = 0
         """The last sample when readers were asked last."""
+
+    def note_far(self) -> None:
+        """Take note that a reader is on another host."""
+        if not self._has_far:
+            self._has_far = True
+            self.fragment_size = self._sizes.far
+
+    def note_loss(self) -> None:
+        """Take note that a reader lacks fragments that were sent."""
+        self._has_lost = True
+        if self._has_far:
+            self.fragment_size = self._sizes.far
+
+    def trust(self) -> None:
+        """Take note that much has arrived without a loss."""
+        if self._has_far and not self._has_lost:
+            self.fragment_size = self._sizes.most_far
 
     def begin_addressing(self) -> None:
         """Send each reader packets of its own from now on."""
