@@ -13,15 +13,15 @@ cookie. It is answered by `_ENTRANCE`, a page of our own that sets the cookie an
 from __future__ import annotations
 
 import hashlib
-import hmac
 import re
 from base64 import b64encode
 from collections.abc import Awaitable, Callable, MutableMapping
 from http.cookies import CookieError, SimpleCookie
 from typing import Any, TypeAlias
-from urllib.parse import parse_qsl, urlsplit
+from urllib.parse import parse_qsl
 
-from goalwire.apps.console.settings import Settings, is_loopback
+from goalwire.admission import host_name, is_loopback, is_same_token
+from goalwire.apps.console.settings import Settings
 from goalwire.errors import peer_text
 
 Scope: TypeAlias = MutableMapping[str, Any]
@@ -111,7 +111,7 @@ class Guard:
     def _refusal(self, headers: dict[str, str]) -> str:
         """Return why a request is none of ours, '' if it is."""
         host = headers.get('host', '')
-        if not self._settings.token and not is_loopback(_host_name(host)):
+        if not self._settings.token and not is_loopback(host_name(host)):
             return 'this page is served to this machine alone, under the name localhost'
         origin = headers.get('origin')
         if origin is not None and origin.lower() != f'{self._settings.scheme}://{host}'.lower():
@@ -130,7 +130,7 @@ class Guard:
         except CookieError:
             morsel = None
         in_cookie = morsel.value if morsel else ''
-        return any(_same(shown, token) for shown in (authorization, in_cookie, in_address or ''))
+        return any(is_same_token(shown, token) for shown in (authorization, in_cookie, in_address or ''))
 
     def _cookie(self) -> str:
         if not self._settings.token:
@@ -194,18 +194,6 @@ def _tells_that_it_left(error: Exception) -> bool:
 def _is_followed_link(headers: dict[str, str]) -> bool:
     """Return whether a tab of its own is to show the answer: no picture, script or frame of a page."""
     return headers.get('sec-fetch-mode') == 'navigate' and headers.get('sec-fetch-dest') == 'document'
-
-
-def _same(shown: str, token: str) -> bool:
-    return hmac.compare_digest(shown.encode(), token.encode())
-
-
-def _host_name(host: str) -> str:
-    """Return the name in 'name:port' or '[::1]:port'; '' for what is none."""
-    try:
-        return urlsplit(f'//{host}').hostname or ''
-    except ValueError:
-        return ''
 
 
 def _token_in_address(scope: Scope) -> str | None:

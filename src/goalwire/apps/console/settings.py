@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import secrets
 from fnmatch import fnmatchcase
-from ipaddress import ip_address
 
+from goalwire.admission import is_loopback
 from goalwire.apps.console.addresses import addresses_on_networks, is_every_interface
 from goalwire.errors import NotAllowedError
 from goalwire.records import record
@@ -74,18 +73,3 @@ class Settings:
         except NotAllowedError:
             return False
         return True
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether a host's name or address means only this machine."""
-    if host == 'localhost':
-        return True
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
-def new_token() -> str:
-    """Return a token that nobody guesses."""
-    return secrets.token_urlsafe(24)

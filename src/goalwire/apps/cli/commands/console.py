@@ -54,14 +54,15 @@ def _arguments(parser: ArgumentParser) -> None:
 
 
 def _settings(arguments: Namespace) -> Settings:
-    from goalwire.apps.console.settings import VIEWS, Settings, is_loopback, new_token
+    from goalwire.admission import is_loopback, is_usable_token, new_token
+    from goalwire.apps.console.settings import VIEWS, Settings
 
     token = arguments.token if arguments.token is not None else os.environ.get(TOKEN, '')
     if not is_loopback(arguments.host):
         token = token or new_token()
     if bool(arguments.tls_cert) != bool(arguments.tls_key):
         raise CommandError(Outcome.USAGE, 'a certificate needs its key', 'give both --tls-cert and --tls-key')
-    if token and not all(each.isalnum() or each in '-_.~' for each in token):
+    if not is_usable_token(token):
         raise CommandError(
             Outcome.BAD_VALUE, 'a token is made of letters, digits and -_.~', 'leave it out, and one is made'
         )
