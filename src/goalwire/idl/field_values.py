@@ -178,12 +178,13 @@ def _fit_list(type_: FieldType, value: Any, path: str, *, stamps: bool) -> Any:
         value = list(value)  # YAML's !!binary
     if not isinstance(value, list | tuple):
         raise _misfit(path, f'a list such as {_example_list(type_, value)}', value, type_)
-    _check_length(type_, len(value), path)
+    check_length(type_, len(value), path)
     single = FieldType(type_.base, string_capacity=type_.string_capacity)
     return [_fit(single, item, f'{path}[{index}]', stamps=stamps) for index, item in enumerate(value)]
 
 
-def _check_length(type_: FieldType, length: int, path: str) -> None:
+def check_length(type_: FieldType, length: int, path: str) -> None:
+    """Raise FieldValueError if an array or bounded sequence may not have that many items."""
     count = type_.capacity
     if type_.shape is Shape.ARRAY and length != count:
         raise FieldValueError(path, f'there must be {count} items, not {length}', type_.text)

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 NOUNS = {
     'action': ('commands.action.noun', 'Various action related sub-commands'),
     'bag': ('commands.bag.noun', 'Various rosbag related commands'),
+    'bridge': ('commands.bridge.noun', 'Serve topics, services and actions to web sockets'),
     'check': ('commands.check', 'Check interface files and launch files'),
     'completion': ('commands.completion', 'Print what makes a shell complete these commands'),
     'component': ('commands.component.noun', 'Various component related sub-commands'),

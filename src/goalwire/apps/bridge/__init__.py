@@ -1,0 +1,1 @@
+"""Bridges: web sockets on one side, the graph on the other, for programs that speak no ROS 2 themselves."""

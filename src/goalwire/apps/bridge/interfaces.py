@@ -1,0 +1,48 @@
+"""Classes of interfaces by the names that clients use; unknown ones are asked of the nodes that have them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import goalwire
+from goalwire.errors import GoalwireError, UnknownInterfaceError, peer_text
+from goalwire.observe.described_types import fetch_type
+from goalwire.observe.messages import interface_class
+
+
+class Interfaces:
+    """Finds classes. A type that nobody has is asked for again the next time."""
+
+    def __init__(self, node: goalwire.Node) -> None:
+        self._node = node
+        self._known: dict[str, Any] = {}
+
+    async def find(self, name: str, kind: str) -> tuple[str, Any]:
+        """Return the full name and the class of 'pkg/Name' or 'pkg/kind/Name'.
+
+        `kind` is msg, srv or action. Raises UnknownInterfaceError.
+        """
+        full = full_type_name(name, kind)
+        if full not in self._known:
+            self._known[full] = await self._look(full)
+        return full, self._known[full]
+
+    async def _look(self, name: str) -> Any:
+        try:
+            return interface_class(name)
+        except GoalwireError:
+            if not await fetch_type(self._node, name):
+                raise
+        return interface_class(name)
+
+
+def full_type_name(name: str, kind: str) -> str:
+    """Return 'pkg/kind/Name' for 'pkg/Name', too. Raises UnknownInterfaceError for any other text."""
+    parts = name.split('/')
+    if len(parts) == 2:
+        parts.insert(1, kind)
+    if len(parts) != 3 or parts[1] != kind or not all(part.isidentifier() for part in parts):
+        raise UnknownInterfaceError(
+            f"'{peer_text(name, 200)}' is not the name of a type: write package/{kind}/Name"
+        )
+    return '/'.join(parts)

@@ -1,0 +1,112 @@
+"""A client as the operations see it: what it asks, and how it is answered."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine, Mapping
+from typing import Any
+
+from builtin_interfaces.msg import Time
+
+from goalwire.apps.bridge.hub import Hub
+from goalwire.apps.bridge.outbox import Outbox
+from goalwire.apps.bridge.rosbridge.encoding import COMPRESSIONS, cbor, frames, json_text
+from goalwire.apps.bridge.rosbridge.values import from_values
+from goalwire.errors import NotAllowedError
+
+Operation = Mapping[str, Any]
+LEVELS = ('none', 'error', 'warning', 'info')
+"""Of status messages; each has those before it."""
+MOST_UNDER_WAY = 1000
+"""Calls and goals of one client."""
+
+
+class BadOperationError(ValueError):
+    """An operation lacks a field, or one has a value that is not possible."""
+
+
+class Client:
+    """What all operations of one client share."""
+
+    def __init__(self, hub: Hub, outbox: Outbox) -> None:
+        self.hub = hub
+        self.permissions = hub.settings.permissions
+        self.outbox = outbox
+        self.level = 'error'
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def send(self, message: Mapping[str, Any], request: Operation | None = None) -> None:
+        """Send an answer, in the form that the request asks for."""
+        asked = request or {}
+        compression = asked.get('compression', 'none')
+        if compression == 'cbor':
+            self.outbox.put([cbor(message)])
+        else:
+            size = asked.get('fragment_size')
+            self.outbox.put(
+                frames(json_text(message), size if type(size) is int and size > 0 else None, compression)
+            )
+
+    def tell(self, level: str, text: str, request: Operation | None = None) -> None:
+        """Send a status message, if the client wants those of that level."""
+        if LEVELS.index(level) <= LEVELS.index(self.level):
+            about = {'id': request['id']} if request and 'id' in request else {}
+            self.send({'op': 'status', **about, 'level': level, 'msg': text})
+
+    def start(self, work: Coroutine[Any, Any, None], *, outlives: bool = False) -> None:
+        """Run what takes its time. It is cancelled when the client is lost, if it does not outlive it.
+
+        Raises NotAllowedError if the client has too much under way.
+        """
+        if len(self._tasks) >= MOST_UNDER_WAY:
+            work.close()
+            raise NotAllowedError(f'{MOST_UNDER_WAY} calls and goals of this client are under way: wait')
+        task = self.hub.start(work)
+        if not outlives:
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+
+    async def end_tasks(self) -> None:
+        """Cancel what runs for this client, and wait until it has cleaned up."""
+        for task in self._tasks:
+            task.cancel()
+        while self._tasks:
+            await asyncio.wait(self._tasks)
+
+    def now(self) -> Any:
+        """Return the time of the bridge's clock as a message."""
+        seconds, nanoseconds = self.hub.node.clock.now().seconds_nanoseconds()
+        return Time(sec=seconds, nanosec=nanoseconds)
+
+    def message(self, cls: Any, values: object, *, has_auto_header: bool = False) -> Any:
+        """Return a message made of what the client gave. Raises FieldValueError."""
+        return from_values(cls, values, self.now, has_auto_header=has_auto_header)
+
+
+def text_of(operation: Operation, field: str) -> str:
+    """Return a field that must be a text. Raises BadOperationError."""
+    value = operation.get(field)
+    if not isinstance(value, str) or not value:
+        raise BadOperationError(f"{operation['op']}: the field '{field}' must be a text")
+    return value
+
+
+def number_of(operation: Operation, field: str) -> float:
+    """Return a field that is a number, 0 or more; 0 if it is left out. Raises BadOperationError."""
+    value = operation.get(field) or 0
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < 2**31:
+        raise BadOperationError(f"{operation['op']}: the field '{field}' must be a number, 0 or more")
+    return value
+
+
+def compression_of(operation: Operation) -> str:
+    """Return how messages are to be packed. Raises BadOperationError."""
+    value = operation.get('compression') or 'none'
+    if value not in COMPRESSIONS:
+        raise BadOperationError(f"{operation['op']}: 'compression' is one of {', '.join(COMPRESSIONS)}")
+    return str(value)
+
+
+def with_id(message: dict[str, Any], request: Operation) -> dict[str, Any]:
+    """Return an answer with the id of its request, if that has one."""
+    return message | {'id': request['id']} if request.get('id') is not None else message

@@ -1,0 +1,133 @@
+"""send_action_goal and cancel_action_goal: goals of one client, each followed until its end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from action_msgs.msg import GoalStatusArray
+
+from goalwire.apps.bridge.feeds import Arrival
+from goalwire.apps.bridge.goals import GoalEnd, SentGoal
+from goalwire.apps.bridge.hub import full_name
+from goalwire.apps.bridge.rosbridge.client import BadOperationError, Client, Operation, text_of, with_id
+from goalwire.apps.bridge.rosbridge.values import to_json
+from goalwire.errors import GoalwireError
+from goalwire.rules.goals.table import GoalStatus
+
+
+class SendingGoals:
+    """Each goal is known by the id that the client gave it, and is cancelled at once if it asks for that."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._goals: dict[object, SentGoal] = {}
+        self.operations = {'send_action_goal': self.send, 'cancel_action_goal': self.cancel}
+
+    async def send(self, operation: Operation) -> None:
+        """Begin a goal; its end is answered by `action_result`."""
+        text_of(operation, 'action')
+        if operation.get('id') is not None and operation['id'] in self._goals:
+            raise BadOperationError(
+                f"send_action_goal: the id '{operation['id']}' belongs to a goal that runs"
+            )
+        outlives = self._client.hub.settings.keeps_goals
+        self._client.start(self._follow(operation), outlives=outlives)
+
+    async def _follow(self, operation: Operation) -> None:
+        given = text_of(operation, 'action')
+        try:
+            end = await self._run(full_name(given), operation)
+        except (GoalwireError, ValueError) as error:
+            end = GoalEnd(GoalStatus.UNKNOWN, problem=str(error))
+        answer: dict[str, Any] = {'op': 'action_result', 'action': given, 'status': int(end.status)}
+        if end.result is None:
+            answer |= {'values': end.problem, 'result': False}
+            self._client.tell('error', f'send_action_goal: {given}: {end.problem}', operation)
+        else:
+            answer |= {'values': to_json(end.result), 'result': True}
+        self._client.send(with_id(answer, operation), operation)
+
+    async def _run(self, action: str, operation: Operation) -> GoalEnd:
+        hub = self._client.hub
+        self._client.permissions.check_action(action)
+        type_name, cls = await hub.interfaces.find(text_of(operation, 'action_type'), 'action')
+        goal = self._client.message(cls.Goal, operation.get('args'))
+        with hub.actions.borrow(action, type_name, lambda: hub.node.action(cls, action)) as client:
+            reports = _Reports(self._client, action, operation)
+            sent = SentGoal(client, goal, reports, hub.settings.call_timeout)
+            name = operation.get('id')
+            if name is not None:
+                self._goals[name] = sent
+            try:
+                end = await sent.follow()
+            finally:
+                reports.close()
+                if name is not None:
+                    del self._goals[name]
+        reports.tell(int(end.status))
+        return end
+
+    async def cancel(self, operation: Operation) -> None:
+        """Ask for the end of a goal that runs; `action_result` tells how it ended."""
+        sent = self._goals.get(operation.get('id'))
+        if sent is None:
+            text = f"cancel_action_goal: no goal '{operation.get('id')}' of this client runs"
+            self._client.tell('error', text, operation)
+            return
+        self._client.start(self._cancel(sent, operation))
+
+    async def _cancel(self, sent: SentGoal, operation: Operation) -> None:
+        try:
+            if not await sent.cancel():
+                self._client.tell(
+                    'error', 'cancel_action_goal: the server does not cancel the goal', operation
+                )
+        except GoalwireError as error:
+            self._client.tell('error', f'cancel_action_goal: {error}', operation)
+
+    def close(self) -> None:
+        """The goals are the client's tasks, which end with it, unless the bridge keeps goals."""
+
+
+class _Reports:
+    """Sends a client what is heard of one of its goals: feedback and status, if it asked for them."""
+
+    def __init__(self, client: Client, action: str, operation: Operation) -> None:
+        self._client = client
+        self._action = action
+        self._operation = operation
+        self._goal_id = b''
+        self._status = 0
+        self._stop: Callable[[], None] = lambda: None
+
+    def on_accepted(self, goal_id: bytes) -> None:
+        self._goal_id = goal_id
+        if self._operation.get('status') is True:
+            self._stop = self._client.hub.feeds.listen(
+                f'{self._action}/_action/status', 'action_msgs/msg/GoalStatusArray', GoalStatusArray, self
+            )
+
+    def on_feedback(self, feedback: Any) -> None:
+        if self._operation.get('feedback'):
+            self._send('action_feedback', {'values': to_json(feedback)})
+
+    def take(self, arrival: Arrival) -> None:
+        """Take the statuses of all goals of the action."""
+        for each in arrival.message.status_list:
+            if bytes(each.goal_info.goal_id.uuid) == self._goal_id:
+                self.tell(each.status)
+
+    def tell(self, status: int) -> None:
+        """Tell the client of a status that is new."""
+        if self._operation.get('status') is True and status != self._status:
+            self._status = status
+            self._send('action_status', {'status': status})
+
+    def _send(self, op: str, fields: dict[str, Any]) -> None:
+        message = {'op': op, 'action': self._operation['action'], **fields}
+        self._client.send(with_id(message, self._operation), self._operation)
+
+    def close(self) -> None:
+        """Listen to statuses no longer."""
+        self._stop()

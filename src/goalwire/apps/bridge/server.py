@@ -1,0 +1,157 @@
+"""The web socket side of a bridge: who may connect, one session a client, and what happens to slow ones."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import socket
+import ssl
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from http import HTTPStatus
+from typing import Protocol
+from urllib.parse import parse_qsl, urlsplit
+
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+from websockets.typing import Subprotocol
+
+import goalwire
+from goalwire.admission import host_name, is_loopback, is_of_this_machine, is_same_token
+from goalwire.apps.bridge.hub import Hub
+from goalwire.apps.bridge.outbox import Frame, Outbox
+from goalwire.apps.bridge.settings import Settings
+from goalwire.errors import TransportError, peer_text
+
+_QUIET = logging.getLogger('goalwire.bridge.websockets')
+_QUIET.addHandler(logging.NullHandler())  # theirs are tracebacks; what matters is logged here
+_QUIET.propagate = False
+
+
+class Session(Protocol):
+    """One client, as a protocol serves it."""
+
+    async def receive(self, frame: Frame) -> None:
+        """Take what the client sent. It must not wait for the robot, which would hold up the next frame."""
+
+    async def close(self) -> None:
+        """The client is gone: end what it has begun."""
+
+
+OpenSession = Callable[[Hub, Outbox], Session]
+
+
+async def serve_clients(
+    node: goalwire.Node,
+    settings: Settings,
+    open_session: OpenSession,
+    ready: Callable[[str], object],
+    subprotocols: Sequence[str] = (),
+) -> None:
+    """Serve clients until this is cancelled; `ready` is told the address once they can connect.
+
+    Raises TransportError if the port is taken, or the TLS files cannot be read.
+    """
+    with _listen(settings) as listener:
+        encryption = _encryption(settings)
+        async with Hub(node, settings) as hub:
+            door = _Door(hub, open_session)
+            async with serve(
+                door.attend,
+                sock=listener,
+                ssl=encryption,
+                process_request=door.judge,
+                subprotocols=[Subprotocol(each) for each in subprotocols] or None,
+                max_size=settings.most_bytes,
+                compression=None,  # it costs more than it saves, and a small message could be a large one
+                logger=_QUIET,
+                server_header=None,
+            ) as server:
+                ready(settings.url(_port(server)))
+                await server.wait_closed()
+
+
+class _Door:
+    """Lets clients in, and sees them out."""
+
+    def __init__(self, hub: Hub, open_session: OpenSession) -> None:
+        self._hub = hub
+        self._open_session = open_session
+        self._count = 0
+
+    def judge(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Return the answer that refuses a request; None for one that may pass."""
+        reason = self._refusal(request)
+        if reason:
+            return connection.respond(HTTPStatus.FORBIDDEN, f'{reason}\n')
+        if self._count >= self._hub.settings.most_clients:
+            return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, 'too many clients are connected\n')
+        return None
+
+    def _refusal(self, request: Request) -> str:
+        settings = self._hub.settings
+        headers = request.headers
+        if settings.token:
+            query = dict(parse_qsl(urlsplit(request.path).query))
+            shown = query.get('token') or ''.join(headers.get_all('Authorization')).removeprefix('Bearer ')
+            return '' if is_same_token(shown, settings.token) else 'the token is missing or wrong: ?token=…'
+        if not all(is_loopback(host_name(host)) for host in headers.get_all('Host')):
+            return 'this bridge serves this machine alone, under the name localhost'
+        for origin in headers.get_all('Origin'):
+            if origin not in settings.origins and not is_of_this_machine(origin):
+                return f'pages of {peer_text(origin, 200)} may not connect: see the option --origin'
+        return ''
+
+    async def attend(self, connection: ServerConnection) -> None:
+        """Serve one client until its end."""
+        self._count += 1
+        log = self._hub.node.logger
+        peer = peer_text(str(connection.remote_address[:2] if connection.remote_address else 'a client'), 80)
+        outbox = Outbox(self._hub.settings.backlog, connection.transport.abort)
+        session = self._open_session(self._hub, outbox)
+        sending = asyncio.get_running_loop().create_task(_send(outbox, connection))
+        try:
+            with suppress(ConnectionClosed):
+                async for frame in connection:
+                    await session.receive(frame)
+        finally:
+            self._count -= 1
+            sending.cancel()
+            await session.close()
+            for topic, count in outbox.dropped.most_common(10):
+                log.warning(f"client {peer} read too slowly: it missed {count} messages of '{topic}'")
+
+
+async def _send(outbox: Outbox, connection: ServerConnection) -> None:
+    with suppress(ConnectionClosed):
+        await outbox.send_all(connection)
+
+
+def _port(server: Server) -> int:
+    port: int = next(iter(server.sockets)).getsockname()[1]
+    return port
+
+
+def _listen(settings: Settings) -> socket.socket:
+    family = socket.AF_INET6 if ':' in settings.host else socket.AF_INET
+    try:
+        return socket.create_server((settings.host, settings.port), family=family, backlog=128)
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise TransportError(
+            f'cannot listen on {settings.host}:{settings.port}: {reason}; choose another --port'
+        ) from None
+
+
+def _encryption(settings: Settings) -> ssl.SSLContext | None:
+    if not settings.tls_cert:
+        return None
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    try:
+        context.load_cert_chain(settings.tls_cert, settings.tls_key, password='-')  # noqa: S106 - refused, not asked for
+    except OSError as error:
+        raise TransportError(
+            f'the TLS files cannot be used: {error}; give --tls-cert and --tls-key'
+        ) from None
+    return context

@@ -1,0 +1,159 @@
+"""Settings of a bridge: where it listens, who may connect, what clients may do, and how much may wait."""
+
+from __future__ import annotations
+
+import re
+from fnmatch import translate
+
+from goalwire.admission import is_loopback
+from goalwire.errors import NotAllowedError
+from goalwire.records import record
+
+REGULAR = 're:'
+"""A pattern that begins so is a regular expression; any other is a glob such as '/arm/*'."""
+_HIDDEN = '/_action/'
+_OF_PARAMETERS = (
+    'describe_parameters',
+    'get_parameter_types',
+    'get_parameters',
+    'list_parameters',
+    'set_parameters',
+    'set_parameters_atomically',
+)
+
+
+@record
+class Patterns:
+    """An allow list; an empty one allows every name."""
+
+    flag: str
+    """The option that gives it, which errors name."""
+    patterns: tuple[str, ...] = ()
+
+    def allow(self, name: str) -> bool:
+        """Return whether a name is allowed."""
+        return not self.patterns or any(_expression(each).fullmatch(name) for each in self.patterns)
+
+    def check(self, name: str) -> None:
+        """Raise NotAllowedError for a name that is not allowed."""
+        if not self.allow(name):
+            raise NotAllowedError(f"this bridge does not give access to '{name}': see its option {self.flag}")
+
+
+def _expression(pattern: str) -> re.Pattern[str]:
+    """Return the compiled pattern; the module `re` keeps it. Raises re.error."""
+    if pattern.startswith(REGULAR):
+        return re.compile(pattern.removeprefix(REGULAR))
+    return re.compile(translate(pattern))
+
+
+def check_pattern(pattern: str) -> None:
+    """Raise ValueError for a pattern that is not a regular expression."""
+    try:
+        _expression(pattern)
+    except re.error as error:
+        raise ValueError(f"'{pattern}' is not a regular expression: {error}") from None
+
+
+@record
+class Permissions:
+    """Who may do what, by classes of names. The parts of an action belong to the action."""
+
+    publish: Patterns = Patterns('--publish')
+    subscribe: Patterns = Patterns('--subscribe')
+    services: Patterns = Patterns('--services')
+    actions: Patterns = Patterns('--actions')
+    parameters: Patterns = Patterns('--parameters')
+    """Matched with '/node:parameter'."""
+    read_only: bool = False
+
+    def check_publish(self, topic: str) -> None:
+        """Raise NotAllowedError if clients may not publish on a topic."""
+        self._check_change()
+        self._check(topic, self.publish)
+
+    def check_subscribe(self, topic: str) -> None:
+        """Raise NotAllowedError if clients may not subscribe to a topic."""
+        self._check(topic, self.subscribe)
+
+    def check_service(self, service: str) -> None:
+        """Raise NotAllowedError if clients may neither call nor serve a service.
+
+        With an allow list of parameters the services of nodes for parameters are refused, since they would
+        lead around it.
+        """
+        self._check_change()
+        if self.parameters.patterns and service.rsplit('/', 1)[-1] in _OF_PARAMETERS:
+            raise NotAllowedError(
+                f"this bridge does not give access to '{service}', since its parameters are limited "
+                '(--parameters): use the operations for parameters'
+            )
+        self._check(service, self.services)
+
+    def check_action(self, action: str) -> None:
+        """Raise NotAllowedError if clients may neither send goals to an action nor serve it."""
+        self._check_change()
+        self.actions.check(action)
+
+    def check_parameter(self, name: str, *, to_set: bool) -> None:
+        """Raise NotAllowedError if clients may not read, or not set, '/node:parameter'."""
+        if to_set:
+            self._check_change()
+        self.parameters.check(name)
+
+    def shows_topic(self, topic: str) -> bool:
+        """Return whether clients may know of a topic."""
+        if _HIDDEN in topic:
+            return self.actions.allow(topic.partition(_HIDDEN)[0])
+        return self.subscribe.allow(topic) or (not self.read_only and self.publish.allow(topic))
+
+    def shows_service(self, service: str) -> bool:
+        """Return whether clients may know of a service."""
+        patterns = self.actions if _HIDDEN in service else self.services
+        return patterns.allow(service.partition(_HIDDEN)[0])
+
+    def _check(self, name: str, patterns: Patterns) -> None:
+        if _HIDDEN in name:
+            self.actions.check(name.partition(_HIDDEN)[0])
+        else:
+            patterns.check(name)
+
+    def _check_change(self) -> None:
+        if self.read_only:
+            raise NotAllowedError('this bridge is read-only (--read-only): nothing was sent')
+
+
+@record
+class Settings:
+    """As a bridge was started."""
+
+    port: int
+    host: str = '127.0.0.1'
+    token: str = ''
+    """'' if everybody who reaches the port may connect: only on loopback."""
+    tls_cert: str = ''
+    tls_key: str = ''
+    origins: tuple[str, ...] = ()
+    """Sites whose pages may connect without a token, besides those of this machine."""
+    permissions: Permissions = Permissions()
+    backlog: int = 10_000_000
+    """Bytes that may wait for one client."""
+    most_bytes: int = 64_000_000
+    """Of one message from a client."""
+    most_clients: int = 100
+    call_timeout: float = 10.0
+    """How long a service may take, in s, if the client does not say."""
+    keeps_goals: bool = False
+    """True if the goals of a client that is lost go on; otherwise they are cancelled."""
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether only this machine reaches the bridge."""
+        return is_loopback(self.host)
+
+    def url(self, port: int) -> str:
+        """Return the address for clients on this machine, with the token if there is one."""
+        host = 'localhost' if self.host in {'127.0.0.1', '0.0.0.0', '::'} else self.host  # noqa: S104
+        query = f'?token={self.token}' if self.token else ''
+        scheme = 'wss' if self.tls_cert else 'ws'
+        return f'{scheme}://{f"[{host}]" if ":" in host else host}:{port}/{query}'

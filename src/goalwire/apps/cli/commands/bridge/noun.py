@@ -1,0 +1,17 @@
+"""goalwire bridge: serves programs that speak web sockets and no ROS 2."""
+
+from __future__ import annotations
+
+from goalwire.apps.cli.framework.verbs import Noun, Verb, lazy
+
+NOUN = Noun(
+    'bridge',
+    'Serve topics, services and actions to web sockets',
+    (
+        Verb(
+            'rosbridge',
+            'Serve clients of rosbridge, such as roslibjs and roslibpy',
+            *lazy('bridge.rosbridge'),
+        ),
+    ),
+)

@@ -1,0 +1,172 @@
+"""The options that all bridges have, and how a bridge is run."""
+
+from __future__ import annotations
+
+import os
+from argparse import ArgumentParser, Namespace
+from collections.abc import Awaitable, Callable
+from typing import TypeAlias
+
+import goalwire
+from goalwire.admission import is_loopback, is_usable_token, new_token
+from goalwire.apps.bridge.settings import Patterns, Permissions, Settings, check_pattern
+from goalwire.apps.cli.framework.live import live
+from goalwire.apps.cli.framework.numbers import port
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.output import Output
+
+TOKEN = 'GOALWIRE_BRIDGE_TOKEN'  # noqa: S105 - the name of the variable
+_LISTS = {
+    'publish': 'Topics on which clients may publish',
+    'subscribe': 'Topics to which clients may subscribe',
+    'services': 'Services that clients may call, and serve',
+    'actions': 'Actions to which clients may send goals, and that they may serve',
+    'parameters': "Parameters that clients may read and set, as '/node:parameter'",
+}
+Serve: TypeAlias = Callable[['goalwire.Node', Settings, Callable[[str], object]], Awaitable[None]]
+
+
+def add_options(parser: ArgumentParser, default_port: int) -> None:
+    """Add them."""
+    parser.add_argument(
+        '--port',
+        metavar='N',
+        type=port,
+        default=default_port,
+        help=f'TCP port ({default_port}); 0: any that is free',
+    )
+    parser.add_argument(
+        '--host',
+        metavar='ADDRESS',
+        default='127.0.0.1',
+        help='Where to listen (127.0.0.1: this machine alone); elsewhere clients need a token',
+    )
+    parser.add_argument(
+        '--token',
+        metavar='TEXT',
+        help=f'What clients must show, as ?token=TEXT; better in {TOKEN}, which other users do not see',
+    )
+    parser.add_argument('--tls-cert', metavar='FILE', help='Certificate, for wss')
+    parser.add_argument('--tls-key', metavar='FILE', help='Its key')
+    parser.add_argument(
+        '--origin',
+        metavar='SITE',
+        action='append',
+        default=[],
+        help='Let pages of a site connect without a token (e.g. https://app.foxglove.dev); may be repeated',
+    )
+    for name, text in _LISTS.items():
+        parser.add_argument(
+            f'--{name}',
+            metavar='PATTERN',
+            action='append',
+            default=[],
+            help=f"{text} (a glob, or 're:' and a regular expression; all); may be repeated",
+        )
+    parser.add_argument('--read-only', action='store_true', help='Let clients look alone')
+    parser.add_argument(
+        '--backlog',
+        metavar='BYTES',
+        type=_size,
+        default=10_000_000,
+        help='What may wait for one client; beyond it the oldest messages are dropped (10000000)',
+    )
+    parser.add_argument(
+        '--max-message-size',
+        metavar='BYTES',
+        type=_size,
+        default=64_000_000,
+        help='The longest message that a client may send (64000000)',
+    )
+    parser.add_argument(
+        '--max-clients', metavar='N', type=_size, default=100, help='How many clients may be connected (100)'
+    )
+    parser.add_argument(
+        '--call-timeout',
+        metavar='S',
+        type=_time,
+        default=10.0,
+        help='How long a service, or the acceptance of a goal, may take (10)',
+    )
+    parser.add_argument(
+        '--keep-goals', action='store_true', help='Let the goals of a client that is lost go on'
+    )
+
+
+def _size(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise ValueError(text)
+    return number
+
+
+def _time(text: str) -> float:
+    number = float(text)
+    if not 0 < number < 1e6:
+        raise ValueError(text)
+    return number
+
+
+def settings_of(arguments: Namespace) -> Settings:
+    """Return what the options say. Raises CommandError."""
+    token = arguments.token if arguments.token is not None else os.environ.get(TOKEN, '')
+    if not is_loopback(arguments.host):
+        token = token or new_token()
+    if bool(arguments.tls_cert) != bool(arguments.tls_key):
+        raise CommandError(Outcome.USAGE, 'a certificate needs its key', 'give both --tls-cert and --tls-key')
+    if not is_usable_token(token):
+        raise CommandError(
+            Outcome.BAD_VALUE, 'a token is made of letters, digits and -_.~', 'leave it out, and one is made'
+        )
+    lists = {name: _patterns(name, getattr(arguments, name)) for name in _LISTS}
+    return Settings(
+        arguments.port,
+        arguments.host,
+        token,
+        arguments.tls_cert or '',
+        arguments.tls_key or '',
+        tuple(arguments.origin),
+        Permissions(**lists, read_only=arguments.read_only),
+        arguments.backlog,
+        arguments.max_message_size,
+        arguments.max_clients,
+        arguments.call_timeout,
+        arguments.keep_goals,
+    )
+
+
+def _patterns(name: str, given: list[str]) -> Patterns:
+    for each in given:
+        try:
+            check_pattern(each)
+        except ValueError as error:
+            raise CommandError(Outcome.BAD_VALUE, f'--{name}: {error}', 'mend it') from None
+    return Patterns(f'--{name}', tuple(given))
+
+
+def missing_package(error: ModuleNotFoundError) -> CommandError:
+    """Return the error if a package of the extra is not installed."""
+    return CommandError(
+        Outcome.NOT_FOUND,
+        f"the bridge needs the package '{error.name}'",
+        "install it: pip install 'goalwire[bridge]'",
+    )
+
+
+def run_bridge(name: str, arguments: Namespace, output: Output, serve: Serve) -> Outcome:
+    """Serve clients until Ctrl-C."""
+    settings = settings_of(arguments)
+
+    def ready(url: str) -> None:
+        if output.json:
+            output.data({'url': url})
+        else:
+            output.line(f'{name} is served at {url}; Ctrl-C ends it')
+            if not settings.is_loopback and not settings.tls_cert:
+                output.line('it is not encrypted: give --tls-cert and --tls-key')
+        output.flush()
+
+    async def run(node: goalwire.Node) -> None:
+        await serve(node, settings, ready)
+
+    return live(run, f'{name}_{os.getpid()}')
