@@ -7,11 +7,17 @@ A certificate that was issued later under the same name counts again.
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from pathlib import Path
 
 from goalwire.errors import SecurityError
+from goalwire.files import read_regular
+
+LARGEST = 1 << 20
+"""Bytes that the list may have."""
 
 
 def read_revoked(text: str) -> dict[str, datetime]:
@@ -28,6 +34,14 @@ def read_revoked(text: str) -> dict[str, datetime]:
             )
         revoked[name] = when.astimezone(UTC)
     return revoked
+
+
+def load_revoked(path: Path) -> dict[str, datetime]:
+    """Read the list from its file. Raises SecurityError."""
+    try:
+        return read_revoked(read_regular(os.fspath(path), LARGEST).decode())
+    except (OSError, UnicodeDecodeError) as error:
+        raise SecurityError(f"'{path}' cannot be read: {error}") from None
 
 
 def write_revoked(revoked: Mapping[str, datetime]) -> str:

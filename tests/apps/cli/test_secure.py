@@ -6,13 +6,16 @@ import json
 from pathlib import Path
 
 import pytest
-from helpers.command_line import CommandLine
-from helpers.isolation import NETWORK, isolated_env
+from helpers.command_line import CommandLine, executable
+from helpers.isolation import isolated_env
+from helpers.markdown import ROOT
+from helpers.patience import wait_for
+from helpers.processes import Program
 
 
 @pytest.fixture
 def line(tmp_path: Path) -> CommandLine:
-    return CommandLine(isolated_env(NETWORK), tmp_path)
+    return CommandLine(isolated_env('rmw_zenoh_cpp'), tmp_path)
 
 
 @pytest.mark.slow
@@ -27,6 +30,45 @@ def test_an_identity_is_made_carried_and_revoked(line: CommandLine, tmp_path: Pa
     line.ok('secure', 'revoke', 'alice', '-k', 'keys')
     shown = [json.loads(each) for each in line.ok('secure', 'list', '--json', '-k', 'keys').splitlines()]
     assert [(each['name'], 'revoked' in each) for each in shown] == [('robby', False), ('alice', True)]
+
+
+@pytest.mark.slow
+def test_settings_for_rmw_zenoh_name_the_identity(line: CommandLine) -> None:
+    line.ok('secure', 'init', 'keys')
+    line.ok('secure', 'add', 'site', '--router', '-k', 'keys')
+    router = json.loads(line.ok('secure', 'config', 'router', 'site', '-k', 'keys'))
+    assert router['access_control']['default_permission'] == 'deny'
+    assert router['transport']['link']['tls']['listen_certificate'].endswith('/keys/identities/site.pem')
+    session = json.loads(line.ok('secure', 'config', 'session', 'site', '-k', 'keys', '--router-host', 'r'))
+    assert (session['mode'], session['connect']['endpoints']) == ('client', ['tls/r:7447'])
+    assert line.fails('router', '--secure', code=2).startswith('ros2: --secure needs an identity')
+
+
+@pytest.mark.slow
+def test_a_router_keeps_the_policy_and_takes_its_changes(line: CommandLine, tmp_path: Path) -> None:
+    line.ok('secure', 'init', 'keys')
+    for name, kind in (('site', '--router'), ('robby', '--robot'), ('ann', '--person')):
+        line.ok('secure', 'add', name, kind, '-k', 'keys')
+    policy = tmp_path / 'keys' / 'policy.toml'
+    port = line.env['GOALWIRE_ROUTER_PORT']
+    client = {'ZENOH_CONFIG_OVERRIDE': f'mode="client";connect/endpoints=["tls/localhost:{port}"]'}
+
+    def env(name: str) -> dict[str, str]:
+        return {**line.env, **client, 'GOALWIRE_SECURITY': f'{tmp_path}/keys:{name}'}
+
+    call = ('service', 'call', '--timeout', '2', '/add_two_ints', 'example_interfaces/srv/AddTwoInts')
+    secure = {**line.env, 'GOALWIRE_SECURITY': f'{tmp_path}/keys:site'}
+    with Program(executable(), 'router', '--secure', env=secure) as router:
+        router.expect('listens on')
+        with Program(ROOT / 'examples' / 'add_two_ints_server.py', env=env('robby')) as server:
+            server.expect('Ready')
+            ann = CommandLine(env('ann'), tmp_path)
+            assert '/add_two_ints' in ann.ok('service', 'list')
+            assert ann(*call, '{a: 2, b: 3}').code != 0
+            policy.write_text(policy.read_text().replace('"ann" = ["viewer"]', '"ann" = ["operator"]'))
+            router.expect('the router starts anew')
+            router.expect('listens on')
+            wait_for(lambda: 'sum=5' in ann(*call, '{a: 2, b: 3}').out)
 
 
 @pytest.mark.slow

@@ -7,21 +7,19 @@ certificate has ended or was revoked are closed for good.
 
 from __future__ import annotations
 
-import os
 from datetime import UTC, datetime
-from pathlib import Path
 from threading import Lock
 from time import time
 from typing import TYPE_CHECKING
 
 from goalwire.errors import SecurityError, TransportError
-from goalwire.files import read_regular
 from goalwire.reports import LOGGER, RejectCounters
 from goalwire.rules import reasons
+from goalwire.security.changes import look_at
 from goalwire.security.environment import Chosen
 from goalwire.security.policy import Policy
-from goalwire.security.policy_file import LARGEST_POLICY, load_policy
-from goalwire.security.revocation import is_revoked, read_revoked
+from goalwire.security.policy_file import load_policy
+from goalwire.security.revocation import is_revoked, load_revoked
 from goalwire.transport.zenoh import questions
 from goalwire.transport.zenoh.questions import Question
 from goalwire.zenoh.io.identities import PeerCertificate
@@ -72,21 +70,11 @@ class SessionSecurity:
         self._policy_path = chosen.folder / 'policy.toml'
         self._revoked_path = chosen.folder / 'revoked.toml'
         self._files = (self._policy_path, self._revoked_path, chosen.identity_path)
-        self._seen = self._look()
+        self._seen = look_at(self._files)
         self._policy = load_policy(self._policy_path)
-        self._revoked = self._load_revoked()
+        self._revoked = load_revoked(self._revoked_path)
         self._told: set[tuple[str, Act, str]] = set()
         self._lock = Lock()
-
-    def _load_revoked(self) -> dict[str, datetime]:
-        try:
-            text = read_regular(os.fspath(self._revoked_path), LARGEST_POLICY).decode()
-        except (OSError, UnicodeDecodeError) as error:
-            raise SecurityError(f"'{self._revoked_path}' cannot be read: {error}") from None
-        return read_revoked(text)
-
-    def _look(self) -> tuple[tuple[int, int, int], ...]:
-        return tuple(map(_look_at, self._files))
 
     # ---- who is there
 
@@ -150,7 +138,7 @@ class SessionSecurity:
         def look() -> None:
             session.call_later(LOOK_S, look)
             before = self._policy
-            seen = self._look()
+            seen = look_at(self._files)
             if seen != self._seen:
                 is_renewed = seen[-1] != self._seen[-1]
                 self._seen = seen
@@ -164,7 +152,7 @@ class SessionSecurity:
         from goalwire.logging import get_logger
 
         try:
-            policy, revoked = load_policy(self._policy_path), self._load_revoked()
+            policy, revoked = load_policy(self._policy_path), load_revoked(self._revoked_path)
             if is_renewed:
                 session.renew_certificate()
         except (SecurityError, TransportError) as error:
@@ -204,12 +192,3 @@ def _why_not(policy: Policy, who: str, question: Question) -> str:
             return ''
         reason = reason or decision.reason
     return reason
-
-
-def _look_at(path: Path) -> tuple[int, int, int]:
-    """Return what changes when a file is replaced; zeros if it is not there."""
-    try:
-        found = path.stat()
-    except OSError:
-        return 0, 0, 0
-    return found.st_ino, found.st_mtime_ns, found.st_size

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from goalwire.errors import ClosedError
 from goalwire.records import replace
 from goalwire.transport.zenoh import wire
+from goalwire.transport.zenoh.tokens import GRAPH_SPACE
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.incoming_queries import Query
@@ -30,6 +31,8 @@ from goalwire.zenoh.protocol.transport import Role
 if TYPE_CHECKING:
     from goalwire.transport.zenoh.guards import SessionSecurity
 
+TOKEN_KEYS = (f'{GRAPH_SPACE}/**', '**/@adv/**')
+"""The tokens of nodes and endpoints, and of publishers with history."""
 UNNUMBERED = 'uhlc'
 """Stands for the number of a publisher that does not number its messages."""
 
@@ -172,7 +175,7 @@ class NativeWire(wire.Wire):
         """Open it; with `security` all links are checked against a policy. Raises TransportError."""
         self._security = security
         if security is not None:
-            settings = replace(settings, identify=security.identify)
+            settings = replace(settings, identify=security.identify, token_keys=TOKEN_KEYS)
         self.session = NativeSession(settings)
         if security is not None:
             security.watch(self.session)

@@ -8,19 +8,25 @@ from contextlib import contextmanager
 import zenoh
 
 from goalwire.errors import TransportError
+from goalwire.security.environment import Chosen
 from goalwire.transport.zenoh import library
 from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, name_of_holder
 from goalwire.transport.zenoh.settings.plan import router_config
+from goalwire.transport.zenoh.settings.secured import rules_of
 
 
 @contextmanager
-def router(port: int, listen: Sequence[str], connect: Sequence[str]) -> Iterator[str]:
+def router(
+    port: int, listen: Sequence[str], connect: Sequence[str], identity: Chosen | None = None
+) -> Iterator[str]:
     """Run a router in the block; yields its id. Raises TransportError.
 
     It listens at `listen`, on `port` of every address where that is empty, and connects to `connect`, other
-    routers. ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE count, as for rmw_zenoh's router.
+    routers. ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE count, as for rmw_zenoh's router. With an
+    identity it speaks mutual TLS, and keeps its keystore's policy; raises SecurityError without a usable one.
     """
-    settings = router_config(port, listen, connect)
+    rules = None if identity is None else rules_of(identity)
+    settings = router_config(port, listen, connect, identity, rules)
     try:
         opened = library.open_zenoh(settings)
     except zenoh.ZError as error:

@@ -82,6 +82,7 @@ class NativeSession:
         self.protocol = protocol = SessionProtocol(
             Identity(zid, settings.role, settings.lease_ms), self, clock=monotonic, wall_clock_ns=time_ns
         )
+        protocol.token_keys = settings.token_keys
         self.id = protocol.id
         name = f'goalwire-zenoh {self.id[:8]}'
         self._settings = settings

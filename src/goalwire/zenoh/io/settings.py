@@ -27,6 +27,8 @@ class Settings:
     """For addresses that begin with tls/."""
     identify: Identify | None = None
     """Says who is at the other side of a link with TLS. If it is set, nothing goes without TLS."""
+    token_keys: tuple[str, ...] = ()
+    """The tokens that routers are asked for; empty: all."""
     untimed_s: float = 600.0
     """How long a query without a time may take; rmw_zenoh's ten minutes."""
     must_connect: bool | None = None

@@ -99,6 +99,8 @@ class SessionProtocol:
 
         The owner of the sockets moves it on while this process runs.
         """
+        self.token_keys: tuple[str, ...] = ()
+        """The tokens that routers are asked for; empty: all. Those with access control must be told."""
         self.relink = owner.relink
         self.refuse = owner.refuse
         self.report = owner.report
@@ -203,9 +205,17 @@ class SessionProtocol:
             if link.role is Role.PEER and self.identity.role is Role.PEER:
                 out.append(final())
             else:
-                out.append(interest(self.next_number(), When.PRESENT | When.FUTURE, About.ALL))
+                out += self._ask_for_all()
         link.outgoing.declare(*out)
         self.routes.forget()
+
+    def _ask_for_all(self) -> list[bytes]:
+        """Return what asks a router for everything; its last answer says that it has told all."""
+        when = When.PRESENT | When.FUTURE
+        if not self.token_keys:
+            return [interest(self.next_number(), when, About.ALL)]
+        asked = [interest(self.next_number(), when, About.TOKENS, key) for key in self.token_keys]
+        return [*asked, interest(self.next_number(), when, About.SUBSCRIBERS | About.QUERYABLES)]
 
     def lose_link(self, link: Link) -> None:
         """A link has ended: what it had declared has gone, and it answers no query any more. Idempotent."""

@@ -8,13 +8,20 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.framework.numbers import port_to_name
-from goalwire.apps.cli.framework.outcome import Outcome
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.output import tell
 from goalwire.apps.cli.framework.verbs import Noun, Verb
+from goalwire.errors import SecurityError
 
 if TYPE_CHECKING:
     from types import FrameType
 
     from goalwire.apps.cli.framework.output import Output
+    from goalwire.security.environment import Chosen
+
+
+LOOK_S = 1.0
+"""Between two looks at the files of the keystore."""
 
 
 def _arguments(parser: ArgumentParser) -> None:
@@ -37,6 +44,11 @@ def _arguments(parser: ArgumentParser) -> None:
         default=[],
         help='Another router to connect to (e.g. tcp/robot.local:7447); may be repeated',
     )
+    parser.add_argument(
+        '--secure',
+        action='store_true',
+        help='Insist on an identity: with GOALWIRE_SECURITY links have TLS, and the policy is kept',
+    )
 
 
 def _router(arguments: Namespace, output: Output) -> Outcome:
@@ -52,16 +64,63 @@ def _router(arguments: Namespace, output: Output) -> Outcome:
         outcome = Outcome.TERMINATED if number == signal.SIGTERM else Outcome.INTERRUPTED
         ended.set()
 
-    with router(port, arguments.listen, arguments.connect) as zid:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, on_signal)
-        where = ', '.join(arguments.listen) or f'port {port} of every address'
-        if output.json:
-            output.data({'id': zid, 'port': port, 'listen': arguments.listen})
-        else:
-            output.block(f'router {zid} listens on {where}; Ctrl-C ends it')
-        ended.wait()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, on_signal)
+    identity = _choose_identity(arguments)
+    while not ended.is_set():
+        with router(port, arguments.listen, arguments.connect, identity) as zid:
+            _tell(arguments, port, zid, output)
+            _wait(ended, identity)
     return outcome
+
+
+def _choose_identity(arguments: Namespace) -> Chosen | None:
+    """Return the identity of the router. Raises CommandError if --secure is given without one."""
+    from goalwire.security import is_asked_for
+    from goalwire.security.environment import choose_identity
+
+    identity = choose_identity() if is_asked_for() else None
+    if arguments.secure and identity is None:
+        raise CommandError(
+            Outcome.USAGE,
+            '--secure needs an identity for the router',
+            'set GOALWIRE_SECURITY=DIR:NAME; see: goalwire secure add NAME --router',
+        )
+    return identity
+
+
+def _wait(ended: Event, identity: Chosen | None) -> None:
+    """Wait for the end, or until the rules have changed: Zenoh reads them only when a router starts."""
+    if identity is None:
+        ended.wait()
+        return
+    from goalwire.security.changes import look_at
+    from goalwire.security.policy_file import load_policy
+    from goalwire.security.revocation import load_revoked
+
+    policy = identity.folder / 'policy.toml'
+    files = (policy, identity.folder / 'revoked.toml', identity.identity_path)
+    seen = look_at(files)
+    while not ended.wait(LOOK_S):
+        now = look_at(files)
+        if now != seen:
+            seen = now
+            try:
+                load_policy(policy)
+                load_revoked(files[1])
+            except SecurityError as error:
+                tell(f'the keystore has changed, and the old one holds on: {error}')
+                continue
+            tell('the keystore has changed: the router starts anew')
+            return
+
+
+def _tell(arguments: Namespace, port: int, zid: str, output: Output) -> None:
+    where = ', '.join(arguments.listen) or f'port {port} of every address'
+    if output.json:
+        output.data({'id': zid, 'port': port, 'listen': arguments.listen})
+    else:
+        output.block(f'router {zid} listens on {where}; Ctrl-C ends it')
 
 
 _SUMMARY = 'Run a Zenoh router for a site'

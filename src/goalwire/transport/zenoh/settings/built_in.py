@@ -8,8 +8,12 @@ from __future__ import annotations
 
 import os
 from contextlib import closing
+from typing import TYPE_CHECKING
 
-from goalwire.transport.zenoh.settings.values import Settings
+from goalwire.transport.zenoh.settings.values import Json, Settings
+
+if TYPE_CHECKING:
+    from goalwire.security.environment import Chosen
 
 _FAST_RETRY: Settings = {'period_init_ms': 100, 'period_max_ms': 400, 'period_increase_factor': 2}
 """rmw waits 1 s, 2 s, 4 s; a rendezvous that has moved to another process is found in under half a second."""
@@ -118,12 +122,12 @@ def rendezvous(port: int) -> Settings:
 def protect_session(settings: Settings, port: int) -> None:
     """Have a built-in session speak TLS, to all machines that reach this one: strangers are kept out."""
     settings['connect'] = {**_dict(settings, 'connect'), 'endpoints': [f'tls/localhost:{port}']}
-    settings['listen'] = {**_dict(settings, 'listen'), 'endpoints': [f'tls/{_every_address()}:0']}
+    settings['listen'] = {**_dict(settings, 'listen'), 'endpoints': everywhere(0)}
 
 
 def protect_rendezvous(settings: Settings, port: int) -> None:
     """Have the rendezvous speak TLS, and only tell peers of each other: it knows no policy."""
-    settings['listen'] = {**_dict(settings, 'listen'), 'endpoints': [f'tls/{_every_address()}:{port}']}
+    settings['listen'] = {**_dict(settings, 'listen'), 'endpoints': everywhere(port)}
     settings['access_control'] = {
         'enabled': True,
         'default_permission': 'deny',
@@ -133,27 +137,27 @@ def protect_rendezvous(settings: Settings, port: int) -> None:
     }
 
 
-def _every_address() -> str:
-    """Return the host that stands for every address of this machine, which may be without IPv6."""
+def everywhere(port: int) -> list[Json]:
+    """Return where a protected session listens: at every address of this machine, which may lack IPv6."""
     import _socket  # `socket` takes 5 ms, and may not be imported while Ctrl-C ends the program
 
     try:
         with closing(_socket.socket(_socket.AF_INET6, _socket.SOCK_STREAM)) as probe:
             probe.bind(('::', 0))
     except OSError:
-        return '0.0.0.0'  # noqa: S104 - strangers are kept out
-    return '[::]'
+        return [f'tls/0.0.0.0:{port}']  # strangers are kept out
+    return [f'tls/[::]:{port}']
 
 
-def tls_of(trust: str, identity: str) -> Settings:
+def tls_of_identity(identity: Chosen) -> Settings:
     """Return the settings of mutual TLS: the certificate that all trust, and the file of an identity.
 
     A certificate names an identity and not a host, so names of hosts are not compared: the session asks who
     is there, and its policy whether that one is known.
     """
-    own = dict.fromkeys(
-        ('listen_certificate', 'listen_private_key', 'connect_certificate', 'connect_private_key'), identity
-    )
+    names = ('listen_certificate', 'listen_private_key', 'connect_certificate', 'connect_private_key')
+    own = dict.fromkeys(names, str(identity.identity_path))
+    trust = str(identity.folder / 'trust.pem')
     return {'root_ca_certificate': trust, 'enable_mtls': True, 'verify_name_on_connect': False, **own}
 
 

@@ -75,8 +75,7 @@ def _session_config(port: int, identity: Chosen | None) -> tuple[Configuration, 
 
 def _show_identity(config: Configuration, identity: Chosen | None) -> None:
     if identity is not None:
-        tls = built_in.tls_of(str(identity.folder / 'trust.pem'), str(identity.identity_path))
-        config.set('transport/link/tls', tls)
+        config.set('transport/link/tls', built_in.tls_of_identity(identity))
 
 
 def _rendezvous_config(
@@ -99,24 +98,46 @@ def _rendezvous_config(
     return config
 
 
-def router_config(port: int, listen: Sequence[str], connect: Sequence[str]) -> Configuration:
+def router_config(
+    port: int,
+    listen: Sequence[str],
+    connect: Sequence[str],
+    identity: Chosen | None = None,
+    rules: Settings | None = None,
+) -> Configuration:
     """Return the settings of a router for a site, which listens on `port` of every address where not said.
 
-    Raises TransportError.
+    With an identity all its links have mutual TLS, and the rules of access control `rules` hold. Raises
+    TransportError.
     """
     config = read_file('ZENOH_ROUTER_CONFIG_URI') or _built_in(built_in.rendezvous(port))
     if listen or not os.environ.get('ZENOH_ROUTER_CONFIG_URI'):
-        config.set('listen/endpoints', list(listen) or [f'tcp/[::]:{port}'])
+        everywhere: list[Json] = [f'tcp/[::]:{port}'] if identity is None else built_in.everywhere(port)
+        config.set('listen/endpoints', [*listen] or everywhere)
     if connect:
         config.set('connect/endpoints', list(connect))
     for path, value in read_overrides():
         config.set(path, value)
+    if identity is not None:
+        _show_identity(config, identity)
+        config.set('transport/link/tls/close_link_on_expiration', True)
+        config.set('access_control', rules)
+        _refuse_plain(config)
     for fault in schema.faults(config.values):
         raise TransportError(
             f'the router cannot be set up: {fault.path} takes {fault.expected}; '
             f'write addresses like tcp/192.168.0.7:7447'
         )
     return config
+
+
+def _refuse_plain(config: Configuration) -> None:
+    """Raise TransportError if a router with rules would also talk to those who show no certificate."""
+    for name in ('listen', 'connect'):
+        endpoints = config.at(f'{name}/endpoints')
+        for each in endpoints if isinstance(endpoints, list) else [endpoints]:
+            if each is not None and not str(each).startswith('tls/'):
+                raise TransportError(f"the router is to be secure, and '{each}' is not: write tls/HOST:PORT")
 
 
 def _built_in(values: Settings) -> Configuration:

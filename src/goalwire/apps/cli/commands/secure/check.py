@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.commands.secure.keystores import add_keystore_argument, open_keystore
 from goalwire.apps.cli.framework.outcome import Outcome
+from goalwire.errors import SecurityError
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -20,9 +22,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace, output: Output) -> Outcome:
     """Check it; the outcome is FAILED if there is an error."""
     keystore = open_keystore(arguments)
-    from goalwire.security.checking import check
+    from goalwire.security.checking import Finding, check
+    from goalwire.security.policy_file import load_policy
+    from goalwire.transport.zenoh.router_rules import inexpressible
 
     findings = check(keystore)
+    with suppress(SecurityError):  # it is among the findings
+        policy = load_policy(keystore.policy_path)
+        findings += [Finding(each, is_error=False) for each in inexpressible(policy)]
     for each in findings:
         if output.json:
             output.data({'severity': each.severity, 'problem': each.problem})

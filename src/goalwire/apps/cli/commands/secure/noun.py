@@ -11,6 +11,11 @@ NOUN = Noun(
         Verb('add', 'Make an identity: a robot, a person, a program or a router', *lazy('secure.add')),
         Verb('check', 'Check a keystore and its policy', *lazy('secure.check')),
         Verb(
+            'config',
+            "Print settings for rmw_zenoh's router and sessions",
+            *lazy('secure.config'),
+        ),
+        Verb(
             'explain',
             'Say whether somebody may do something, and which line decides',
             *lazy('secure.explain'),

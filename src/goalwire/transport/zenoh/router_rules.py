@@ -1,0 +1,265 @@
+"""A policy as the access control of a Zenoh router: rules on key expressions, bound to names of certificates.
+
+A router judges each message twice: when it comes from a link, and when it goes out on one. So an identity
+has rules for both: whoever may publish a topic may put on its keys, and is told of its subscribers. Keys and
+types are those of rmw_zenoh; `**` does not cross a chunk that begins with `@`, so that graph and history have
+expressions of their own.
+
+Rules that deny come before those that allow, whatever they say. So "all services, but not those for
+parameters" is said by denying the latter; whoever may set parameters of some nodes only cannot have both.
+`inexpressible` tells of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from typing import NamedTuple
+
+from goalwire.security.policy import Grant, Policy, Verb, matches
+from goalwire.transport.zenoh.settings.values import Settings
+from goalwire.zenoh.protocol.key_expressions import canonical
+
+_MESSAGE, _SERVICE = '$*::msg::dds_::$*', '$*::srv::dds_::$*'
+_IN, _OUT = 'ingress', 'egress'
+_PUT, _REPLY, _QUERY = ('put', 'delete'), ('reply',), ('query',)
+_SUBSCRIBER, _QUERYABLE = ('declare_subscriber',), ('declare_queryable',)
+_TOKEN = ('liveliness_token',)
+_WATCHING = ('declare_liveliness_subscriber', 'liveliness_query')
+_GRAPH = '@ros2_lv'
+
+_REQUESTS = {
+    Verb.CALL: (('', _SERVICE),),
+    Verb.SEND: (('/_action/send_goal', '*'), ('/_action/get_result', '*')),
+    Verb.WATCH: (('/_action/get_result', '*'),),
+    Verb.CANCEL: (('/_action/cancel_goal', '*'),),
+    Verb.READ: tuple(
+        (f'/{each}', _SERVICE)
+        for each in ('get_parameters', 'get_parameter_types', 'list_parameters', 'describe_parameters')
+    ),
+    Verb.SET: (('/set_parameters', _SERVICE), ('/set_parameters_atomically', _SERVICE)),
+}
+"""The services that a verb lets be called: what stands behind the name, and the type."""
+_FEEDS = (('/_action/feedback', '*'), ('/_action/status', '*'))
+
+
+class Rule(NamedTuple):
+    """Messages on keys that go one way, allowed or denied."""
+
+    flow: str
+    messages: tuple[str, ...]
+    key: str
+    permission: str = 'allow'
+
+
+class _Narrower(NamedTuple):
+    """A verb whose names lie within those of a wider verb, and which must not come with that one."""
+
+    wide: Verb
+    narrow: Verb
+    suffix: str
+    example: str
+    flow: str
+    messages: tuple[str, ...]
+
+
+_NARROWER = (
+    *(
+        _Narrower(Verb.CALL, narrow, suffix, f'/x{suffix}', _IN, _QUERY)
+        for narrow in (Verb.CANCEL, Verb.READ, Verb.SET)
+        for suffix, _ in _REQUESTS[narrow]
+    ),
+    _Narrower(Verb.PUBLISH, Verb.SERVE, '/_action/status', '/x/_action/status', _IN, _PUT),
+    _Narrower(Verb.SUBSCRIBE, Verb.WATCH, '/_action/status', '/x/_action/status', _OUT, _PUT),
+)
+
+
+def _paths(grant: Grant) -> Iterator[str]:
+    """Return how the keys of a grant's names begin, one for each domain."""
+    path = '/'.join(
+        chunk if chunk in {'*', '**'} else chunk.replace('*', '$*') for chunk in grant.pattern.split('/')[1:]
+    )
+    for domain in grant.domains or ('*',):
+        yield f'{domain}/{path}'
+
+
+def _mangled(pattern: str) -> list[str]:
+    """Return the expressions of the one chunk of a token that holds a name, '%' for each slash.
+
+    Within a chunk nothing stands for "no '%'": so '/*/b' is also the token of /x/y/b. Only tokens are seen or
+    shown by that; data has expressions with slashes.
+    """
+    found = ['']
+    for chunk in pattern.split('/')[1:]:
+        if chunk == '**':
+            found += [f'{each}%$*' for each in found]
+        else:
+            found = [f'{each}%{chunk.replace("*", "$*")}' for each in found]
+    return [each or '%' for each in found]
+
+
+def _tokens(grant: Grant, codes: str, suffix: str = '') -> Iterator[str]:
+    """Return the expressions of the tokens of endpoints with a grant's names."""
+    for domain in grant.domains or ('*',):
+        for code in codes.split():
+            for name in _mangled(grant.pattern + suffix):
+                yield f'{_GRAPH}/{domain}/*/*/*/{code}/*/*/*/{name}/**'
+
+
+def _nodes(grant: Grant, codes: str = '*') -> Iterator[str]:
+    """Return the expressions of the tokens of nodes with a grant's names, and of what they have."""
+    space, _, name = grant.pattern.rpartition('/')
+    places = [(namespace, name.replace('*', '$*') if name != '*' else '*') for namespace in _mangled(space)]
+    if name == '**':
+        below = [namespace for each in _mangled(space) for namespace in (each, f'{each.rstrip("%")}%$*')]
+        places = [(namespace, '*') for namespace in below]
+        if space:  # /arm/** is the node /arm, too
+            above, _, own = space.rpartition('/')
+            places += [(namespace, own.replace('*', '$*')) for namespace in _mangled(above)]
+    for domain in grant.domains or ('*',):
+        for namespace, node in places:
+            yield f'{_GRAPH}/{domain}/*/*/*/{codes}/*/{namespace}/{node}/**'
+
+
+def _topic_rules(path: str, type_: str, *, publishes: bool) -> Iterator[Rule]:
+    """Return the rules of a topic: its messages, what its publishers keep, and who wants them."""
+    key = canonical(f'{path}/{type_}/*')
+    history = canonical(f'{path}/{type_}/*/@adv/**')
+    sends, hears = (_IN, _OUT) if publishes else (_OUT, _IN)
+    yield Rule(sends, (*_PUT, *_REPLY), key)
+    yield Rule(hears, _SUBSCRIBER, key)
+    yield Rule(sends, (*_TOKEN, *_QUERYABLE, *_REPLY), history)
+    yield Rule(hears, (*_QUERY, *_WATCHING), history)
+
+
+def _service_rules(path: str, type_: str, *, serves: bool) -> Iterator[Rule]:
+    key = canonical(f'{path}/{type_}/*')
+    answers, asks = (_IN, _OUT) if serves else (_OUT, _IN)
+    yield Rule(answers, (*_QUERYABLE, *_REPLY), key)
+    yield Rule(asks, _QUERY, key)
+
+
+def _rules_of(grant: Grant) -> Iterator[Rule]:
+    """Return the rules that a grant needs."""
+    verb = grant.verb
+    if verb is Verb.RUN:
+        yield from (Rule(_IN, _TOKEN, key) for key in _nodes(grant, 'NN'))
+    if verb is Verb.INTROSPECT:
+        yield from (Rule(_OUT, _TOKEN, key) for key in _nodes(grant))
+        yield from (Rule(_OUT, _TOKEN, key) for key in _tokens(grant, 'MP MS SS SC'))
+    for path in _paths(grant):
+        if verb in {Verb.PUBLISH, Verb.SUBSCRIBE}:
+            yield from _topic_rules(path, _MESSAGE, publishes=verb is Verb.PUBLISH)
+        for suffix, type_ in _REQUESTS.get(verb, ()):
+            yield from _service_rules(path + suffix, type_, serves=False)
+        if verb in {Verb.SEND, Verb.WATCH}:
+            for suffix, type_ in _FEEDS:
+                yield from _topic_rules(path + suffix, type_, publishes=False)
+        if verb is Verb.SERVE:
+            yield from _service_rules(path, _SERVICE, serves=True)
+            for suffix in ('send_goal', 'get_result', 'cancel_goal'):
+                yield from _service_rules(f'{path}/_action/{suffix}', '*', serves=True)
+            for suffix, type_ in _FEEDS:
+                yield from _topic_rules(path + suffix, type_, publishes=True)
+    yield from _token_rules(grant)
+
+
+def _token_rules(grant: Grant) -> Iterator[Rule]:
+    """Return the rules of tokens of endpoints: their owners show them, and those who use them see them."""
+    offers = {Verb.PUBLISH: ('MP', 'MS', ('',)), Verb.SERVE: ('SS MP', 'SC MS', ('', '/_action/*'))}
+    uses: dict[Verb, tuple[str, str, tuple[str, ...]]] = {
+        Verb.SUBSCRIBE: ('MS', 'MP', ('',)),
+        Verb.WATCH: ('MS SC', 'MP SS', tuple(suffix for suffix, _ in (*_FEEDS, *_REQUESTS[Verb.WATCH]))),
+        Verb.SEND: ('MS SC', 'MP SS', tuple(suffix for suffix, _ in (*_FEEDS, *_REQUESTS[Verb.SEND]))),
+        **{
+            verb: ('SC', 'SS', tuple(suffix for suffix, _ in _REQUESTS[verb]))
+            for verb in (Verb.CALL, Verb.CANCEL, Verb.READ, Verb.SET)
+        },
+    }
+    own, others, suffixes = (offers | uses).get(grant.verb, ('', '', ()))
+    for suffix in suffixes:
+        for key in _tokens(grant, own, suffix):
+            yield Rule(_IN, _TOKEN, key)
+        for key in _tokens(grant, others, suffix):
+            yield Rule(_OUT, _TOKEN, key)
+
+
+def _denials(grants: tuple[Grant, ...]) -> Iterator[tuple[_Narrower, Rule]]:
+    """Return what must be denied, since a wider grant would let it through."""
+    for each in _NARROWER:
+        is_covered = any(
+            grant.verb is each.wide and _could_cover(grant.pattern, each.suffix) for grant in grants
+        )
+        has_all = any(
+            grant.verb is each.narrow and grant.pattern == '/**' and not grant.domains for grant in grants
+        )
+        if is_covered and not has_all:
+            key = canonical(f'*/**{each.suffix}/*/*')
+            yield each, Rule(each.flow, each.messages, key, 'deny')
+
+
+def _could_cover(pattern: str, suffix: str) -> bool:
+    """Whether some name that ends with a suffix is one of a pattern's."""
+    last = pattern.rpartition('/')[2]
+    return last == '**' or matches(f'/{last}', f'/{suffix.rpartition("/")[2]}')
+
+
+def inexpressible(policy: Policy) -> list[str]:
+    """Return what a router's rules refuse although the policy allows it, in sentences."""
+    found = []
+    for who, grants in policy.grants.items():
+        for narrower, _ in _denials(grants):
+            if any(grant.verb is narrower.narrow for grant in grants):
+                found.append(
+                    f"a router refuses '{who}' to {narrower.narrow.value} by way of {narrower.suffix}, since "
+                    f'its rules cannot take that out of {narrower.wide.value} for some names only: '
+                    f'narrow {narrower.wide.value}, or write {narrower.narrow.value} = ["/**"]'
+                )
+    return found
+
+
+def access_control(policy: Policy, revoked: Collection[str]) -> Settings:
+    """Return the settings `access_control` of a router, goalwire's or rmw_zenoh's.
+
+    A router knows names, and not when a certificate was issued. So a name that is or was revoked may do
+    nothing by way of a router, until it is taken off the list.
+    """
+    rules: list[Settings] = []
+    policies: list[Settings] = []
+    subjects: list[Settings] = []
+    for who, grants in policy.grants.items():
+        if who in revoked:
+            continue
+        subjects.append({'id': who, 'cert_common_names': [who]})
+        merged: dict[tuple[str, tuple[str, ...], str], dict[str, None]] = {}
+        wanted = [rule for grant in grants for rule in _rules_of(grant)]
+        wanted += [rule for _, rule in _denials(grants)]
+        wanted += _always()
+        for rule in wanted:
+            merged.setdefault((rule.flow, rule.messages, rule.permission), {})[rule.key] = None
+        names = []
+        for number, ((flow, messages, permission), keys) in enumerate(merged.items()):
+            name = f'{who} {number}'
+            names.append(name)
+            rules.append(
+                {
+                    'id': name,
+                    'permission': permission,
+                    'flows': [flow],
+                    'messages': list(messages),
+                    'key_exprs': list(keys),
+                }
+            )
+        policies.append({'rules': list(names), 'subjects': [who]})
+    return {
+        'enabled': policy.is_enforced,
+        'default_permission': 'deny',
+        'rules': list(rules),
+        'subjects': list(subjects),
+        'policies': list(policies),
+    }
+
+
+def _always() -> list[Rule]:
+    """Return what everybody may do: ask for tokens, of which each one gets those that it may see."""
+    keys = ('**', f'{_GRAPH}/**', '**/@adv/**')
+    return [Rule(flow, _WATCHING, key) for flow in (_IN, _OUT) for key in keys]

@@ -1,0 +1,201 @@
+"""A router with a policy, between stock sessions of eclipse-zenoh with rmw_zenoh's keys, which check nothing.
+
+What mallory tries by way of the router must end as the policy says, though the robot would let it all in.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+import zenoh
+from helpers.isolation import free_port
+from helpers.patience import wait_for
+
+from goalwire.security.environment import Chosen
+from goalwire.security.keystore import Keystore
+from goalwire.security.policy import Verb
+from goalwire.security.policy_file import load_policy, read_policy
+from goalwire.transport.zenoh.router import router
+from goalwire.transport.zenoh.router_rules import inexpressible
+
+pytestmark = pytest.mark.slow
+
+
+def _key(name: str, dds_type: str = 'std_msgs::msg::dds_::String_') -> str:
+    return f'0{name}/{dds_type}/RIHS01_00'
+
+
+_SERVICE = 'std_srvs::srv::dds_::Empty_'
+ASKED = {
+    Verb.CALL: _key('/secret', _SERVICE),
+    Verb.SEND: _key('/secret/_action/send_goal', 'a::action::dds_::Walk_SendGoal_'),
+    Verb.CANCEL: _key('/secret/_action/cancel_goal', 'action_msgs::srv::dds_::CancelGoal_'),
+    Verb.READ: _key('/secret/get_parameters', 'rcl_interfaces::srv::dds_::GetParameters_'),
+    Verb.SET: _key('/secret/set_parameters', 'rcl_interfaces::srv::dds_::SetParameters_'),
+}
+OPEN, TOPIC = _key('/open'), _key('/secret')
+FEEDBACK = _key('/secret/_action/feedback', 'a::action::dds_::Walk_FeedbackMessage_')
+HISTORY = f'{TOPIC}/@adv/pub/1/2/_'
+EVERYONE = '[everyone]\npublish = ["/open"]\nsubscribe = ["/open"]\n'
+ROBOT = '[roles.robot]\n' + ''.join(f'{verb.value} = ["/**"]\n' for verb in Verb)
+
+
+def _policy(*verbs: Verb, pattern: str = '/secret') -> str:
+    role = '[roles.mallory]\n' + ''.join(f'{verb.value} = ["{pattern}"]\n' for verb in verbs)
+    return f'{EVERYONE}{ROBOT}{role}[identities]\nsite = []\nrobby = ["robot"]\nmallory = ["mallory"]\n'
+
+
+class Site:
+    """A router with a policy, and stock clients of it."""
+
+    def __init__(self, folder: Path, stack: ExitStack) -> None:
+        self.keystore = Keystore.create(folder / 'keys')
+        for name in ('site', 'robby', 'mallory'):
+            self.keystore.add(name, 'router' if name == 'site' else 'robot', ())
+        self._stack = stack
+        self._port = free_port()
+
+    def start(self, policy: str) -> None:
+        """Start the router."""
+        self.keystore.policy_path.write_text(policy)
+        self._stack.enter_context(router(self._port, [], [], Chosen(self.keystore.path, 'site')))
+
+    def client(self, name: str, **tls: Any) -> zenoh.Session:
+        """Connect with an identity's certificate. Raises zenoh.ZError."""
+        own = str(self.keystore.identity_path(name))
+        settings = {
+            'root_ca_certificate': str(self.keystore.trust_path),
+            'enable_mtls': True,
+            'connect_certificate': own,
+            'connect_private_key': own,
+            'verify_name_on_connect': False,
+            **tls,
+        }
+        config = zenoh.Config.from_json5(
+            json.dumps(
+                {
+                    'mode': 'client',
+                    'connect': {'endpoints': [f'tls/127.0.0.1:{self._port}'], 'timeout_ms': 2000},
+                    'scouting': {'multicast': {'enabled': False}},
+                    'transport': {'link': {'tls': settings}},
+                }
+            )
+        )
+        return self._stack.enter_context(zenoh.open(config))
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Iterator[Site]:
+    with ExitStack() as stack:
+        yield Site(tmp_path, stack)
+
+
+def _heard(sender: zenoh.Session, receiver: zenoh.Session, key: str) -> bool:
+    """Whether what one puts comes to the other; both may use OPEN, which shows that the way is there."""
+    got: list[str] = []
+    with (
+        receiver.declare_subscriber(key, lambda sample: got.append(str(sample.key_expr))),
+        receiver.declare_subscriber(OPEN, lambda sample: got.append(str(sample.key_expr))),
+    ):
+
+        def comes_through() -> bool:
+            sender.put(key, b'x')
+            sender.put(OPEN, b'x')
+            return got.count(OPEN) > 2
+
+        wait_for(comes_through)
+    return key in got
+
+
+def _answered(asker: zenoh.Session, answerer: zenoh.Session, key: str) -> bool:
+    with answerer.declare_queryable(key, lambda query: query.reply(query.key_expr, b'done'), complete=True):
+        assert _heard(answerer, asker, OPEN)  # what was declared before has come to the router
+        return any(reply.ok is not None for reply in asker.get(key, timeout=2.0))
+
+
+def _seen(owner: zenoh.Session, looker: zenoh.Session, token: str, where: str) -> bool:
+    with owner.liveliness().declare_token(token):
+        assert _heard(owner, looker, OPEN)
+        found = [str(reply.ok.key_expr) for reply in looker.liveliness().get(where, timeout=2.0) if reply.ok]
+        return token in found
+
+
+Attempt = Callable[[zenoh.Session, zenoh.Session], bool]
+
+
+def _node_of(session: zenoh.Session) -> str:
+    return f'@ros2_lv/0/{session.info.zid()}/0/0/NN/%/%/secret'
+
+
+ATTEMPTS: dict[Verb, Attempt] = {
+    Verb.PUBLISH: lambda mallory, robot: _heard(mallory, robot, TOPIC),
+    Verb.SUBSCRIBE: lambda mallory, robot: (
+        _heard(robot, mallory, TOPIC) and _seen(robot, mallory, HISTORY, f'{TOPIC}/@adv/**')
+    ),
+    Verb.WATCH: lambda mallory, robot: _heard(robot, mallory, FEEDBACK),
+    Verb.CALL: lambda mallory, robot: _answered(mallory, robot, ASKED[Verb.CALL]),
+    Verb.SEND: lambda mallory, robot: _answered(mallory, robot, ASKED[Verb.SEND]),
+    Verb.CANCEL: lambda mallory, robot: _answered(mallory, robot, ASKED[Verb.CANCEL]),
+    Verb.READ: lambda mallory, robot: _answered(mallory, robot, ASKED[Verb.READ]),
+    Verb.SET: lambda mallory, robot: _answered(mallory, robot, ASKED[Verb.SET]),
+    Verb.SERVE: lambda mallory, robot: _answered(robot, mallory, _key('/secret', _SERVICE)),
+    Verb.RUN: lambda mallory, robot: _seen(mallory, robot, _node_of(mallory), '@ros2_lv/**'),
+    Verb.INTROSPECT: lambda mallory, robot: _seen(robot, mallory, _node_of(robot), '@ros2_lv/**'),
+}
+
+
+@pytest.mark.parametrize('verb', list(Verb), ids=lambda verb: verb.value)
+@pytest.mark.parametrize('others', [False, True], ids=['alone', 'all-others'])
+def test_what_is_tried_ends_as_the_policy_says(site: Site, verb: Verb, others: bool) -> None:
+    granted = [each for each in Verb if each is not verb and {each, verb} != {Verb.SEND, Verb.WATCH}]
+    site.start(_policy(*granted) if others else _policy(verb))
+    says = load_policy(site.keystore.policy_path).decide('mallory', verb, '/secret').is_allowed
+    assert says is not others
+    assert ATTEMPTS[verb](site.client('mallory'), site.client('robby')) is says
+
+
+@pytest.mark.parametrize('verb', [Verb.CANCEL, Verb.READ, Verb.SET], ids=lambda verb: verb.value)
+def test_calling_everything_reaches_no_parameters_and_cancels_no_goals(site: Site, verb: Verb) -> None:
+    site.start(_policy(Verb.CALL, pattern='/**'))
+    mallory, robot = site.client('mallory'), site.client('robby')
+    assert _answered(mallory, robot, ASKED[Verb.CALL])
+    assert not _answered(mallory, robot, ASKED[verb])
+
+
+def test_what_a_router_cannot_express_is_told() -> None:
+    (told, _) = inexpressible(
+        read_policy(_policy(Verb.CALL, Verb.SET).replace('call = ["/s', 'call = ["/**", "/s'))
+    )
+    assert told.startswith("a router refuses 'mallory' to set by way of /set_parameters")
+    assert inexpressible(read_policy(_policy(Verb.SET))) == []
+
+
+def test_a_stranger_gets_no_link(site: Site) -> None:
+    site.start(_policy(*Verb))
+    site.client('mallory')
+    with pytest.raises(zenoh.ZError):
+        site.client('mallory', enable_mtls=False, connect_certificate=None, connect_private_key=None)
+    site.keystore.identity_path('mallory').unlink()
+    site.keystore.issue('mallory', 'program', timedelta(seconds=-1))
+    with pytest.raises(zenoh.ZError):
+        site.client('mallory')
+
+
+def test_a_revoked_identity_may_do_nothing(site: Site, tmp_path: Path) -> None:
+    stolen = site.keystore.identity_path('mallory').read_bytes()
+    site.keystore.revoke('mallory')
+    site.start(_policy(*Verb))
+    site.keystore.identity_path('mallory').write_bytes(stolen)
+    mallory, robot = site.client('mallory'), site.client('robby')
+    got: list[object] = []
+    with robot.declare_subscriber(TOPIC, got.append):
+        mallory.put(TOPIC, b'x')
+        assert _heard(robot, robot, OPEN)
+    assert not any(reply.ok for reply in mallory.liveliness().get('@ros2_lv/**', timeout=1.0))
+    assert got == []
