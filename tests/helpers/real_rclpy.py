@@ -16,6 +16,7 @@ WHEELS = (
     'ros-test-msgs==2.0.3',
 )
 """Jazzy, with interfaces for topics, services and actions."""
+KILTED = ('ros-rclpy[fastrtps]==9.1.2', 'ros-std-msgs==5.5.1', 'ros-std-srvs==5.5.1', 'ros-test-msgs==2.3.0')
 
 EXISTS = sys.version_info[:2] == (3, 11) and (sys.platform, platform.machine()) == ('linux', 'x86_64')
 WHY_NOT = 'PyPI has the real rclpy for CPython 3.11 on Linux x86-64 alone'

@@ -43,7 +43,7 @@ def skip_differing(request: pytest.FixtureRequest, name: str) -> None:
 
 def require(name: str) -> None:
     """Skip the test where a wire is not installed."""
-    if name == DDS and chosen(DDS) == CYCLONE:
+    if name == DDS and chosen() == CYCLONE:
         try:
             find_library()
         except TransportError as error:

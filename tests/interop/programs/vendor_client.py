@@ -16,7 +16,11 @@ from rclpy.action import ActionClient
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
-from test_msgs.action import Fibonacci  # type: ignore[import-not-found]
+
+try:
+    from test_msgs.action import Fibonacci  # type: ignore[import-not-found]  # of the real rclpy
+except ImportError:
+    from example_interfaces.action import Fibonacci
 
 CALLS, GOALS = int(sys.argv[1]), int(sys.argv[2])
 PATIENCE_S = 20.0

@@ -13,7 +13,11 @@ from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
-from test_msgs.action import Fibonacci  # type: ignore[import-not-found]
+
+try:
+    from test_msgs.action import Fibonacci  # type: ignore[import-not-found]  # of the real rclpy
+except ImportError:
+    from example_interfaces.action import Fibonacci
 
 rclpy.init()
 node = rclpy.create_node('server')

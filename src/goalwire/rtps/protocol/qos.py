@@ -50,8 +50,10 @@ READER_DEFAULT = Qos(depth=UNTOLD)
 def incompatible(offered: Qos, requested: Qos) -> str | None:
     """Return the first policy by which a writer and a reader do not match; None if they do.
 
-    The order of comparison, and the names, are those of DDS.
+    The names are those of DDS. The order of comparison is that of Cyclone DDS.
     """
+    if offered.reliability < requested.reliability:
+        return 'reliability'
     if offered.durability < requested.durability:
         return 'durability'
     if offered.deadline > requested.deadline:
@@ -60,8 +62,6 @@ def incompatible(offered: Qos, requested: Qos) -> str | None:
         return 'ownership'
     if offered.liveliness < requested.liveliness or offered.lease > requested.lease:
         return 'liveliness'
-    if offered.reliability < requested.reliability:
-        return 'reliability'
     if offered.representation[0] not in requested.representation:
         return 'data representation'
     return None

@@ -1,6 +1,6 @@
 """ROS 2 over DDS, as the RMWs that stand on DDS speak it; a session is made at the first open.
 
-GOALWIRE_DDS says what it stands on: `native` for goalwire's own RTPS, or `cyclone` for libddsc.
+GOALWIRE_DDS says what it stands on: `native`, the default, for goalwire's own RTPS, or `cyclone` for libddsc.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ CHOICE = 'GOALWIRE_DDS'
 NATIVE, CYCLONE = 'native', 'cyclone'
 
 
-def chosen(identifier: str) -> str:
-    """Return what a session of an RMW stands on. Raises TransportError for an unknown word."""
-    word = os.environ.get(CHOICE) or DEFAULT_CHOICES[identifier]
+def chosen() -> str:
+    """Return what a session stands on. Raises TransportError for an unknown word."""
+    word = os.environ.get(CHOICE) or NATIVE
     if word not in {NATIVE, CYCLONE}:
         raise TransportError(f"{CHOICE} is '{word}'; set it to {NATIVE} or {CYCLONE}")
     return word
@@ -41,7 +41,7 @@ def _open(identifier: str, options: SessionOptions) -> Session:
     """Join a domain as the environment says. Raises TransportError or ForkedError."""
     _refuse_identity(options)
     # Only the kind of session that is opened is imported: libddsc takes 12 MB.
-    if chosen(identifier) == CYCLONE:
+    if chosen() == CYCLONE:
         from goalwire.transport.dds.cyclone import session as on_libddsc
 
         return on_libddsc.open_session(options)
@@ -51,8 +51,9 @@ def _open(identifier: str, options: SessionOptions) -> Session:
     return session.open_session(options, defaults[identifier])
 
 
-DEFAULT_CHOICES = {'rmw_cyclonedds_cpp': CYCLONE, 'rmw_fastrtps_cpp': NATIVE, 'rmw_connextdds': NATIVE}
-TRANSPORTS = {name: Transport(name, partial(_open, name)) for name in DEFAULT_CHOICES}
+IDENTIFIERS = ('rmw_fastrtps_cpp', 'rmw_cyclonedds_cpp', 'rmw_connextdds')
+"""The RMWs whose defaults and settings a session may have."""
+TRANSPORTS = {name: Transport(name, partial(_open, name)) for name in IDENTIFIERS}
 TRANSPORT = TRANSPORTS['rmw_cyclonedds_cpp']
 
 __all__ = ['CHOICE', 'CYCLONE', 'NATIVE', 'TRANSPORT', 'TRANSPORTS']

@@ -3,8 +3,7 @@
 Layouts are those of Cyclone DDS 0.10 and 11.0 (dds.h, dds_public_impl.h, ddsi_serdata.h); library.py tests
 the loaded library against them. Functions that may block let other Python threads run (CDLL). The short ones
 on a message's way do not (PyDLL): they hold their locks for moments, and no thread that holds one of these
-waits for Python. No callback is handed to the library, so none of its threads waits for the interpreter. The
-one exception is fast_dds.py, behind a switch: there the library holds none of those locks when it calls.
+waits for Python. No callback is handed to the library, so none of its threads waits for the interpreter.
 """
 
 from __future__ import annotations

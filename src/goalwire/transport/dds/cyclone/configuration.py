@@ -32,15 +32,6 @@ _SIZES = '<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>60000B</FragmentS
 _LONGEST_QUOTED = 80
 
 
-FAST_DDS_SERVICES = 'GOALWIRE_FASTDDS_SERVICES'
-"""1: servers on Fast DDS may be called."""
-
-
-def calls_fast_dds() -> bool:
-    """Whether servers on Fast DDS may be called."""
-    return os.environ.get(FAST_DDS_SERVICES, '').strip() == '1'
-
-
 def domain_configuration(domain_id: int) -> str:
     """Return the whole configuration, as dds_create_domain takes it.
 

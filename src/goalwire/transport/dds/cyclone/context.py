@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from goalwire.concurrency.descriptors import LibrarysSockets
 from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import TransportError
 from goalwire.reports import RejectCounters
 from goalwire.transport.dds.cyclone.abi import Library
-from goalwire.transport.dds.cyclone.configuration import calls_fast_dds, domain_configuration
+from goalwire.transport.dds.cyclone.configuration import domain_configuration
 from goalwire.transport.dds.cyclone.delivery import LocalReaders, ReaderDispatcher
 from goalwire.transport.dds.cyclone.discovery import Discovery
 from goalwire.transport.dds.cyclone.status import Peers, Statuses
@@ -21,9 +21,6 @@ from goalwire.transport.dds.environment import LARGEST_DOMAIN
 from goalwire.transport.dds.notifier import GraphNotifier
 from goalwire.transport.dds.session import DdsContext
 from goalwire.transport.endpoint import EndpointState, Shared
-
-if TYPE_CHECKING:
-    from goalwire.transport.dds.cyclone.fast_dds import Translation
 
 
 class Domain(NamedTuple):
@@ -74,7 +71,6 @@ class CycloneContext(DdsContext):
         self.guard = ForkGuard()
         self.rejects = RejectCounters()
         self.notifier = GraphNotifier()
-        self.translation = _translation(library)
         domain = open_domain(library, domain_id)
         try:
             self.participant = Participant(library, domain_id, encode_participant(enclave))
@@ -109,15 +105,6 @@ class CycloneContext(DdsContext):
         if participant is not None:
             participant.close()
         DOMAINS.close(self.domain_id)
-
-
-def _translation(library: Library) -> Translation | None:
-    """Return what lets clients call servers on Fast DDS, where the environment asks for it."""
-    if not calls_fast_dds():
-        return None
-    from goalwire.transport.dds.cyclone.fast_dds import translation
-
-    return translation(library)
 
 
 class EndpointBuilder:

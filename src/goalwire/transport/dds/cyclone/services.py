@@ -12,14 +12,14 @@ from functools import partial
 from itertools import count
 from threading import Lock
 from time import monotonic_ns, time_ns
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import NamedTuple, NoReturn
 
 from goalwire.errors import LocalError, RemoteError, TransportError
 from goalwire.records import replace
 from goalwire.reports import log_rejected, report_failure
 from goalwire.rules.qos import HistoryPolicy
 from goalwire.transport.contract import Endpoint, NodeName, Request, Sample, new_sample
-from goalwire.transport.dds.cyclone.configuration import FAST_DDS_SERVICES
+from goalwire.transport.dds import CHOICE
 from goalwire.transport.dds.cyclone.context import CycloneContext, EndpointBuilder
 from goalwire.transport.dds.cyclone.delivery import QueueingWriter, ReaderDispatcher
 from goalwire.transport.dds.cyclone.qos import endpoint_qos
@@ -36,16 +36,9 @@ from goalwire.transport.dds.service_header import (
 from goalwire.transport.dds.session import ClientEnd
 from goalwire.transport.endpoint import OpenPort
 
-if TYPE_CHECKING:
-    from goalwire.transport.dds.cyclone.fast_dds import Calls as FastDdsCalls
-
 _FOREIGN = (
-    'its server runs on Fast DDS, whose services take requests of another form: start it with '
-    f'RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, or set {FAST_DDS_SERVICES}=1 here'
-)
-_MIXED = (
-    'it has servers on Fast DDS and on Cyclone DDS, which take requests of different forms: start all with '
-    'RMW_IMPLEMENTATION=rmw_cyclonedds_cpp'
+    'its server runs on Fast DDS, whose services take requests of another form than libddsc sends: '
+    f'unset {CHOICE} here'
 )
 
 
@@ -145,11 +138,6 @@ class DdsClient(ClientEnd):
         self._answering: list[Peer] = []
         self._targets: tuple[frozenset[str], str] = frozenset(), ''
         """The servers that get a request now; without any, the reason."""
-        self._fast_dds = (
-            None if context.translation is None else context.translation.add(self._writer, self.reader)
-        )
-        if context.translation is not None:
-            new.undo.append(partial(context.translation.remove, self._writer))
         new.undo.append(self.close_calls)
         self._dispatcher = ReaderDispatcher(self.reader, new.state.title, self._on_message)
         new.take_in(self.reader.topic, self._dispatcher)
@@ -183,10 +171,7 @@ class DdsClient(ClientEnd):
             self.close_calls()
             return sequence
         writer = self._writer
-        if self._fast_dds is None:
-            result = writer.write(wrap((writer.instance, sequence), payload))
-        else:
-            result = self._send_translated(self._fast_dds, sequence, payload)
+        result = writer.write(wrap((writer.instance, sequence), payload))
         if result:
             self._refused(sequence, result)
         if writer.topic in self._local:
@@ -205,32 +190,20 @@ class DdsClient(ClientEnd):
             self._pop(sequence)
 
     def _pop(self, sequence: int) -> DdsCall | None:
-        if self._fast_dds is not None:
-            self._fast_dds.end(sequence)
         self._refusals.pop(sequence, None)
         return self._calls.pop(sequence, None)
 
-    def _send_translated(self, calls: FastDdsCalls, sequence: int, payload: bytes) -> int:
-        """Write a request in the form that its servers take; return 0 or the library's error."""
-        if self._requested[0].speaks_fast_dds:
-            return calls.write(payload, sequence)
-        return calls.write(wrap((self._writer.instance, sequence), payload))
-
     def _servers(self, requested: list[Peer]) -> tuple[frozenset[str], str]:
         """Return those of the servers that get a request; if none, the reason."""
-        foreign = [peer for peer in requested if peer.speaks_fast_dds]
-        if foreign and self._fast_dds is None:
+        if any(peer.speaks_fast_dds for peer in requested):
             return frozenset(), _FOREIGN
-        if foreign and len(foreign) < len(requested):
-            return frozenset(), _MIXED
         return frozenset(peer.server for peer in requested), ''
 
     def reaches_server(self) -> bool:
         """Whether both ends of a server are matched with ours (rmw_service_server_is_available)."""
         if not (self._requested and self._answering):
             self._look()
-        calls_all = self._fast_dds is not None
-        asked = [peer for peer in self._requested if calls_all or not peer.speaks_fast_dds]
+        asked = [peer for peer in self._requested if not peer.speaks_fast_dds]
         ids = {peer.service_id for peer in asked if peer.service_id}
         if not ids:
             return bool(asked and self._answering)
@@ -284,7 +257,7 @@ class DdsClient(ClientEnd):
             return
         call.on_reply(new_sample((payload, sequence, sent, time_ns(), self.gid)))
         peer = self._known.get(publication)
-        if peer is None or self._fast_dds is not None or call.servers != {peer.server}:
+        if peer is None or call.servers != {peer.server}:
             self._answered(sequence, publication)
         # hot path: `_answered` where only one was asked, 2 calls (1.2 us) and a lock less for each reply.
         elif self._calls.pop(sequence, None) is not None:
@@ -421,7 +394,7 @@ class DdsService(OpenPort):
             f'{self.state.title}: a {_FROM_FAST_DDS} was ignored',
             1,
             f"of node '{client.qualified}', which cannot be answered, for its RMW wants "
-            'what Cyclone DDS does not send: start both with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp',
+            f'what libddsc does not send: unset {CHOICE} here',
         )
 
     def send(self, request: DdsRequest, reply: bytes) -> None:

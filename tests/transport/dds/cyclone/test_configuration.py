@@ -14,7 +14,7 @@ from helpers.isolation import isolated_env
 from helpers.processes import Program
 
 from goalwire.errors import TransportError
-from goalwire.transport.dds import peers
+from goalwire.transport.dds import CHOICE, CYCLONE, peers
 from goalwire.transport.dds.cyclone.configuration import configured_peers, domain_configuration
 from goalwire.transport.dds.environment import Range, discovery_range
 from goalwire.transport.dds.peers import Unusable, resolve
@@ -198,7 +198,7 @@ def test_a_configuration_for_ipv6_is_seen(element: str) -> None:
 @pytest.fixture
 def env() -> dict[str, str]:
     """On DDS, with the range in which peers are asked."""
-    return isolated_env('rmw_cyclonedds_cpp') | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
+    return isolated_env('rmw_cyclonedds_cpp') | {CHOICE: CYCLONE, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
 
 
 @pytest.mark.slow

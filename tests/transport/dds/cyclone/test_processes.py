@@ -43,7 +43,7 @@ ECHO = """
 
 @pytest.fixture
 def environment(alone: dict[str, str]) -> dict[str, str]:
-    return alone | {'PYTHONPATH': os.pathsep.join([str(Path(__file__).parents[2])])}
+    return alone | {'PYTHONPATH': os.pathsep.join([str(Path(__file__).parents[3])])}
 
 
 @pytest.mark.slow

@@ -73,7 +73,7 @@ def pour(env: dict[str, str], topic: str, type_name: str, first: bytes, payloads
 
     `first` is written before the reader need know the writer: it may arrive or not.
     """
-    env = env | {'PYTHONPATH': str(Path(__file__).parents[2])}
+    env = env | {'PYTHONPATH': str(Path(__file__).parents[3])}
     with Program(POUR, topic, type_name, first.hex(), env=env) as program:
         for payload in payloads:
             program.write_line(payload.hex())

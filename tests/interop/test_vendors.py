@@ -1,0 +1,84 @@
+"""goalwire's own DDS session beside other vendors': all that ROS 2 has, with either side as the server."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+import pytest
+from helpers import real_rclpy
+from helpers.environments import Environment
+from helpers.isolation import isolated_env
+from helpers.processes import Program
+from helpers.wires import DDS
+
+from goalwire.errors import TransportError
+from goalwire.transport.dds import CHOICE, CYCLONE, NATIVE
+from goalwire.transport.dds.cyclone.library import find_library
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
+
+Side: TypeAlias = tuple[Path, dict[str, str]]
+"""An interpreter, and what is set for it."""
+
+PROGRAMS = Path(__file__).parent / 'programs'
+SERVER, CLIENT = PROGRAMS / 'vendor_server.py', PROGRAMS / 'vendor_client.py'
+FAST_DDS = 'rmw_fastrtps_cpp'
+USES = ('graph', 'topics', 'latched', 'services', 'parameters', 'goals')
+
+
+def _libddsc() -> tuple[Side, Side]:
+    try:
+        find_library()
+    except TransportError as error:
+        pytest.skip(str(error))
+    here = Path(sys.executable)
+    ours = {'RMW_IMPLEMENTATION': DDS, CHOICE: NATIVE}
+    return (here, ours), (here, {'RMW_IMPLEMENTATION': DDS, CHOICE: CYCLONE})
+
+
+def _real(install: Callable[..., Environment], wheels: tuple[str, ...]) -> tuple[Side, Side]:
+    if not real_rclpy.EXISTS:
+        pytest.skip(real_rclpy.WHY_NOT)
+    python = install(*wheels).python
+    definitions = {'AMENT_PREFIX_PATH': str(python.parents[1])}
+    ours = {'RMW_IMPLEMENTATION': FAST_DDS, CHOICE: NATIVE, **definitions}
+    return (Path(sys.executable), ours), (python, {'RMW_IMPLEMENTATION': FAST_DDS})
+
+
+@pytest.fixture(
+    params=[
+        'libddsc',
+        'rclpy of Jazzy on Fast DDS',
+        pytest.param('rclpy of Kilted on Fast DDS', marks=pytest.mark.long),
+    ]
+)
+def sides(request: pytest.FixtureRequest, install: Callable[..., Environment]) -> tuple[Side, Side]:
+    """goalwire's own session, and another implementation."""
+    if request.param == 'libddsc':
+        return _libddsc()
+    return _real(install, real_rclpy.WHEELS if 'Jazzy' in request.param else real_rclpy.KILTED)
+
+
+def _check_all(server: Side, client: Side) -> None:
+    shared = isolated_env(DDS)
+    with Program(SERVER, env=shared | server[1], python=server[0]) as serving:
+        serving.expect('ready')
+        with Program(CLIENT, '20', '4', env=shared | client[1], python=client[0]) as calling:
+            found = {use: calling.expect(rf'^{use} (\d+) of (\d+)').groups() for use in USES}
+            assert all(right == of for right, of in found.values()), found
+            assert calling.wait() == 0
+        serving.send_signal(signal.SIGINT)
+
+
+def test_another_vendors_client_uses_our_server(sides: tuple[Side, Side]) -> None:
+    ours, theirs = sides
+    _check_all(ours, theirs)
+
+
+def test_our_client_uses_another_vendors_server(sides: tuple[Side, Side]) -> None:
+    ours, theirs = sides
+    _check_all(theirs, ours)
