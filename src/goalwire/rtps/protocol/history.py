@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 
 class Change:
     """One sample, or the news that something is gone."""
@@ -49,6 +51,8 @@ class HistoryCache:
         """Bytes of all payloads."""
         self._depth = depth
         self._by_key: dict[bytes, int] | None = {} if is_keyed else None
+        self._gone: deque[int] = deque()
+        """The changes that say that something is gone."""
 
     def add(self, change: Change) -> None:
         """Keep a change, and let go of what it makes obsolete."""
@@ -58,6 +62,8 @@ class HistoryCache:
             self._by_key[change.key] = change.number
         elif self._depth and len(changes) >= self._depth:
             self.remove(next(iter(changes)))
+        if change.is_key:
+            self._gone.append(change.number)
         changes[change.number] = change
         self.size += change.size
 
@@ -73,6 +79,11 @@ class HistoryCache:
         """Let go of all changes up to `number`."""
         while self.changes and (first := next(iter(self.changes))) <= number:
             self.remove(first)
+
+    def forget_gone(self, number: int) -> None:
+        """Let go of the news up to `number` that something is gone: who comes later does not need it."""
+        while self._gone and self._gone[0] <= number:
+            self.remove(self._gone.popleft())
 
     def expire(self, before: int) -> None:
         """Let go of what was written before a time."""

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from goalwire.rtps.protocol.announcements import EndpointData
+from goalwire.rtps.protocol.history import Change
 from goalwire.rtps.protocol.messages import info_dst
 from goalwire.rtps.protocol.primitives import Address
 from goalwire.rtps.protocol.wire import FOREVER
@@ -19,6 +22,8 @@ class ReaderProxy:
     __slots__ = (
         'acked',
         'address',
+        'addressed',
+        'addressed_size',
         'asks',
         'counter',
         'data',
@@ -45,6 +50,9 @@ class ReaderProxy:
         """All samples up to this one are acknowledged, or none of its business."""
         self.last = start - 1
         """The last sample that it has been sent, where samples are addressed."""
+        self.addressed: deque[Change] = deque()
+        self.addressed_size = 0
+        """What is meant for it alone and not acknowledged, and the bytes of that."""
         self.counter = self.frag_counter = 0
         """Of its last ACKNACK and NACK_FRAG."""
         self.has_answered = False

@@ -101,6 +101,8 @@ class Repairs:
         acked = min(base - 1, last)
         if acked > proxy.acked:
             proxy.acked = acked
+            if proxy.addressed:
+                self.forget_addressed(proxy, acked)
             proxy.interval = HEARTBEAT_S
             proxy.due = FOREVER
             self.note_acked()
@@ -121,9 +123,20 @@ class Repairs:
         self.acked = min(
             (proxy.acked if output.is_open(proxy) else sent for proxy in output.reliable), default=sent
         )
-        if not self._is_local_history:
+        if self._is_local_history:
+            output.history.forget_gone(self.acked)
+        else:
             output.history.remove_up_to(self.acked)
         self._on_acknowledged()
+
+    def forget_addressed(self, proxy: ReaderProxy, number: int) -> None:
+        """Let go of what was meant for one reader alone, up to a sample."""
+        history, addressed = self._output.history, proxy.addressed
+        while addressed and addressed[0].number <= number:
+            change = addressed.popleft()
+            proxy.addressed_size -= change.size
+            if not self._is_local_history:
+                history.remove(change.number)
 
     def repair(self, proxy: ReaderProxy, numbers: list[int]) -> None:
         """Send samples again to one reader, up to a window, and ask it what it lacks then."""

@@ -116,7 +116,10 @@ class Writer:
         is_key: bool = False,
     ) -> int | None:
         """Do what `write` says. Inside `Wire.run`."""
-        if not self.data.qos.depth and self.is_full():
+        addressee = self.readers.get(to) if to is not None else None
+        if not self.data.qos.depth and (
+            self.is_full() if addressee is None else self._is_full_for(addressee)
+        ):
             self._was_full = True
             return None
         output = self._output
@@ -130,9 +133,13 @@ class Writer:
             if self.data.qos.lifespan < INFINITE:
                 self.history.expire(change.time - self.data.qos.lifespan)
             self.history.add(change)
+            if addressee is not None and addressee.is_reliable:
+                addressee.addressed.append(change)
+                addressee.addressed_size += change.size
         else:
             self._repairs.acked = number
         if not self.readers:
+            self.history.forget_gone(number)
             return number
         if output.unsent or (payload is not None and len(payload) > output.fragment_size):
             self._windows.queue(change)
@@ -168,6 +175,14 @@ class Writer:
         is_behind = self._output.last - self._repairs.acked >= MOST_UNACKNOWLEDGED
         return bool(self._output.reliable) and (is_behind or self._unacked_size() >= MOST_UNACKNOWLEDGED_SIZE)
 
+    def _is_full_for(self, proxy: ReaderProxy) -> bool:
+        """Whether a writer that keeps all waits for one reader; others that are silent do not matter."""
+        return (
+            self._windows.unsent_size >= MOST_UNACKNOWLEDGED_SIZE
+            or len(proxy.addressed) >= MOST_UNACKNOWLEDGED
+            or proxy.addressed_size >= MOST_UNACKNOWLEDGED_SIZE
+        )
+
     def is_acknowledged(self) -> bool:
         """Whether readers that have ever answered have acknowledged all that was written for them."""
         output = self._output
@@ -196,8 +211,8 @@ class Writer:
         self._offer_room()
 
     def _offer_room(self) -> None:
-        """Tell that there is room again, if there was none."""
-        if self._was_full and not self.is_full():
+        """Tell that there is room again, if there was none; there may be some for one reader alone."""
+        if self._was_full and (self._output.is_addressed or not self.is_full()):
             self._was_full = False
             self._wire.tell(self.listener.on_room)
 
@@ -238,6 +253,7 @@ class Writer:
         """Forget a reader. Inside `Wire.run`."""
         proxy = self.readers.pop(guid, None)
         if proxy is not None:
+            self._repairs.forget_addressed(proxy, self.last)
             self._output.note_readers()
             self._repairs.note_acked()
             self._wire.tell(self.listener.on_unmatched, proxy.data)

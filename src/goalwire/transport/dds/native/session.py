@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from goalwire.concurrency.descriptors import require_free
+from goalwire.errors import TransportError
 from goalwire.transport.contract import Endpoint, Request, Sample, SessionOptions
 from goalwire.transport.dds.native.client import NativeClient
 from goalwire.transport.dds.native.context import NativeContext
@@ -13,6 +14,7 @@ from goalwire.transport.dds.native.service import NativeService
 from goalwire.transport.dds.native.topics import NativePublisher, NativeSubscription
 from goalwire.transport.dds.session import ClientEnd, DdsSession, EndpointFactory, Made, PublisherEnd
 from goalwire.transport.endpoint import EndpointState, OpenPort
+from goalwire.transport.loopback import ADVICE, is_loopback_down
 
 
 class _Endpoints(EndpointFactory):
@@ -43,6 +45,8 @@ class _Endpoints(EndpointFactory):
 def open_session(options: SessionOptions, defaults: RmwDefaults) -> NativeSession:
     """Join a domain. Raises TransportError or ForkedError."""
     require_free('a session on DDS')
+    if is_loopback_down():
+        raise TransportError(f'cannot open a session on DDS: {ADVICE}')
     return NativeSession(NativeContext(options.domain_id, options.enclave, defaults))
 
 

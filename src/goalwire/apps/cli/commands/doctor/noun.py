@@ -16,13 +16,16 @@ from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.verbs import Noun, Verb
 from goalwire.errors import CallError, GoalwireError, TransportError
-from goalwire.transport import registry
+from goalwire.rules.domain import domain_from_environment
+from goalwire.transport import dds, registry
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
 
 _ENVIRONMENT = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'AMENT_PREFIX_PATH')
 _SELF_TEST_S = 15.0
+_LOOK_S = 1.0
+"""How long participants of DDS have to answer an announcement."""
 
 
 class Check(NamedTuple):
@@ -53,7 +56,7 @@ def _wires() -> list[Check]:
         mark = ' (selected)' if identifier == selected else ''
         try:
             registry.get(identifier)
-            if identifier == 'rmw_cyclonedds_cpp':
+            if identifier in dds.IDENTIFIERS and dds.chosen() == dds.CYCLONE:
                 from goalwire.transport.dds.cyclone.library import find_library
 
                 find_library()
@@ -87,6 +90,44 @@ def _port() -> Check | None:
         return Check(name, True, f'free: {offered}; {here}')
     advice = f'end {name_of_holder(port)}, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
     return Check(name, False, f'{name_of_holder(port)} {found.value}', advice)
+
+
+def _dds() -> Check | None:
+    """Say whose participants are on DDS, and how they are reached; None if nobody is, on another wire."""
+    from goalwire.transport.dds.vendors import look_for_participants, rmw_for, vendor_name
+
+    selected = registry.selected_identifier()
+    is_selected = selected in dds.IDENTIFIERS
+    name = 'DDS'
+    try:
+        domain = domain_from_environment()
+        name = f'DDS, domain {domain}'
+        found = look_for_participants(domain, _LOOK_S)
+    except (TransportError, ValueError) as error:
+        return Check(name, not is_selected, 'cannot be looked at', str(error), is_selected)
+    if not found:
+        return Check(name, True, 'nobody announces itself') if is_selected else None
+    told = ', '.join(f'{count} of {vendor_name(vendor)}' for vendor, count in found.most_common())
+    told = f'participants: {told}'
+    if is_selected:
+        return Check(name, True, told)
+    vendor = found.most_common(1)[0][0]
+    advice = f'{selected} does not reach them: RMW_IMPLEMENTATION={rmw_for(vendor)} does'
+    return Check(name, True, told, advice, is_needed=False)
+
+
+def _zenoh() -> Check | None:
+    """On DDS: say whether there is a Zenoh router, whose programs are not seen here."""
+    if registry.selected_identifier() not in dds.IDENTIFIERS:
+        return None
+    from goalwire.transport.zenoh.rendezvous import Holder, look
+    from goalwire.transport.zenoh.settings.environment import router_port
+
+    port = router_port()
+    if look(port) is not Holder.ZENOH:
+        return None
+    advice = 'its programs are not reached on DDS: RMW_IMPLEMENTATION=rmw_zenoh_cpp reaches them'
+    return Check(f'Zenoh, port {port}', True, 'a router answers', advice, is_needed=False)
 
 
 def _peers(arguments: Namespace) -> Check:
@@ -150,6 +191,8 @@ def _doctor(arguments: Namespace, output: Output) -> Outcome:
         _environment,
         _wires,
         _port,
+        _dds,
+        _zenoh,
         lambda: _peers(arguments),
     ]
     if not arguments.no_self_test:
