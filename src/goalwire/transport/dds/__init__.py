@@ -5,23 +5,12 @@ GOALWIRE_DDS says what it stands on: `native`, the default, for goalwire's own R
 
 from __future__ import annotations
 
-import os
 from functools import partial
 
 from goalwire.errors import TransportError
 from goalwire.security import is_asked_for
 from goalwire.transport.contract import Session, SessionOptions, Transport
-
-CHOICE = 'GOALWIRE_DDS'
-NATIVE, CYCLONE = 'native', 'cyclone'
-
-
-def chosen() -> str:
-    """Return what a session stands on. Raises TransportError for an unknown word."""
-    word = os.environ.get(CHOICE) or NATIVE
-    if word not in {NATIVE, CYCLONE}:
-        raise TransportError(f"{CHOICE} is '{word}'; set it to {NATIVE} or {CYCLONE}")
-    return word
+from goalwire.transport.dds.environment import CHOICE, CYCLONE, NATIVE, chosen
 
 
 def _refuse_identity(options: SessionOptions) -> None:
@@ -56,4 +45,4 @@ IDENTIFIERS = ('rmw_fastrtps_cpp', 'rmw_cyclonedds_cpp', 'rmw_connextdds')
 TRANSPORTS = {name: Transport(name, partial(_open, name)) for name in IDENTIFIERS}
 TRANSPORT = TRANSPORTS['rmw_cyclonedds_cpp']
 
-__all__ = ['CHOICE', 'CYCLONE', 'NATIVE', 'TRANSPORT', 'TRANSPORTS']
+__all__ = ['CHOICE', 'CYCLONE', 'IDENTIFIERS', 'NATIVE', 'TRANSPORT', 'TRANSPORTS', 'chosen']

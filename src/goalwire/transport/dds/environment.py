@@ -21,6 +21,19 @@ FILES = ('CYCLONEDDS_URI', 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PR
 """The variables that name the files of RMWs."""
 
 
+CHOICE = 'GOALWIRE_DDS'
+NATIVE, CYCLONE = 'native', 'cyclone'
+"""Which session is opened: goalwire's own, or one on libddsc."""
+
+
+def chosen() -> str:
+    """Return what a session stands on. Raises TransportError for an unknown word."""
+    word = os.environ.get(CHOICE) or NATIVE
+    if word not in {NATIVE, CYCLONE}:
+        raise TransportError(f"{CHOICE} is '{word}'; set it to {NATIVE} or {CYCLONE}")
+    return word
+
+
 class Range(Enum):
     """How far discovery looks (ROS_AUTOMATIC_DISCOVERY_RANGE)."""
 

@@ -19,13 +19,13 @@ from goalwire.records import replace
 from goalwire.reports import log_rejected, report_failure
 from goalwire.rules.qos import HistoryPolicy
 from goalwire.transport.contract import Endpoint, NodeName, Request, Sample, new_sample
-from goalwire.transport.dds import CHOICE
 from goalwire.transport.dds.cyclone.context import CycloneContext, EndpointBuilder
 from goalwire.transport.dds.cyclone.delivery import QueueingWriter, ReaderDispatcher
 from goalwire.transport.dds.cyclone.qos import endpoint_qos
 from goalwire.transport.dds.cyclone.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED, Peer
 from goalwire.transport.dds.cyclone.wire import RawSample, Reader, Writer
 from goalwire.transport.dds.description import EndpointData, Role, dds_topic, dds_type, encode_endpoint
+from goalwire.transport.dds.environment import CHOICE
 from goalwire.transport.dds.service_header import (
     Header,
     refusal,

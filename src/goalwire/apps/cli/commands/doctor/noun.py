@@ -17,6 +17,7 @@ from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.verbs import Noun, Verb
 from goalwire.errors import CallError, GoalwireError, TransportError
 from goalwire.rules.domain import domain_from_environment
+from goalwire.security import is_asked_for
 from goalwire.transport import dds, registry
 
 if TYPE_CHECKING:
@@ -98,6 +99,8 @@ def _dds() -> Check | None:
 
     selected = registry.selected_identifier()
     is_selected = selected in dds.IDENTIFIERS
+    if is_asked_for():
+        return None  # what is secured does not show itself there
     name = 'DDS'
     try:
         domain = domain_from_environment()
