@@ -80,7 +80,8 @@ def test_a_project_that_does_not_use_it_does_not_load_it(tmp_path: Path) -> None
         "    loaded = {name for name in sys.modules if name.startswith('goalwire.')}\n"
         "    assert 'goalwire.testing.plugin' in loaded\n"
         "    loaded = {name for name in loaded if not name.startswith('goalwire.idl')}\n"
-        "    assert loaded == {'goalwire.testing', 'goalwire.testing.plugin'}, loaded\n"
+        "    plugins = {f'goalwire.testing.{name}' for name in ('plugin', 'launch_tests')}\n"
+        "    assert loaded == {'goalwire.testing', *plugins}, loaded\n"
         "    assert not {'numpy', 'rclpy', 'asyncio', 'yaml'} & {*sys.modules} - {'asyncio'}\n"
     )
     output = _pytest(tmp_path, '-p', 'no:xdist', '-p', 'no:timeout', '-p', 'no:anyio')

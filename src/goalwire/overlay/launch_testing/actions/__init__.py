@@ -1,0 +1,25 @@
+"""launch_testing.actions: ReadyToTest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from launch import Action, LaunchContext
+
+__all__ = ['ReadyToTest']
+
+
+class ReadyToTest(Action):
+    """Says that the tests can begin."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._callbacks: list[Callable[[], object]] = []
+
+    def _add_callback(self, callback: Callable[[], object]) -> None:
+        self._callbacks.append(callback)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Tell whoever waits."""
+        for callback in self._callbacks:
+            callback()

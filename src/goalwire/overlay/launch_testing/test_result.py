@@ -1,0 +1,91 @@
+"""launch_testing.test_result: results that know their tests and how long each took."""
+
+from __future__ import annotations
+
+import time
+import unittest
+from collections.abc import Iterable
+from typing import Any, Protocol
+
+__all__ = ['FailResult', 'Result', 'SkipResult', 'TestResult']
+
+
+class HasCases(Protocol):
+    """A run with tests."""
+
+    def all_cases(self) -> Iterable[unittest.TestCase]:
+        """Yield every test."""
+
+
+class Result(Protocol):
+    """What every result of a run has."""
+
+    testsRun: int
+    failures: list[tuple[unittest.TestCase, str]]
+    errors: list[tuple[unittest.TestCase, str]]
+    skipped: list[tuple[unittest.TestCase, str]]
+
+    @property
+    def testTimes(self) -> dict[Any, float]:
+        """Return how long each test took, in s."""
+
+    def wasSuccessful(self) -> bool:
+        """Return whether none failed."""
+
+
+class FailResult(unittest.TestResult):
+    """All tests failed, for the launch ended before they did."""
+
+    def __init__(self, test_run: HasCases, message: str) -> None:
+        super().__init__()
+        self.testTimes: dict[Any, float] = {}
+        for case in test_run.all_cases():
+            self.failures.append((case, f'{message}\n'))
+            self.testTimes[case] = 0.0
+            self.testsRun += 1
+
+    def wasSuccessful(self) -> bool:
+        return False
+
+
+class SkipResult(unittest.TestResult):
+    """All tests were skipped, as the description was."""
+
+    def __init__(self, test_run: HasCases, skip_reason: str = '') -> None:
+        super().__init__()
+        self.testTimes: dict[Any, float] = {}
+        for case in test_run.all_cases():
+            self.addSkip(case, skip_reason)
+            self.testTimes[case] = 0.0
+            self.testsRun += 1
+
+
+class TestResult(unittest.TextTestResult):
+    """Also keeps how long each test took."""
+
+    __test__ = False  # for pytest
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.testTimes: dict[Any, float] = {}
+        """In s, by test."""
+        self._began = 0.0
+
+    @property
+    def testCases(self) -> list[Any]:
+        return list(self.testTimes)
+
+    def startTest(self, test: unittest.TestCase) -> None:
+        self._began = time.monotonic()
+        super().startTest(test)
+
+    def stopTest(self, test: unittest.TestCase) -> None:
+        self.testTimes[test] = time.monotonic() - self._began
+        super().stopTest(test)
+
+    def append(self, results: TestResult) -> None:
+        """Add the results of other tests of the same run."""
+        self.testTimes.update(results.testTimes)
+        self.testsRun += results.testsRun
+        for name in ('failures', 'errors', 'skipped', 'expectedFailures', 'unexpectedSuccesses'):
+            getattr(self, name).extend(getattr(results, name))

@@ -1,0 +1,5 @@
+"""launch_testing.tools.text."""
+
+from launch_testing.matching import build_line_match, build_text_match, normalize_lineseps
+
+__all__ = ['build_line_match', 'build_text_match', 'normalize_lineseps']

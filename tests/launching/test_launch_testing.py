@@ -1,0 +1,156 @@
+"""Launch tests: by the command `launch_test`, and under pytest."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+from helpers.isolation import NETWORK
+from helpers.processes import Program
+
+COMMAND = (Path('-m'), 'goalwire', 'run', 'launch_testing', 'launch_test')
+TALKER = f'''
+import unittest
+
+import launch_testing
+import launch_testing.actions
+import launch_testing.asserts
+import launch_testing.util
+import pytest
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, ExecuteProcess
+from launch.substitutions import LaunchConfiguration
+
+SCRIPT = """
+import signal, sys, threading
+print('ready for', sys.argv[1], flush=True)
+stop = threading.Event()
+signal.signal(signal.SIGINT, lambda *_: stop.set())
+stop.wait()
+print('bye', flush=True)
+sys.exit(int(sys.argv[2]))
+"""
+
+
+@pytest.mark.launch_test
+@launch_testing.parametrize('code', [CODES])
+def generate_test_description(code):
+    worker = ExecuteProcess(
+        cmd=[{sys.executable!r}, '-c', SCRIPT, LaunchConfiguration('whom'), str(code)], name='worker'
+    )
+    return LaunchDescription([
+        DeclareLaunchArgument('whom', default_value='everybody', description='Who is told'),
+        worker,
+        launch_testing.actions.ReadyToTest(),
+    ]), {{'worker': worker}}
+
+
+class TestWhileItRuns(unittest.TestCase):
+    def test_it_says_that_it_is_ready(self, proc_info, proc_output, worker, test_args):
+        proc_info.assertWaitForStartup(process=worker, timeout=20)
+        whom = test_args.get('whom', 'everybody')
+        proc_output.assertWaitFor(f'ready for {{whom}}', process=worker, stream='stdout', timeout=20)
+        self.assertFalse(proc_output.waitFor('bye', process=worker, stream='stdout', timeout=0))
+
+
+@launch_testing.post_shutdown_test()
+class TestWhenItHasEnded(unittest.TestCase):
+    def test_it_says_good_bye(self, proc_info, proc_output, worker, code):
+        with launch_testing.asserts.assertSequentialStdout(proc_output, worker) as checker:
+            checker.assertInStdout('ready for')
+            checker.assertInStdout('bye')
+        launch_testing.asserts.assertExitCodes(proc_info, process=worker)
+'''
+
+
+WITHOUT_READY = """
+from launch import LaunchDescription
+
+def generate_test_description():
+    return LaunchDescription([])
+"""
+
+
+@pytest.fixture
+def transport_name() -> str:
+    """No program here uses a wire."""
+    return NETWORK
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / 'test_worker.py'
+
+
+def test_all_launches_of_a_file_are_run_and_reported(isolated: dict[str, str], file: Path) -> None:
+    file.write_text(TALKER.replace('CODES', '0, 7'))
+    report = file.with_suffix('.xml')
+    with Program(*COMMAND, str(file), '--junit-xml', str(report), 'whom:=me', env=isolated) as program:
+        assert program.wait() == 1
+    assert 'Starting test run test_worker.test_worker.launch_tests[7]' in program.output
+    assert 'Proc worker-2 exited with code 7' in program.output
+    suites = ET.parse(report).getroot()
+    assert (suites.get('tests'), suites.get('failures'), suites.get('errors')) == ('4', '1', '0')
+    [failed] = [case for case in suites.iter('testcase') if case.find('failure') is not None]
+    assert failed.get('name') == 'test_it_says_good_bye[7]'
+
+
+def test_arguments_are_shown(isolated: dict[str, str], file: Path) -> None:
+    file.write_text(TALKER.replace('CODES', '0'))
+    with Program(*COMMAND, str(file), '--show-args', env=isolated) as program:
+        assert 'whom: Who is told' in program.succeed()
+
+
+def test_pytest_runs_a_marked_file_as_one_test(isolated: dict[str, str], file: Path) -> None:
+    file.write_text(TALKER.replace('CODES', '0'))
+    words = ('pytest', '-p', 'no:cacheprovider', '-c', '/dev/null', '--rootdir', str(file.parent))
+    with Program(Path('-m'), *words, str(file), '--launch-args', 'whom:=me', env=isolated) as program:
+        assert '1 passed' in program.succeed()
+
+
+def test_pytest_shows_which_test_of_a_launch_failed(isolated: dict[str, str], file: Path) -> None:
+    file.write_text(TALKER.replace('CODES', '3'))
+    words = ('pytest', '-p', 'no:cacheprovider', '-c', '/dev/null', '--rootdir', str(file.parent))
+    with Program(Path('-m'), *words, str(file), env=isolated) as program:
+        assert program.wait() == 1
+    assert 'test_it_says_good_bye[3]' in program.output
+    assert 'Proc worker-1 exited with code 3' in program.output
+    assert '1 failed' in program.output
+
+
+@pytest.mark.parametrize(
+    ('text', 'complaint'),
+    [
+        ('x = 1', 'has no function generate_test_description'),
+        (WITHOUT_READY, 'containing a ReadyToTest action'),
+        ('def generate_test_description(a): ...', "unexpected extra argument 'a'"),
+    ],
+)
+def test_a_file_that_tests_nothing_is_told(
+    isolated: dict[str, str], file: Path, text: str, complaint: str
+) -> None:
+    file.write_text(text)
+    with Program(*COMMAND, str(file), env=isolated) as program:
+        assert program.wait() != 0
+    assert complaint in program.output
+    assert 'Traceback' not in program.output
+
+
+def test_a_launch_that_ends_too_early_fails_its_tests(isolated: dict[str, str], file: Path) -> None:
+    file.write_text(
+        'import unittest, launch_testing.actions\n'
+        'from launch import LaunchDescription\n'
+        'from launch.actions import ExecuteProcess\n'
+        'def generate_test_description():\n'
+        f'    died = ExecuteProcess(cmd=[{sys.executable!r}, "-c", "raise SystemExit(4)"])\n'
+        '    return LaunchDescription([died, launch_testing.actions.ReadyToTest()]), {"died": died}\n'
+        'class TestIt(unittest.TestCase):\n'
+        '    def test_output(self, proc_output):\n'
+        '        proc_output.assertWaitFor("never", timeout=20)\n'
+    )
+    with Program(*COMMAND, str(file), env=isolated) as program:
+        assert program.wait() == 1
+    assert 'Processes under test stopped before tests completed' in program.output
+    assert 'exited with 4' in program.output
