@@ -18,6 +18,7 @@ from helpers.zenoh_sides import address
 
 from goalwire.errors import SecurityError, TransportError
 from goalwire.records import replace
+from goalwire.security import audit
 from goalwire.security.environment import Chosen
 from goalwire.security.keystore import Keystore
 from goalwire.security.policy import Verb
@@ -283,6 +284,25 @@ def test_refusals_are_counted(
         _put(session.protocol, TOPIC)
     _mark(session, target)
     assert target.wire.refused()['refused put'] == 3
+
+
+@pytest.mark.parametrize('mode', ['enforce', 'audit'])
+def test_what_is_refused_stands_in_the_audit_log(
+    keystore: Keystore,
+    victim: Callable[[str], Victim],
+    attacker: Callable[[Victim], NativeSession],
+    mode: str,
+) -> None:
+    target = victim(_policy(mode=mode))
+    session = attacker(target)
+    for _ in range(3):
+        _publishes(session, target, Verb.PUBLISH)
+    target.close()
+    entries = [each for each in audit.read(audit.log_path(keystore.path, 'robby')) if each['key'] == TOPIC]
+    (entry,) = [each for each in entries if each['act'] == 'put']
+    assert entry['who'] == 'mallory'
+    assert entry['outcome'] == ('was refused' if mode == 'enforce' else 'would be refused')
+    assert "none of the roles of 'mallory' may publish '/secret'" in entry['reason']
 
 
 # ---- in another's name

@@ -7,6 +7,7 @@ certificate has ended or was revoked are closed for good.
 
 from __future__ import annotations
 
+from collections import deque
 from datetime import UTC, datetime
 from threading import Lock
 from time import time
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING
 from goalwire.errors import SecurityError, TransportError
 from goalwire.reports import LOGGER, RejectCounters
 from goalwire.rules import reasons
+from goalwire.security import audit
 from goalwire.security.changes import look_at
 from goalwire.security.environment import Chosen
 from goalwire.security.policy import Policy
@@ -73,6 +75,9 @@ class SessionSecurity:
         self._seen = look_at(self._files)
         self._policy = load_policy(self._policy_path)
         self._revoked = load_revoked(self._revoked_path)
+        self._audit_path = audit.log_path(chosen.folder, chosen.name)
+        self._is_audit_lost = False
+        self._unwritten: deque[dict[str, str]] = deque()
         self._told: set[tuple[str, Act, str]] = set()
         self._lock = Lock()
 
@@ -120,7 +125,7 @@ class SessionSecurity:
         return reasons.denied(reason.replace(policy.title, self._policy_path.name))
 
     def _tell(self, policy: Policy, who: str, act: Act, key: str, reason: str) -> None:
-        """Log the first refusal of each kind, identity and endpoint."""
+        """Log the first refusal of each kind, identity and endpoint, also in the audit log."""
         with self._lock:
             if (who, act, key) in self._told or len(self._told) >= MOST_TOLD:
                 return
@@ -129,6 +134,23 @@ class SessionSecurity:
 
         what = 'was refused' if policy.is_enforced else 'would be refused'
         get_logger(LOGGER).warning(f"'{who}': a {act.value} {what}: {reason}")
+        time = datetime.now(UTC).isoformat(timespec='milliseconds')
+        entry = {'time': time, 'outcome': what, 'who': who, 'act': act.value, 'key': key, 'reason': reason}
+        self._unwritten.append(entry)  # the session's section is held: nothing may wait for a disk here
+
+    def write_audit(self) -> None:
+        """Write down what was refused since the last time. If that fails, it is logged once."""
+        entries = [self._unwritten.popleft() for _ in range(len(self._unwritten))]
+        if not entries:
+            return
+        try:
+            audit.append(self._audit_path, *entries)
+        except OSError as error:
+            if not self._is_audit_lost:
+                self._is_audit_lost = True
+                from goalwire.logging import get_logger
+
+                get_logger(LOGGER).error(f"the audit log '{self._audit_path}' cannot be written: {error}")
 
     # ---- what changes
 
@@ -137,6 +159,7 @@ class SessionSecurity:
 
         def look() -> None:
             session.call_later(LOOK_S, look)
+            self.write_audit()
             before = self._policy
             seen = look_at(self._files)
             if seen != self._seen:

@@ -271,3 +271,5 @@ class NativeWire(wire.Wire):
 
     def close(self) -> None:
         self.session.close()
+        if self._security is not None:
+            self._security.write_audit()

@@ -9,6 +9,7 @@ NOUN = Noun(
     'Keep strangers out: keys, certificates, and who may do what',
     (
         Verb('add', 'Make an identity: a robot, a person, a program or a router', *lazy('secure.add')),
+        Verb('audit', 'Read what an identity has refused, and check the log', *lazy('secure.audit')),
         Verb('check', 'Check a keystore and its policy', *lazy('secure.check')),
         Verb(
             'config',

@@ -1,0 +1,30 @@
+"""goalwire secure audit: reads an identity's audit log, and checks that no line of it was changed."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from goalwire.apps.cli.commands.secure.keystores import add_keystore_argument, find_folder
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `secure audit` takes."""
+    parser.add_argument('name', metavar='NAME', help='The identity of the program that has refused')
+    add_keystore_argument(parser)
+
+
+def run(arguments: Namespace, output: Output) -> None:
+    """Print the entries. Raises SecurityError at the first line that does not follow the one before it."""
+    from goalwire.security.audit import log_path, read
+
+    for entry in read(log_path(find_folder(arguments), arguments.name)):
+        if output.json:
+            output.data(entry)
+        else:
+            output.line(
+                f'{entry["time"]} {entry["outcome"]}: {entry["who"]}: {entry["act"]}: {entry["reason"]}'
+            )
