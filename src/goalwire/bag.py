@@ -9,9 +9,12 @@ from importlib import import_module
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from goalwire.apps.bag.answering import Answers
+    from goalwire.apps.bag.comparing import Difference, Tolerance
     from goalwire.apps.bag.options import PlayOptions, RecordOptions
     from goalwire.apps.bag.player import Player
     from goalwire.apps.bag.recorder import Recorder
+    from goalwire.apps.bag.replaying import Replay, ReplayOptions
     from goalwire.apps.bag.selection import Names, Selection
     from goalwire.errors import BagError
     from goalwire.rosbag2.model import Message, Schema, Topic
@@ -19,7 +22,9 @@ if TYPE_CHECKING:
     from goalwire.rosbag2.writer import Writer
 
 _ORIGINS = {
+    'Answers': 'goalwire.apps.bag.answering',
     'BagError': 'goalwire.errors',
+    'Difference': 'goalwire.apps.bag.comparing',
     'Message': 'goalwire.rosbag2.model',
     'Names': 'goalwire.apps.bag.selection',
     'PlayOptions': 'goalwire.apps.bag.options',
@@ -27,13 +32,18 @@ _ORIGINS = {
     'Reader': 'goalwire.rosbag2.reader',
     'RecordOptions': 'goalwire.apps.bag.options',
     'Recorder': 'goalwire.apps.bag.recorder',
+    'Replay': 'goalwire.apps.bag.replaying',
+    'ReplayOptions': 'goalwire.apps.bag.replaying',
     'Schema': 'goalwire.rosbag2.model',
     'Selection': 'goalwire.apps.bag.selection',
+    'Tolerance': 'goalwire.apps.bag.comparing',
     'Topic': 'goalwire.rosbag2.model',
     'Writer': 'goalwire.rosbag2.writer',
 }
 __all__ = [
+    'Answers',
     'BagError',
+    'Difference',
     'Message',
     'Names',
     'PlayOptions',
@@ -41,8 +51,11 @@ __all__ = [
     'Reader',
     'RecordOptions',
     'Recorder',
+    'Replay',
+    'ReplayOptions',
     'Schema',
     'Selection',
+    'Tolerance',
     'Topic',
     'Writer',
 ]

@@ -61,3 +61,5 @@ class PlayOptions:
     requests_from: str = ''
     """The side whose recorded events are sent to the servers as requests, and not published:
     'service_introspection' or 'client_introspection'; '' for none."""
+    goals_from: str = ''
+    """The same for the goals of actions: they are sent to the servers, and cancelled where they were."""

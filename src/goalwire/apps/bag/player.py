@@ -10,8 +10,9 @@ from rosgraph_msgs.msg import Clock
 
 from goalwire.aio import Node, Publisher
 from goalwire.aio.raw import RawPublisher
+from goalwire.apps.bag.goal_requests import GoalRequests
 from goalwire.apps.bag.options import PlayOptions
-from goalwire.apps.bag.selection import service_of
+from goalwire.apps.bag.selection import action_of, service_of
 from goalwire.apps.bag.service_requests import ServiceRequests
 from goalwire.errors import BagError
 from goalwire.records import replace
@@ -54,10 +55,19 @@ class Player:
         self._anchor = 0.0
         """When, on the loop's clock, the bag's time was `_position`."""
         self._messages: Iterator[Message] = iter(())
+        self._senders: dict[str, ServiceRequests | GoalRequests] = {}
+        """What sends the requests of events, by their topics; those topics are not published."""
+        self._requests: ServiceRequests | None = None
+        self._goals: GoalRequests | None = None
         called = [t for t in self.topics if options.requests_from and service_of(t.name)]
-        self._requests = ServiceRequests(node, called, options.requests_from) if called else None
-        self._called = {topic.name for topic in called}
-        self._publishers = {t.name: self._publisher(t) for t in self.topics if t not in called}
+        if called:
+            self._requests = ServiceRequests(node, called, options.requests_from)
+            self._senders |= {topic.name: self._requests for topic in called}
+        acted = [t for t in self.topics if options.goals_from and action_of(t.name)]
+        if acted:
+            self._goals = GoalRequests(node, acted, options.goals_from)
+            self._senders |= {topic.name: self._goals for topic in acted}
+        self._publishers = {t.name: self._publisher(t) for t in self.topics if t.name not in self._senders}
         self._clock: Publisher[Clock] | None = None
         if options.clock_hz or options.clock_topics or options.clock_always:
             self._clock = node.publisher(Clock, '/clock', qos=1)
@@ -96,6 +106,11 @@ class Player:
     def requested(self) -> int:
         """How many recorded requests were sent to servers."""
         return 0 if self._requests is None else self._requests.sent
+
+    @property
+    def goals_sent(self) -> int:
+        """How many recorded goals were sent to servers."""
+        return 0 if self._goals is None else self._goals.sent
 
     @property
     def rate(self) -> float:
@@ -156,13 +171,14 @@ class Player:
     async def play(self) -> None:
         """Play to the end, again and again with `loop`. Raises BagError if the bag is broken."""
         await self._wait_for_known_subscribers()
-        if self._requests is not None:
-            await self._requests.wait_for_servers(DISCOVERY_S)
+        senders = [each for each in (self._requests, self._goals) if each is not None]
+        for sender in senders:
+            await sender.wait_for_servers(DISCOVERY_S)
         ticking = asyncio.create_task(self._tick()) if self.options.clock_hz else None
         try:
             await self._play_rounds()
-            if self._requests is not None:
-                await self._requests.finish()
+            for sender in senders:
+                await sender.finish()
         finally:
             self._is_playing = False
             if ticking is not None:
@@ -219,9 +235,9 @@ class Player:
     def _publish(self, message: Message) -> None:
         if self.options.clock_always or message.topic in self.options.clock_topics:
             self._publish_clock(message.time)
-        if message.topic in self._called:
-            assert self._requests is not None
-            self._requests.send(message)
+        sender = self._senders.get(message.topic)
+        if sender is not None:
+            sender.send(message)
             return
         self._publishers[message.topic].publish(message.data)
         self.published += 1

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from goalwire.apps.bag.options import PlayOptions
 from goalwire.apps.bag.selection import Names, Selection
 from goalwire.apps.cli.commands.bag.keys import DOWN, RIGHT, UP, keys
+from goalwire.apps.cli.commands.bag.live_servers import add_live_arguments, answer, expect
 from goalwire.apps.cli.commands.bag.reading import bag_argument, open_bag
 from goalwire.apps.cli.commands.bag.selecting import names, regular_expression
 from goalwire.apps.cli.framework.lookup import full_name
@@ -77,8 +78,14 @@ def add_arguments(parser: ArgumentParser) -> None:
         '--service-requests-source',
         choices=('service_introspection', 'client_introspection'),
         default='service_introspection',
-        help='Whose events the requests are taken from (default: those of the servers)',
+        help='Whose events requests and goals are taken from (default: those of the servers)',
     )
+    parser.add_argument(
+        '--send-actions-as-client',
+        action='store_true',
+        help='Send the recorded goals to the action servers, and cancel those that were cancelled',
+    )
+    add_live_arguments(parser)
     parser.add_argument('--disable-loan-message', action='store_true', help='Accepted as in ROS 2')
 
 
@@ -171,6 +178,7 @@ def _options(arguments: Namespace) -> PlayOptions:
         clock_always=arguments.clock_topics_all,
         paused=arguments.start_paused,
         requests_from=arguments.service_requests_source if arguments.publish_service_requests else '',
+        goals_from=arguments.service_requests_source if arguments.send_actions_as_client else '',
     )
 
 
@@ -178,6 +186,10 @@ def run(arguments: Namespace, output: Output) -> Outcome:
     """Play it to its end, or until Ctrl-C."""
     options = _options(arguments)
     with open_bag(arguments) as bag:
+        if arguments.expect:
+            return expect(bag, selection(arguments), arguments, output)
+        if arguments.answer_calls:
+            return answer(bag, selection(arguments), arguments)
         return play(bag, options, arguments, output)
 
 
@@ -198,7 +210,8 @@ def play(bag: Reader, options: PlayOptions, arguments: Namespace, output: Output
         if acked is not None:
             await asyncio.to_thread(player.wait_for_acknowledgements, acked * 1_000_000 or None)
         requests = f', {player.requested:,} requests were sent' if options.requests_from else ''
-        tell(f'{player.published:,} messages were published{requests}')
+        goals = f', {player.goals_sent:,} goals were sent' if options.goals_from else ''
+        tell(f'{player.published:,} messages were published{requests}{goals}')
 
     return live(run_player, NODE_NAME)
 
