@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from goalwire.testing.answers import NEVER as NEVER
     from goalwire.testing.answers import After as After
     from goalwire.testing.answers import after as after
+    from goalwire.testing.bags import Expect as Expect
     from goalwire.testing.calls import Outcome as Outcome
     from goalwire.testing.graph import Graph as Graph
     from goalwire.testing.log import Log as Log
@@ -25,6 +26,7 @@ _NAMES = {
     'errors': 'DeadlockError',
     'testing.action': 'Conduct FakeAction',
     'testing.answers': 'NEVER After after',
+    'testing.bags': 'Expect',
     'testing.calls': 'Outcome',
     'testing.graph': 'Graph',
     'testing.log': 'Log',

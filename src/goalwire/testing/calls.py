@@ -44,7 +44,7 @@ def call(
         async with node:
             return await node.client(srv_type, name).call(request, timeout=timeout, **fields)
 
-    return _run(calling())
+    return run_here(calling())
 
 
 def send_goal(
@@ -65,10 +65,11 @@ def send_goal(
             feedback = [message async for message in run.feedback]
             return Outcome(await run.result, feedback)
 
-    return _run(sending())
+    return run_here(sending())
 
 
-def _run(coroutine: Coroutine[Any, Any, T]) -> T:
+def run_here(coroutine: Coroutine[Any, Any, T]) -> T:
+    """Run a coroutine on this thread; raises RuntimeError in an asyncio loop, which this would hold up."""
     if running_loop() is not None:
         coroutine.close()
         raise RuntimeError(

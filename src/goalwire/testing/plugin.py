@@ -1,4 +1,4 @@
-"""The pytest plugin: `gw_graph`, `gw_clock` and --gw-transport.
+"""The pytest plugin: `gw_graph`, `gw_clock`, `gw_expect` and --gw-transport.
 
 Pytest imports it in every project that has goalwire installed. So all else is imported by the fixtures.
 """
@@ -12,7 +12,7 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from goalwire.testing import Graph, VirtualClock
+    from goalwire.testing import Expect, Graph, VirtualClock
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -47,3 +47,11 @@ def gw_graph(request: pytest.FixtureRequest) -> Iterator[Graph]:
 
     with Graph(request.config.getoption('--gw-transport')) as graph:
         yield graph
+
+
+@pytest.fixture
+def gw_expect(gw_graph: Graph) -> Expect:
+    """`gw_expect('bag')`: what is in `gw_graph` answers the calls and goals of a bag as recorded."""
+    from goalwire.testing import Expect
+
+    return Expect(gw_graph)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from example_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from geometry_msgs.msg import PoseStamped
+from helpers.command_line import Begin, CommandLine
 from helpers.loops import Play
 from helpers.patience import PATIENCE
 
@@ -86,9 +88,9 @@ async def until_asked(*parts: Any) -> None:
             await asyncio.sleep(0.005)
 
 
-async def record(path: Path) -> None:
+async def record(path: Path, wrong: int = 0) -> None:
     async with goalwire.Node('server') as server, goalwire.Node('caller') as caller:
-        servers = Servers(server)
+        servers = Servers(server, wrong=wrong)
         async with goalwire.Node('recorder') as node, Recorder(node, Writer(path), CALLS) as recorder:
             await until_asked(servers.add._core, *servers.count._core._endpoints.servers)
             await ask(caller)
@@ -185,6 +187,26 @@ def test_a_bag_answers_in_the_place_of_the_servers(play: Play, bag: Path) -> Non
                 await add.call(a=0, b=0, timeout=PATIENCE)
 
     play(scenario)
+
+
+def test_commands_answer_from_a_bag_and_compare_with_one(
+    play: Play, bag: Path, ros2: CommandLine, begin: Begin, tmp_path: Path
+) -> None:
+    other = tmp_path / 'other'
+    play(lambda: record(other, wrong=1))
+    servers = begin('bag', 'play', str(bag), '--answer-calls', '--rate', '1000')
+    servers.expect('answering from .*: /add, /count; Ctrl-C ends it')
+    expect = ('--expect', '--services', '/add', '--rate', '1000')
+    same = ros2('bag', 'play', str(bag), *expect)
+    assert (same.code, same.out) == (0, '')
+    assert 'sending 3 requests and 0 goals' in same.err
+    assert 'everything is as it was recorded' in same.err
+    changed = ros2('bag', 'play', str(other), *expect)
+    assert (changed.code, changed.lines[0]) == (1, "call 1 '/add' (a=40, b=1): sum 41, was 42")
+    assert '3 differences' in changed.err
+    servers.send_signal(signal.SIGINT)
+    assert servers.wait() == 0
+    assert '6 requests and goals were answered' in servers.output
 
 
 async def _by_player(node: goalwire.Node, bag: Reader) -> None:

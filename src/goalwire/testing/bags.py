@@ -1,0 +1,56 @@
+"""Regression tests from a bag: recorded requests and goals are sent to what is tested."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING
+
+from goalwire.apps.bag.comparing import Difference, Tolerance
+from goalwire.apps.bag.replaying import Replay, ReplayOptions
+from goalwire.rosbag2.reader import Reader
+from goalwire.testing.calls import run_here
+
+if TYPE_CHECKING:
+    from goalwire.apps.bag.selection import Selection
+    from goalwire.testing.graph import Graph
+
+
+class Expect:
+    """`gw_expect('bag')` fails the test if the servers in the graph answer otherwise than recorded."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+
+    def __call__(
+        self,
+        bag: str | PathLike[str],
+        *,
+        tolerance: float = 0.0,
+        feedback_tolerance: int = 0,
+        ignore_stamps: bool = False,
+        ignore_fields: tuple[str, ...] = (),
+        selection: Selection | None = None,
+        rate: float = 1.0,
+        timeout: float = 10.0,
+    ) -> None:
+        """Send the calls and goals of a bag, and wait for all answers; it blocks.
+
+        Raises AssertionError with a line for each field that differs. `tolerance` is for floating-point
+        fields, `timeout` in s for each answer, and for goals beyond their recorded time. Raises BagError
+        for a bag without calls, InterfaceError for types that are unknown here.
+        """
+        allowed = Tolerance(tolerance, feedback_tolerance, ignore_stamps, tuple(ignore_fields))
+        options = ReplayOptions(selection, allowed, rate, timeout)
+        differences = self.differences(bag, options)
+        if differences:
+            raise AssertionError('\n'.join(map(str, differences)))
+
+    def differences(self, bag: str | PathLike[str], options: ReplayOptions | None = None) -> list[Difference]:
+        """Send them likewise, and return what differs."""
+
+        async def replay() -> list[Difference]:
+            with Reader(bag) as reader:
+                async with self._graph.node('bag_player') as node:
+                    return await Replay(node, reader, options).run()
+
+        return run_here(replay())
