@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 from helpers.rtps_network import Collector, Network, Publisher
 from hypothesis import given, settings
@@ -283,3 +285,38 @@ def test_a_reader_that_holds_back_all_that_it_may_goes_on(monkeypatch: pytest.Mo
     for _ in range(20):
         writer.write(bytes(1000))
     assert network.run(5, lambda: len(collector.samples) == 21)
+
+
+def _has(collector: Collector, count: int) -> bool:
+    return len(collector.samples) == count
+
+
+def _sizes_to_a_far_reader(loses: bool) -> list[int]:
+    """Send three samples of 4 MB to another host, and return the largest packet of each."""
+    network = Network(3)
+    one, _ = network.participant()
+    other, _ = network.participant()
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', Qos(reliability=RELIABLE, depth=10), publisher)
+    other.create_reader('t', 'T', Qos(reliability=RELIABLE, depth=10), collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    network.run(0.2)
+    network.keeps = True
+    network.loss = 0.05 if loses else 0
+    sizes = []
+    for number in range(1, 4):
+        network.packets.clear()
+        writer.write(bytes(4_000_000))
+        assert network.run(60, partial(_has, collector, number))
+        sizes.append(max(len(packet) for _, source, _, packet in network.packets if source[0] == '10.0.0.1'))
+    return sizes
+
+
+def test_fragments_to_another_host_grow_when_much_has_arrived() -> None:
+    first, _, last = _sizes_to_a_far_reader(loses=False)
+    assert first < 1472, 'no network cuts these'
+    assert last > 8000
+
+
+def test_fragments_to_another_host_stay_small_where_packets_are_lost() -> None:
+    assert max(_sizes_to_a_far_reader(loses=True)) < 1472

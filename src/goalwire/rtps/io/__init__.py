@@ -1,6 +1,6 @@
 """Sockets and waiting for `rtps.protocol`.
 
-settings            what a session is opened with
+settings            the values that a session is opened with
 interfaces          the addresses of this host
 interface_changes   tells when they change
 addresses           which ports a participant has, and where it announces itself

@@ -1,4 +1,4 @@
-"""What a session is opened with: plain values, which know nothing of any file or variable."""
+"""The settings of a session: plain values, which know nothing of any file or variable."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BUFFER_SIZE = 4 << 20
 
 @record
 class Settings:
-    """What a session is opened with."""
+    """The values that a session is opened with."""
 
     domain: int = 0
     reach: Reach = Reach.LOCALHOST
@@ -44,7 +44,7 @@ class Settings:
     """Whether it announces itself to the participants of this machine by unicast."""
     ports: Ports = STANDARD
     participant: int | None = None
-    """Whose ports it takes, counted from 0; None: the first that are free."""
+    """The index of the ports that it takes, from 0; None: the first that are free."""
     participants: int = ANNOUNCED_PARTICIPANTS
     """Participants of each peer that it announces itself to."""
     tag: str = ''

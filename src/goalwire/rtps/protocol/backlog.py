@@ -1,4 +1,4 @@
-"""What a reader keeps of one writer: samples that came too early, and those of which not all has come."""
+"""Samples of one writer that its reader keeps: they came too early, or a part of them is missing."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from goalwire.rtps.protocol.wire import Wire
 
 
 class Sample(NamedTuple):
-    """What a reader delivers."""
+    """One sample, as a reader delivers it."""
 
     writer: bytes
     """The GUID of its writer."""
@@ -41,7 +41,7 @@ class Backlog:
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
         self.held: dict[int, Sample | None] = {}
-        """What came too early; None for what will not come."""
+        """Samples that came too early; None stands for one that will not come."""
         self.partials: dict[int, Partial] = {}
         """Samples in fragments of which some are missing."""
         self.size = 0
