@@ -12,6 +12,9 @@ from helpers.markdown import ROOT
 from helpers.patience import wait_for
 from helpers.processes import Program
 
+from goalwire.security.policy import Verb
+from goalwire.security.policy_file import load_policy
+
 
 @pytest.fixture
 def line(tmp_path: Path) -> CommandLine:
@@ -69,6 +72,30 @@ def test_a_router_keeps_the_policy_and_takes_its_changes(line: CommandLine, tmp_
             router.expect('the router starts anew')
             router.expect('listens on')
             wait_for(lambda: 'sum=5' in ann(*call, '{a: 2, b: 3}').out)
+
+
+@pytest.mark.slow
+def test_a_learnt_policy_allows_what_was_seen_and_no_more(line: CommandLine, tmp_path: Path) -> None:
+    with (
+        Program(ROOT / 'examples' / 'fibonacci_action_server.py', env=line.env) as counter,
+        Program(ROOT / 'examples' / 'add_two_ints_server.py', env=line.env) as adder,
+    ):
+        counter.expect('Ready')
+        adder.expect('Ready')
+        line.ok('secure', 'learn', '--for', '1', '-o', 'policy.toml')
+    policy = load_policy(tmp_path / 'policy.toml')
+    assert policy.mode == 'audit'
+    for verb, name, is_allowed in (
+        (Verb.SERVE, '/add_two_ints', True),
+        (Verb.SERVE, '/fibonacci', True),
+        (Verb.SERVE, '/add_two_ints_server/get_parameters', True),
+        (Verb.PUBLISH, '/rosout', True),
+        (Verb.RUN, '/add_two_ints_server', True),
+        (Verb.CALL, '/add_two_ints', False),
+        (Verb.SERVE, '/other', False),
+        (Verb.PUBLISH, '/chatter', False),
+    ):
+        assert policy.decide('robot', verb, name).is_allowed is is_allowed, (verb, name)
 
 
 @pytest.mark.slow

@@ -11,8 +11,8 @@ from typing import NamedTuple, TypeAlias
 
 from goalwire.errors import RemoteError
 from goalwire.security.policy import Verb
-from goalwire.transport.contract import EndpointKind
-from goalwire.transport.zenoh.tokens import GRAPH_SPACE, parse
+from goalwire.transport.contract import EndpointKind, GraphEntity
+from goalwire.transport.zenoh.tokens import GRAPH_SPACE, dds_type, parse
 from goalwire.zenoh.protocol.guard import Act
 
 HISTORY = '/@adv/'
@@ -117,6 +117,15 @@ def _of_token(token: str, session: str, *, learns: bool) -> tuple[Questions, Que
     if entity.kind in _USERS:
         return (runs, uses), (looks, offers)
     return (runs, offers), (looks, uses, offers._replace(verbs=(Verb.INTROSPECT,)))
+
+
+def need_of(entity: GraphEntity) -> Question:
+    """Return what the owner of an endpoint must be allowed; of an action's feed or result, to watch it."""
+    subject = _subject(0, entity.name, dds_type(entity.type_name))
+    wanted = _using(subject) if entity.kind in _USERS else _offering(subject)
+    if Verb.WATCH in wanted.verbs and subject.action[1] != 'send_goal':
+        return wanted._replace(verbs=(Verb.WATCH,))
+    return wanted
 
 
 _DATA: dict[Act, Callable[[_Subject], Question]] = {

@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.commands.secure.keystores import add_keystore_argument, find_folder
+from goalwire.apps.cli.framework.output import tell
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -21,7 +22,11 @@ def run(arguments: Namespace, output: Output) -> None:
     """Print the entries. Raises SecurityError at the first line that does not follow the one before it."""
     from goalwire.security.audit import log_path, read
 
-    for entry in read(log_path(find_folder(arguments), arguments.name)):
+    path = log_path(find_folder(arguments), arguments.name)
+    if not path.exists():
+        tell(f"{arguments.name} has refused nothing: there is no '{path}'")
+        return
+    for entry in read(path):
         if output.json:
             output.data(entry)
         else:

@@ -27,6 +27,12 @@ NOUN = Noun(
         Verb('import', 'Take an identity from a file', *lazy('secure.take')),
         Verb('init', 'Make a keystore with new authorities and a first policy', *lazy('secure.init')),
         Verb('issue', 'Make a new key for a name without one, as after revoke', *lazy('secure.issue')),
+        Verb(
+            'learn',
+            'Watch a system at work, and write the policy that it needs',
+            *lazy('secure.learn'),
+            has_json=False,
+        ),
         Verb('list', 'List the identities of a keystore', *lazy('secure.list')),
         Verb('renew', 'Give identities new keys and certificates', *lazy('secure.renew')),
         Verb('revoke', 'Refuse all certificates that a name has now', *lazy('secure.revoke')),
