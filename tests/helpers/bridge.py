@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple, Self
 from helpers.patience import PATIENCE
 from helpers.processes import Program
 from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Subprotocol
 
 
 class Bridge(NamedTuple):
@@ -59,6 +61,99 @@ class WebSocket:
 
     def __enter__(self) -> Self:
         self.socket = self._connect.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._connect.__exit__(kind, error, trace)
+
+
+class FoxgloveClient:
+    """A client of Foxglove's protocol; it begins when it has seen the robot's service `/add`."""
+
+    def __init__(self, url: str, **options: Any) -> None:
+        self._connect = connect(
+            url, max_size=None, subprotocols=[Subprotocol('foxglove.websocket.v1')], **options
+        )
+        self.socket: ClientConnection
+        self.channels: dict[str, Any] = {}
+        self.services: dict[str, Any] = {}
+        self.feedback: list[bytes] = []
+        """Messages that came while something else was waited for."""
+        self._calls = 0
+
+    def send(self, op: str, /, **fields: Any) -> None:
+        """Send an operation."""
+        self.socket.send(json.dumps({'op': op, **fields}))
+
+    def _receive(self) -> Any:
+        frame = self.socket.recv(timeout=PATIENCE)
+        if isinstance(frame, bytes):
+            return frame
+        found = json.loads(frame)
+        for each in found.get('channels', ()):
+            self.channels[each['topic']] = each
+        for each in found.get('services', ()):
+            self.services[each['name']] = each
+        return found
+
+    def expect(self, op: str) -> Any:
+        """Return the next operation of that name."""
+        while True:
+            found = self._receive()
+            if not isinstance(found, bytes) and found['op'] == op:
+                return found
+
+    def receive_bytes(self) -> bytes:
+        """Return the next binary frame."""
+        while not isinstance(found := self._receive(), bytes):
+            pass
+        return found
+
+    def channel(self, topic: str) -> Any:
+        """Return the channel of a topic, when it is shown."""
+        while topic not in self.channels:
+            self._receive()
+        return self.channels[topic]
+
+    def subscribe(self, topic: str, number: int) -> None:
+        """Subscribe to a topic."""
+        channel = self.channel(topic)['id']
+        self.send('subscribe', subscriptions=[{'id': number, 'channelId': channel}])
+
+    def _ask(self, service: str, request: bytes) -> int:
+        while service not in self.services:
+            self._receive()
+        self._calls += 1
+        number = self.services[service]['id']
+        self.socket.send(struct.pack('<BIII', 2, number, self._calls, 3) + b'cdr' + request)
+        return self._calls
+
+    def call(self, service: str, request: bytes) -> bytes:
+        """Call a service; return the response."""
+        call = self._ask(service, request)
+        while True:
+            frame = self.receive_bytes()
+            if frame[0] == 1:
+                self.feedback.append(frame[13:])
+            elif frame[0] == 3 and struct.unpack_from('<I', frame, 5)[0] == call:
+                return frame[16:]
+
+    def call_fails(self, service: str, request: bytes) -> str:
+        """Call a service; return why it fails."""
+        self._ask(service, request)
+        text: str = self.expect('serviceCallFailure')['message']
+        return text
+
+    def __enter__(self) -> Self:
+        self.socket = self._connect.__enter__()
+        try:
+            while '/add' not in self.services and '/robot_description' not in self.channels:
+                self._receive()
+        except BaseException:
+            self.socket.close()
+            raise
         return self
 
     def __exit__(

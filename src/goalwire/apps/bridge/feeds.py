@@ -38,6 +38,11 @@ class Arrival:
         """The serialized message."""
         return bytes(self._sample.payload)
 
+    @property
+    def time(self) -> int:
+        """When it was sent, in ns since 1970; when it came, if the wire does not say."""
+        return self._sample.source_timestamp or self._sample.received_timestamp
+
     @cached_property
     def message(self) -> Any:
         """The message. Raises DecodeError."""

@@ -14,7 +14,7 @@ async def count(goal):
     sequence = [0, 1]
     try:
         for at in range(1, goal.request.order):
-            sequence.append(sequence[at] + sequence[at - 1])
+            sequence.append((sequence[at] + sequence[at - 1]) % 2**31)
             goal.feedback(sequence=sequence)
             await asyncio.sleep(0.01)
     except asyncio.CancelledError:

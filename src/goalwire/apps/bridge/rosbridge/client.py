@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Coroutine, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -12,28 +11,24 @@ from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Outbox
 from goalwire.apps.bridge.rosbridge.encoding import COMPRESSIONS, cbor, frames, json_text
 from goalwire.apps.bridge.rosbridge.values import from_values
-from goalwire.errors import NotAllowedError
+from goalwire.apps.bridge.work import ClientWork
 
 Operation = Mapping[str, Any]
 LEVELS = ('none', 'error', 'warning', 'info')
 """Of status messages; each has those before it."""
-MOST_UNDER_WAY = 1000
-"""Calls and goals of one client."""
 
 
 class BadOperationError(ValueError):
     """An operation lacks a field, or one has a value that is not possible."""
 
 
-class Client:
+class Client(ClientWork):
     """What all operations of one client share."""
 
     def __init__(self, hub: Hub, outbox: Outbox) -> None:
-        self.hub = hub
-        self.permissions = hub.settings.permissions
+        super().__init__(hub)
         self.outbox = outbox
         self.level = 'error'
-        self._tasks: set[asyncio.Task[None]] = set()
 
     def send(self, message: Mapping[str, Any], request: Operation | None = None) -> None:
         """Send an answer, in the form that the request asks for."""
@@ -52,26 +47,6 @@ class Client:
         if LEVELS.index(level) <= LEVELS.index(self.level):
             about = {'id': request['id']} if request and 'id' in request else {}
             self.send({'op': 'status', **about, 'level': level, 'msg': text})
-
-    def start(self, work: Coroutine[Any, Any, None], *, outlives: bool = False) -> None:
-        """Run what takes its time. It is cancelled when the client is lost, if it does not outlive it.
-
-        Raises NotAllowedError if the client has too much under way.
-        """
-        if len(self._tasks) >= MOST_UNDER_WAY:
-            work.close()
-            raise NotAllowedError(f'{MOST_UNDER_WAY} calls and goals of this client are under way: wait')
-        task = self.hub.start(work)
-        if not outlives:
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
-
-    async def end_tasks(self) -> None:
-        """Cancel what runs for this client, and wait until it has cleaned up."""
-        for task in self._tasks:
-            task.cancel()
-        while self._tasks:
-            await asyncio.wait(self._tasks)
 
     def now(self) -> Any:
         """Return the time of the bridge's clock as a message."""

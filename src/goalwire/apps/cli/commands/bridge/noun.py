@@ -8,6 +8,7 @@ NOUN = Noun(
     'bridge',
     'Serve topics, services and actions to web sockets',
     (
+        Verb('foxglove', 'Serve Foxglove and clients of its protocol', *lazy('bridge.foxglove')),
         Verb(
             'rosbridge',
             'Serve clients of rosbridge, such as roslibjs and roslibpy',

@@ -1,0 +1,75 @@
+"""The connection graph: which node publishes, subscribes to and serves what."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from goalwire.apps.bridge.foxglove.client import Client, Fields
+from goalwire.transport.contract import EndpointKind
+
+
+class Connections:
+    """Sends the graph to a client that asked for it, and then what has changed."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._is_asked = False
+        self._told: dict[EndpointKind, dict[str, list[str]]] = {}
+
+    async def subscribe(self, _fields: Fields) -> None:
+        """Send the graph from now on."""
+        self._is_asked, self._told = True, {}
+        self.update()
+
+    async def unsubscribe(self, _fields: Fields) -> None:
+        """Send it no longer."""
+        self._is_asked = False
+
+    def update(self) -> None:
+        """Send what has changed."""
+        if not self._is_asked:
+            return
+        now = {
+            kind: self._users(kind)
+            for kind in (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION, EndpointKind.SERVICE)
+        }
+        before = {kind: self._told.get(kind, {}) for kind in now}
+        topics = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
+        gone = {name for kind in topics for name in before[kind]} - {
+            name for kind in topics for name in now[kind]
+        }
+        if now == self._told:
+            return
+        self._told = now
+        self._client.send(
+            'connectionGraphUpdate',
+            publishedTopics=_changed(before, now, EndpointKind.PUBLISHER, 'publisherIds'),
+            subscribedTopics=_changed(before, now, EndpointKind.SUBSCRIPTION, 'subscriberIds'),
+            advertisedServices=_changed(before, now, EndpointKind.SERVICE, 'providerIds'),
+            removedTopics=sorted(gone),
+            removedServices=sorted(before[EndpointKind.SERVICE].keys() - now[EndpointKind.SERVICE].keys()),
+        )
+
+    def _users(self, kind: EndpointKind) -> dict[str, list[str]]:
+        permissions = self._client.permissions
+        is_seen = permissions.shows_service if kind is EndpointKind.SERVICE else permissions.shows_topic
+        found: dict[str, set[str]] = {}
+        for each in self._client.hub.node.graph.endpoints():
+            if each.kind is kind and is_seen(each.name):
+                found.setdefault(each.name, set()).add(each.node.qualified)
+        return {name: sorted(nodes) for name, nodes in found.items()}
+
+
+def _changed(
+    before: dict[EndpointKind, dict[str, list[str]]],
+    now: dict[EndpointKind, dict[str, list[str]]],
+    kind: EndpointKind,
+    users: str,
+) -> list[dict[str, Any]]:
+    """Return the names whose users have changed; those without users have an empty list."""
+    names = before[kind].keys() | now[kind].keys()
+    return [
+        {'name': name, users: now[kind].get(name, [])}
+        for name in sorted(names)
+        if before[kind].get(name) != now[kind].get(name)
+    ]

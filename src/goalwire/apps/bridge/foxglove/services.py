@@ -1,0 +1,152 @@
+"""Services, and with them the actions: their send_goal, cancel_goal and get_result are shown, too.
+
+A goal that a client has sent so is the client's. If the client is lost before the result was given, the goal
+is cancelled.
+"""
+
+from __future__ import annotations
+
+from itertools import count
+from typing import Any
+
+from goalwire.apps.bridge.foxglove import frames
+from goalwire.apps.bridge.foxglove.client import Client
+from goalwire.cdr import codec
+from goalwire.errors import GoalwireError, UnknownInterfaceError
+from goalwire.observe.goal_topics import cancel_request
+from goalwire.observe.messages import interface_class
+from goalwire.records import record
+from goalwire.rosbag2.definitions import schema_of
+
+_SEND, _RESULT, _CANCEL = '/_action/send_goal', '/_action/get_result', '/_action/cancel_goal'
+_CANCEL_S = 5.0
+"""How long an action server may take to answer that it cancels the goal of a client that is lost."""
+
+
+@record
+class Shown:
+    """A service of one type."""
+
+    name: str
+    type_name: str
+
+
+class Services:
+    """The services that a client is shown, and its calls."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._numbers = count(1)
+        self._services: dict[Shown, int] = {}
+        self._asked: set[str] = set()
+        self._goals: set[tuple[str, bytes]] = set()
+        """Action and id of goals that this client sent, and whose result it does not have."""
+
+    def update(self) -> None:
+        """Tell the client of services that have come and gone."""
+        permissions = self._client.permissions
+        there = {
+            Shown(name, type_name)
+            for name, types in self._client.hub.node.graph.served()
+            if permissions.shows_service(name) and not permissions.read_only
+            for type_name in types
+        }
+        gone = [each for each in self._services if each not in there]
+        if gone:
+            self._client.send('unadvertiseServices', serviceIds=[self._services.pop(each) for each in gone])
+        new = [self._description(each) for each in there if each not in self._services]
+        if shown := [each for each in new if each]:
+            self._client.send('advertiseServices', services=shown)
+
+    def _description(self, service: Shown) -> dict[str, Any] | None:
+        parts: dict[str, Any] = {}
+        for part, name in (('request', 'Request'), ('response', 'Response')):
+            schema, _ = schema_of(f'{service.type_name}_{name}')
+            if not schema.encoding:
+                self._ask_for(service.type_name)
+                return None
+            parts[part] = {
+                'encoding': frames.ENCODING,
+                'schemaName': f'{service.type_name}_{name}',
+                'schemaEncoding': schema.encoding,
+                'schema': schema.text,
+            }
+            parts[f'{part}Schema'] = schema.text  # as the protocol had it at first
+        number = self._services[service] = next(self._numbers)
+        return {'id': number, 'name': service.name, 'type': service.type_name, **parts}
+
+    def _ask_for(self, type_name: str) -> None:
+        if type_name not in self._asked:
+            self._asked.add(type_name)
+            self._client.start(self._fetch(type_name))
+
+    async def _fetch(self, type_name: str) -> None:
+        kind = type_name.split('/')[1]
+        whole = (
+            type_name.removesuffix('_SendGoal').removesuffix('_GetResult') if kind == 'action' else type_name
+        )
+        try:
+            await self._client.hub.interfaces.find(whole, kind)
+        except UnknownInterfaceError as error:
+            self._client.tell(str(error), frames.WARNING)
+        else:
+            self.update()
+
+    def call(self, request: frames.ServiceRequest) -> None:
+        """Begin a call."""
+        self._client.start(self._answer(request))
+
+    async def _answer(self, request: frames.ServiceRequest) -> None:
+        try:
+            data = await self._response(request)
+        except (GoalwireError, ValueError) as error:
+            self._client.send(
+                'serviceCallFailure', serviceId=request.service, callId=request.call, message=str(error)
+            )
+        else:
+            self._client.outbox.put([frames.response(request.service, request.call, data)])
+
+    async def _response(self, request: frames.ServiceRequest) -> bytes:
+        service = next((each for each, number in self._services.items() if number == request.service), None)
+        if service is None:
+            raise UnknownInterfaceError(f'there is no service {request.service}')
+        if request.encoding != frames.ENCODING:
+            raise UnknownInterfaceError(f"the encoding must be '{frames.ENCODING}', not '{request.encoding}'")
+        self._client.permissions.check_service(service.name)
+        hub = self._client.hub
+        cls = interface_class(service.type_name)
+        message = codec.decode(request.data, cls.Request)
+        goal = self._note_goal(service.name, message)
+        limit = None if service.name.endswith(_RESULT) else hub.settings.call_timeout
+        with hub.services.borrow(
+            service.name, service.type_name, lambda: hub.node.client(cls, service.name)
+        ) as client:
+            response: Any = await client.call(message, timeout=limit)
+        if service.name.endswith(_RESULT) or (service.name.endswith(_SEND) and not response.accepted):
+            self._goals.discard(goal)
+        return codec.encode(response)
+
+    def _note_goal(self, service: str, message: Any) -> tuple[str, bytes]:
+        """Note a goal before it is sent, for its client may be lost before the answer."""
+        if not service.endswith((_SEND, _RESULT)):
+            return '', b''
+        goal = service.removesuffix(_SEND).removesuffix(_RESULT), bytes(message.goal_id.uuid)
+        if service.endswith(_SEND):
+            self._goals.add(goal)
+        return goal
+
+    async def cancel_goals(self) -> None:
+        """Cancel the goals of the client, which is lost."""
+        from action_msgs.srv import CancelGoal
+
+        hub = self._client.hub
+        for action, goal_id in self._goals:
+            name = f'{action}{_CANCEL}'
+            client = hub.node.client(CancelGoal, name)
+            try:
+                await client.call(cancel_request(goal_id.hex()), timeout=_CANCEL_S)
+            except GoalwireError as error:
+                hub.node.logger.warning(f'a goal of a client that is lost was not cancelled: {error}')
+            finally:
+                client.close()
+        self._goals.clear()

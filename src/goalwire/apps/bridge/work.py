@@ -1,0 +1,42 @@
+"""What runs for one client: calls and goals, which end with it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from typing import Any
+
+from goalwire.apps.bridge.hub import Hub
+from goalwire.errors import NotAllowedError
+
+MOST_UNDER_WAY = 1000
+"""Calls and goals of one client."""
+
+
+class ClientWork:
+    """The base of each protocol's client."""
+
+    def __init__(self, hub: Hub) -> None:
+        self.hub = hub
+        self.permissions = hub.settings.permissions
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def start(self, work: Coroutine[Any, Any, None], *, outlives: bool = False) -> None:
+        """Run what takes its time. It is cancelled when the client is lost, if it does not outlive it.
+
+        Raises NotAllowedError if the client has too much under way.
+        """
+        if len(self._tasks) >= MOST_UNDER_WAY:
+            work.close()
+            raise NotAllowedError(f'{MOST_UNDER_WAY} calls and goals of this client are under way: wait')
+        task = self.hub.start(work)
+        if not outlives:
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+
+    async def end_tasks(self) -> None:
+        """Cancel what runs for this client, and wait until it has cleaned up."""
+        for task in self._tasks:
+            task.cancel()
+        while self._tasks:
+            await asyncio.wait(self._tasks)
