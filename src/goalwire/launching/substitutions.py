@@ -9,6 +9,7 @@ import shlex
 import shutil
 import socket
 import subprocess
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar
 
@@ -176,6 +177,14 @@ class PythonExpression(CompoundSubstitution):
         return expressions.evaluate(self._text(context, 0), [name for name in modules if name])
 
 
+def _resolve_program(words: list[str]) -> list[str]:
+    """Return a command whose program is on the path, else beside this Python, as pip puts it there."""
+    if words and os.path.dirname(words[0]) == '' and shutil.which(words[0]) is None:
+        beside = shutil.which(words[0], path=os.path.dirname(sys.executable))
+        return [beside or words[0], *words[1:]]
+    return words
+
+
 @expose_substitution('command')
 class Command(CompoundSubstitution):
     """The output of a program, which runs without a shell when the text is needed.
@@ -205,7 +214,7 @@ class Command(CompoundSubstitution):
             raise SubstitutionFailure(f"on_stderr is fail, ignore, warn or capture, not '{on_stderr}'")
         try:
             done = subprocess.run(  # noqa: S603 - the file says which program
-                shlex.split(text),
+                _resolve_program(shlex.split(text)),
                 check=False,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
@@ -214,7 +223,8 @@ class Command(CompoundSubstitution):
                 errors='replace',
             )
         except (OSError, ValueError) as error:
-            raise SubstitutionFailure(f"cannot run the command '{text}': {error}") from error
+            advice = '; run: pip install xacro' if text.split()[:1] == ['xacro'] else ''
+            raise SubstitutionFailure(f"cannot run the command '{text}': {error}{advice}") from error
         said = (done.stderr or '').strip()
         if done.returncode:
             raise SubstitutionFailure(
