@@ -25,6 +25,8 @@ MEANWHILE = (
     '--answer-timeout=60',
     '--ignore-fields',
     'time_remaining',
+    'current',  # it depends on what moved in the latest tick
+    'power_supply_status',
     'message',  # it has the distance that was left
 )
 """What differs from one run to the next."""
