@@ -13,6 +13,7 @@ from helpers.console import DATA
 
 from goalwire.apps.console.state.form_model import form_of
 from goalwire.apps.console.state.robot_model import as_scene, likely_prefix, mesh_file, read_urdf, root_pose
+from goalwire.apps.console.state.robot_state import RobotState
 from goalwire.apps.console.state.robot_watch import (
     RobotWatch,
     namespaces,
@@ -133,13 +134,13 @@ def frame(parent: str, child: str, x: float, w: float = 1.0) -> Any:
 
 
 def test_a_robot_is_put_together_from_what_comes() -> None:
-    watch = RobotWatch(None, None, '')  # type: ignore[arg-type] # it subscribes when it looks
-    watch._take_description(SimpleNamespace(data=URDF), 0.0)
-    watch._take_joints(SimpleNamespace(name=['left_joint'], position=[0.5]), 0.0)
+    watch = RobotState('')
+    watch.take_description(SimpleNamespace(data=URDF), 0.0)
+    watch.take_joints(SimpleNamespace(name=['left_joint'], position=[0.5]), 0.0)
     for step in range(10):
-        watch._take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', step / 10)]), 0.0)
-    watch._take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', math.nan)]), 0.0)
-    watch._take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', 5.0, w=0.0)]), 0.0)
+        watch.take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', step / 10)]), 0.0)
+    watch.take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', math.nan)]), 0.0)
+    watch.take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', 5.0, w=0.0)]), 0.0)
     poses = dict(watch.link_poses())
     assert watch.pose()[0] == 'odom'
     assert poses['base_link'] == [0.9, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
@@ -148,15 +149,15 @@ def test_a_robot_is_put_together_from_what_comes() -> None:
 
 
 def test_a_description_that_cannot_be_read_takes_none_away() -> None:
-    watch = RobotWatch(None, None, '')  # type: ignore[arg-type] # it subscribes when it looks
-    watch._take_description(SimpleNamespace(data='<sdf/>'), 0.0)
+    watch = RobotState('')
+    watch.take_description(SimpleNamespace(data='<sdf/>'), 0.0)
     assert (watch.model, watch.link_poses()) == (None, [])
     assert 'not a URDF' in watch.problem
-    watch._take_description(SimpleNamespace(data=URDF), 0.0)
+    watch.take_description(SimpleNamespace(data=URDF), 0.0)
     model = watch.model
     assert watch.problem == ''
     assert model is not None
-    watch._take_description(SimpleNamespace(data='<robot'), 0.0)
+    watch.take_description(SimpleNamespace(data='<robot'), 0.0)
     assert watch.model is model
     assert watch.link_poses()
     assert 'cannot be read as XML' in watch.problem
@@ -167,20 +168,20 @@ def test_what_was_said_before_does_not_make_a_robot_live() -> None:
     watch = RobotWatch(None, None, '')  # type: ignore[arg-type] # it subscribes when it looks
     assert not watch.is_fresh
     static = SimpleNamespace(transforms=[frame('base_link', 'camera', 0.1)])
-    watch._take_static_frames(static, monotonic())
+    watch.take_static_frames(static, monotonic())
     assert watch.frames['camera'][0] == 'base_link'
     assert not watch.is_fresh, 'they may have been published hours ago'
-    watch._take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', 0.1)]), monotonic())
+    watch.take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', 0.1)]), monotonic())
     assert watch.is_fresh
 
 
 def test_frames_of_another_robot_are_no_news_of_this_one() -> None:
     watch = RobotWatch(None, None, '/alice')  # type: ignore[arg-type] # it subscribes when it looks
-    watch._take_description(SimpleNamespace(data=URDF), 0.0)
-    watch._take_frames(SimpleNamespace(transforms=[frame('map', 'bob/base_link', 2.0)]), 4.0)
+    watch.take_description(SimpleNamespace(data=URDF), 0.0)
+    watch.take_frames(SimpleNamespace(transforms=[frame('map', 'bob/base_link', 2.0)]), 4.0)
     assert list(watch.trail) == [], 'it is not known where this one is'
-    watch._take_frames(SimpleNamespace(transforms=[frame('map', 'alice/base_link', 1.0)]), 5.0)
-    watch._take_frames(SimpleNamespace(transforms=[frame('map', 'bob/base_link', 2.0)]), 9.0)
+    watch.take_frames(SimpleNamespace(transforms=[frame('map', 'alice/base_link', 1.0)]), 5.0)
+    watch.take_frames(SimpleNamespace(transforms=[frame('map', 'bob/base_link', 2.0)]), 9.0)
     assert watch.moved_at == 5.0
     assert watch.pose()[1].translation == (1.0, 0.0, 0.0)
 

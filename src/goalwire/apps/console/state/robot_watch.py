@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections import deque
 from collections.abc import Mapping
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.console.state.robot_model import RobotModel, likely_prefix, read_urdf, root_pose
-from goalwire.errors import RemoteError, peer_text
+from goalwire.apps.console.state.robot_state import RobotState
+from goalwire.errors import peer_text
 from goalwire.observe.parameters import NodeParameters
 from goalwire.records import record
 from goalwire.rules.parameters.parameter import Type
-from goalwire.transforms.rigid import Rigid
 
 if TYPE_CHECKING:
     from goalwire.apps.console.state.form_model import FormField
@@ -27,29 +25,13 @@ BATTERY = 'sensor_msgs/msg/BatteryState'
 TF = 'tf2_msgs/msg/TFMessage'
 _PREFIX_S = 5.0
 """How long a node may take to tell its frame prefix."""
-_TRAIL = 600
-_TRAIL_STEP = 0.03
-_MOST_FRAMES = 2000
 
 
-class RobotWatch:
-    """The robot of one namespace: '' where topics have the plain names /robot_description, /joint_states."""
+class RobotWatch(RobotState):
+    """The robot of one namespace as it is now, by the topics that the graph shows."""
 
     def __init__(self, node: goalwire.Node, topics: Topics, namespace: str) -> None:
-        self.namespace = namespace
-        self.model: RobotModel | None = None
-        self.problem = ''
-        self.version = 0
-        """Another one with each new description."""
-        self.positions: dict[str, float] = {}
-        self.frames: dict[str, tuple[str, Rigid]] = {}
-        """By child frame: its parent, and its pose in it."""
-        self.trail: deque[tuple[float, float, float]] = deque(maxlen=_TRAIL)
-        self.moved_at: float | None = None
-        """When it moved, or said that it stands, by the monotonic clock."""
-        self._links: frozenset[str] = frozenset()
-        self._told_prefix: str | None = None
-        self._prefix: str | None = None
+        super().__init__(namespace)
         self._asking: asyncio.Task[None] | None = None
         self._node = node
         self._topics = topics
@@ -59,12 +41,12 @@ class RobotWatch:
         """Subscribe to what the graph has by now."""
         there = dict(self._node.graph.topics())
         for topic, type_name, listener in (
-            (f'{self.namespace}/robot_description', STRING, self._take_description),
-            (f'{self.namespace}/joint_states', JOINT_STATE, self._take_joints),
-            (f'{self.namespace}/tf', TF, self._take_frames),
-            (f'{self.namespace}/tf_static', TF, self._take_static_frames),
-            ('/tf', TF, self._take_frames),
-            ('/tf_static', TF, self._take_static_frames),
+            (f'{self.namespace}/robot_description', STRING, self._hear_description),
+            (f'{self.namespace}/joint_states', JOINT_STATE, self.take_joints),
+            (f'{self.namespace}/tf', TF, self.take_frames),
+            (f'{self.namespace}/tf_static', TF, self.take_static_frames),
+            ('/tf', TF, self.take_frames),
+            ('/tf_static', TF, self.take_static_frames),
         ):
             has_publisher = bool(self._node.graph.publishers(topic))
             if topic in self._readings:
@@ -76,19 +58,10 @@ class RobotWatch:
                 except goalwire.GoalwireError as error:
                     self.problem = peer_text(error, 300)
 
-    def _take_description(self, message: Any, _at: float) -> None:
-        try:
-            self.model = read_urdf(message.data)
-            self._links = frozenset(self.model.kinematics.links)
-            self.problem = ''
-        except RemoteError as error:
-            kept = '' if self.model is None else 'A new description was not taken, the one before is shown: '
-            self.problem = f'{kept}{peer_text(error, 300)}'
-            self.version += 1
-            return
-        self.version += 1
-        self._prefix = None
-        if self._node is not None:
+    def _hear_description(self, message: Any, at: float) -> None:
+        before = self.model
+        self.take_description(message, at)
+        if self.model is not before:
             self._ask_prefix()
 
     def _ask_prefix(self) -> None:
@@ -101,79 +74,7 @@ class RobotWatch:
             self._asking = loop.create_task(self._take_prefix(publishers[0].node.qualified))
 
     async def _take_prefix(self, node: str) -> None:
-        self._told_prefix = await _frame_prefix(self._node, node)
-
-    @property
-    def prefix(self) -> str:
-        """The text before the names of its links in the names of their frames."""
-        if self._told_prefix is not None:
-            return self._told_prefix
-        if self._prefix is None and self.model is not None:
-            self._prefix = likely_prefix(self.model, self.frames, self.namespace)
-        return self._prefix or ''
-
-    def _take_joints(self, message: Any, at: float) -> None:
-        for name, position in zip(message.name, message.position, strict=False):
-            if math.isfinite(position):
-                self.positions[name] = position
-        self.moved_at = at
-
-    def _take_frames(self, message: Any, at: float) -> None:
-        children = self._keep_frames(message)
-        if self.model is None or any(map(self._is_own, children)):
-            self.moved_at = at  # robots share /tf: the frames of another one do not make this one live
-        if self.model is not None and self.prefix + self.model.kinematics.root in self.frames:
-            self._lengthen_trail(self.pose()[1])
-
-    def _take_static_frames(self, message: Any, _at: float) -> None:
-        """They come to each new subscriber, though the robot may have gone since they were published."""
-        self._keep_frames(message)
-
-    def _keep_frames(self, message: Any) -> list[str]:
-        """Note the frames of a message, and return those whose transforms make sense."""
-        kept = []
-        for each in message.transforms:
-            t, r = each.transform.translation, each.transform.rotation
-            numbers = (t.x, t.y, t.z, r.x, r.y, r.z, r.w)
-            length = math.hypot(*numbers[3:])
-            if not all(map(math.isfinite, numbers)) or length < 1e-6 or len(self.frames) >= _MOST_FRAMES:
-                continue
-            turn = (r.x / length, r.y / length, r.z / length, r.w / length)
-            child, parent = each.child_frame_id.lstrip('/'), each.header.frame_id.lstrip('/')
-            if child not in self.frames:
-                self._prefix = None
-            self.frames[child] = (parent, Rigid((t.x, t.y, t.z), turn))
-            kept.append(child)
-        return kept
-
-    def _is_own(self, frame: str) -> bool:
-        """Return whether a frame is one of its links'."""
-        prefix = self.prefix
-        return frame.startswith(prefix) and frame[len(prefix) :] in self._links
-
-    def pose(self) -> tuple[str, Rigid]:
-        """Return the frame that everything is shown in, and the robot's pose there."""
-        return root_pose(
-            self.prefix + self.model.kinematics.root if self.model is not None else '', self.frames
-        )
-
-    def _lengthen_trail(self, pose: Rigid) -> None:
-        x, y, z = pose.translation
-        if not self.trail or math.dist(self.trail[-1][:2], (x, y)) > _TRAIL_STEP:
-            self.trail.append((x, y, z))
-
-    def link_poses(self) -> list[tuple[str, list[float]]]:
-        """Return each link's pose in the shown frame: x, y, z and the quaternion x, y, z, w."""
-        _, base = self.pose()
-        if self.model is None:
-            return []
-        poses = self.model.kinematics.poses(self.positions, self.frames, self.prefix)
-        found = []
-        for link in self.model.kinematics.links:
-            motion = base.after(poses[link])
-            numbers = [round(number, 5) for number in (*motion.translation, *motion.rotation)]
-            found.append((link, numbers))
-        return found
+        self.told_prefix = await _frame_prefix(self._node, node)
 
     @property
     def is_fresh(self) -> bool:

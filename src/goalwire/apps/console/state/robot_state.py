@@ -1,0 +1,124 @@
+"""One robot as messages tell of it: its description, joints and frames, whether they come live or from a bag."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any
+
+from goalwire.apps.console.state.robot_model import RobotModel, likely_prefix, read_urdf, root_pose
+from goalwire.errors import RemoteError, peer_text
+from goalwire.transforms.rigid import Rigid
+
+_TRAIL = 600
+_TRAIL_STEP = 0.03
+_MOST_FRAMES = 2000
+
+
+class RobotState:
+    """The robot of one namespace: '' where topics have the plain names /robot_description, /joint_states."""
+
+    def __init__(self, namespace: str) -> None:
+        self.namespace = namespace
+        self.model: RobotModel | None = None
+        self.problem = ''
+        self.version = 0
+        """Another one with each new description."""
+        self.positions: dict[str, float] = {}
+        self.frames: dict[str, tuple[str, Rigid]] = {}
+        """By child frame: its parent, and its pose in it."""
+        self.trail: deque[tuple[float, float, float]] = deque(maxlen=_TRAIL)
+        self.moved_at: float | None = None
+        """When it moved, or said that it stands, by the clock of whoever hands the messages over."""
+        self.told_prefix: str | None = None
+        """The text before the names of its links in the names of their frames, if a node told it."""
+        self._links: frozenset[str] = frozenset()
+        self._prefix: str | None = None
+
+    def take_description(self, message: Any, _at: float) -> None:
+        """Take a std_msgs/msg/String with a URDF; one that cannot be read leaves the one before it."""
+        try:
+            self.model = read_urdf(message.data)
+            self._links = frozenset(self.model.kinematics.links)
+            self.problem = ''
+        except RemoteError as error:
+            kept = '' if self.model is None else 'A new description was not taken, the one before is shown: '
+            self.problem = f'{kept}{peer_text(error, 300)}'
+            self.version += 1
+            return
+        self.version += 1
+        self._prefix = None
+
+    @property
+    def prefix(self) -> str:
+        """The text before the names of its links in the names of their frames."""
+        if self.told_prefix is not None:
+            return self.told_prefix
+        if self._prefix is None and self.model is not None:
+            self._prefix = likely_prefix(self.model, self.frames, self.namespace)
+        return self._prefix or ''
+
+    def take_joints(self, message: Any, at: float) -> None:
+        """Take a sensor_msgs/msg/JointState."""
+        for name, position in zip(message.name, message.position, strict=False):
+            if math.isfinite(position):
+                self.positions[name] = position
+        self.moved_at = at
+
+    def take_frames(self, message: Any, at: float) -> None:
+        """Take a tf2_msgs/msg/TFMessage of frames that move."""
+        children = self._keep_frames(message)
+        if self.model is None or any(map(self._is_own, children)):
+            self.moved_at = at  # robots share /tf: the frames of another one do not make this one live
+        if self.model is not None and self.prefix + self.model.kinematics.root in self.frames:
+            self._lengthen_trail(self.pose()[1])
+
+    def take_static_frames(self, message: Any, _at: float) -> None:
+        """They come to each new subscriber, though the robot may have gone since they were published."""
+        self._keep_frames(message)
+
+    def _keep_frames(self, message: Any) -> list[str]:
+        """Note the frames of a message, and return those whose transforms make sense."""
+        kept = []
+        for each in message.transforms:
+            t, r = each.transform.translation, each.transform.rotation
+            numbers = (t.x, t.y, t.z, r.x, r.y, r.z, r.w)
+            length = math.hypot(*numbers[3:])
+            if not all(map(math.isfinite, numbers)) or length < 1e-6 or len(self.frames) >= _MOST_FRAMES:
+                continue
+            turn = (r.x / length, r.y / length, r.z / length, r.w / length)
+            child, parent = each.child_frame_id.lstrip('/'), each.header.frame_id.lstrip('/')
+            if child not in self.frames:
+                self._prefix = None
+            self.frames[child] = (parent, Rigid((t.x, t.y, t.z), turn))
+            kept.append(child)
+        return kept
+
+    def _is_own(self, frame: str) -> bool:
+        """Return whether a frame is one of its links'."""
+        prefix = self.prefix
+        return frame.startswith(prefix) and frame[len(prefix) :] in self._links
+
+    def pose(self) -> tuple[str, Rigid]:
+        """Return the frame that everything is shown in, and the robot's pose there."""
+        return root_pose(
+            self.prefix + self.model.kinematics.root if self.model is not None else '', self.frames
+        )
+
+    def _lengthen_trail(self, pose: Rigid) -> None:
+        x, y, z = pose.translation
+        if not self.trail or math.dist(self.trail[-1][:2], (x, y)) > _TRAIL_STEP:
+            self.trail.append((x, y, z))
+
+    def link_poses(self) -> list[tuple[str, list[float]]]:
+        """Return each link's pose in the shown frame: x, y, z and the quaternion x, y, z, w."""
+        _, base = self.pose()
+        if self.model is None:
+            return []
+        poses = self.model.kinematics.poses(self.positions, self.frames, self.prefix)
+        found = []
+        for link in self.model.kinematics.links:
+            motion = base.after(poses[link])
+            numbers = [round(number, 5) for number in (*motion.translation, *motion.rotation)]
+            found.append((link, numbers))
+        return found
