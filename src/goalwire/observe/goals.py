@@ -127,9 +127,10 @@ class Goal:
 class GoalTable:
     """The goals of all actions, the latest last."""
 
-    def __init__(self, field: str | None = None) -> None:
-        """`field` tells the progress of the goals, as `Progress` takes it."""
+    def __init__(self, field: str | None = None, kept: int = KEPT) -> None:
+        """`field` tells the progress of the goals, as `Progress` takes it; `kept` goals are kept."""
         self._field = field
+        self._kept = kept
         self._goals: OrderedDict[tuple[str, str], Goal] = OrderedDict()
         self._reported: dict[str, list[str]] = {}
         self._watched_since: dict[str, float] = {}
@@ -226,7 +227,7 @@ class GoalTable:
         return goal
 
     def _drop_old(self) -> None:
-        while len(self._goals) > KEPT:
+        while len(self._goals) > self._kept:
             ended = next((key for key, goal in self._goals.items() if not goal.is_active), None)
             self._goals.pop(ended) if ended is not None else self._goals.popitem(last=False)
 

@@ -209,7 +209,7 @@ def test_a_browser_that_does_not_answer_is_sent_no_second_refresh() -> None:
             if asked < 4:
                 raise TimeoutError
             assert refreshed == 1
-            page.closed = True
+            page.close()
             return 1
 
     def refresh() -> None:

@@ -22,10 +22,15 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 import goalwire
 from goalwire.apps.console.addresses import is_every_interface
 from goalwire.apps.console.guard import MOST_BYTES, Guard
-from goalwire.apps.console.page.shell import install, is_full
+from goalwire.apps.console.page import recording_page
+from goalwire.apps.console.page.shell import install
+from goalwire.apps.console.page.site import is_full
 from goalwire.apps.console.settings import Settings
+from goalwire.apps.console.state.recording import Recording
 from goalwire.apps.console.state.session import Session
 from goalwire.errors import TransportError, peer_text
+from goalwire.execution.asyncio.waiting import in_thread
+from goalwire.logging import RcutilsLogger, get_logger
 
 _GRACE_S = 2
 """How long browsers have to go when the console ends."""
@@ -48,9 +53,9 @@ class _OneLine(logging.Handler):
     GOALWIRE_FULL_TRACEBACKS=1 there is one.
     """
 
-    def __init__(self, node: goalwire.Node) -> None:
+    def __init__(self, logger: RcutilsLogger) -> None:
         super().__init__(logging.WARNING)
-        self._node = node
+        self._logger = logger
 
     def emit(self, record: logging.LogRecord) -> None:
         """Log a record."""
@@ -62,12 +67,12 @@ class _OneLine(logging.Handler):
             text = f'{text.splitlines()[0] if text else ""}: {error!r}{place}'
             if os.environ.get('GOALWIRE_FULL_TRACEBACKS') == '1':
                 traceback.print_exception(error)
-        self._node.logger.warning(f'web server: {peer_text(text, 500)}', throttle_duration_sec=0.2)
+        self._logger.warning(f'web server: {peer_text(text, 500)}', throttle_duration_sec=0.2)
 
 
 @contextmanager
-def _logged_by(node: goalwire.Node) -> Iterator[None]:
-    handler = _OneLine(node)
+def _logged_by(own: RcutilsLogger) -> Iterator[None]:
+    handler = _OneLine(own)
     loggers = [logging.getLogger(name) for name in _LOGGERS]
     for name in ('engineio.server', 'socketio.server'):
         logging.getLogger(name).handlers.clear()  # theirs print tracebacks
@@ -175,25 +180,48 @@ async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[list[s
     Once in a process, for the page's routes are the process's. Raises TransportError if the port is taken
     or the TLS files cannot be read.
     """
-    listener = _listen(settings)
-    with listener, _logged_by(node):
-        port = listener.getsockname()[1]
+    with _listen(settings) as listener, _logged_by(node.logger):
         async with Session(node, settings) as session:
-            application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+            application = _application()
             install(application, session)
-            server = _Server(_config(application, settings, node))
-            serving = asyncio.get_running_loop().create_task(server.serve(sockets=[listener]))
-            try:
-                taking = asyncio.get_running_loop().create_task(server.taking.wait())
-                await asyncio.wait([taking, serving], return_when=asyncio.FIRST_COMPLETED)
-                if not taking.done():
-                    taking.cancel()
-                    raise TransportError('the page cannot be served: see the lines above')
-                ready(settings.urls(port))
-                await asyncio.shield(serving)
-            finally:
-                server.should_exit = True
-                await asyncio.wait([serving])
+            await _serve(application, listener, settings, node.logger, ready)
+
+
+async def serve_recording(path: str, settings: Settings, ready: Callable[[list[str]], object]) -> None:
+    """Serve the page of a bag, without a node. Otherwise as `serve`; raises BagError, OSError, too."""
+    logger = get_logger('goalwire_console')
+    recording = await in_thread(lambda: Recording(path))
+    goals = await in_thread(recording.read_goals)
+    with _listen(settings) as listener, _logged_by(logger):
+        application = _application()
+        with recording_page.install(application, recording, goals):
+            await _serve(application, listener, settings, logger, ready)
+
+
+def _application() -> FastAPI:
+    return FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+
+async def _serve(
+    application: FastAPI,
+    listener: socket.socket,
+    settings: Settings,
+    logger: RcutilsLogger,
+    ready: Callable[[list[str]], object],
+) -> None:
+    server = _Server(_config(application, settings, logger))
+    serving = asyncio.get_running_loop().create_task(server.serve(sockets=[listener]))
+    try:
+        taking = asyncio.get_running_loop().create_task(server.taking.wait())
+        await asyncio.wait([taking, serving], return_when=asyncio.FIRST_COMPLETED)
+        if not taking.done():
+            taking.cancel()
+            raise TransportError('the page cannot be served: see the lines above')
+        ready(settings.urls(listener.getsockname()[1]))
+        await asyncio.shield(serving)
+    finally:
+        server.should_exit = True
+        await asyncio.wait([serving])
 
 
 def _listen(settings: Settings) -> socket.socket:
@@ -216,9 +244,9 @@ def _listen(settings: Settings) -> socket.socket:
         ) from None
 
 
-def _config(application: FastAPI, settings: Settings, node: goalwire.Node) -> uvicorn.Config:
+def _config(application: FastAPI, settings: Settings, logger: RcutilsLogger) -> uvicorn.Config:
     config = uvicorn.Config(
-        Guard(application, settings, is_full, node.logger.debug),  # type: ignore[arg-type, unused-ignore] # the same thing, typed alike
+        Guard(application, settings, is_full, logger.debug),  # type: ignore[arg-type, unused-ignore] # the same thing, typed alike
         log_config=None,
         log_level='warning',
         access_log=False,

@@ -7,12 +7,14 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-from goalwire.apps.cli.framework.live import live
+from goalwire.apps.cli.framework.live import live, until_signal
 from goalwire.apps.cli.framework.numbers import port
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.verbs import Noun, Verb
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import goalwire
     from goalwire.apps.cli.framework.output import Output
     from goalwire.apps.console.settings import Settings
@@ -41,6 +43,9 @@ def _arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument('--tls-cert', metavar='FILE', help='Certificate, for https')
     parser.add_argument('--tls-key', metavar='FILE', help='Its key')
+    parser.add_argument(
+        '--bag', metavar='FOLDER', help='Show this recording, a folder or a file, in place of what is live'
+    )
     parser.add_argument('--read-only', action='store_true', help='Send nothing: look alone')
     parser.add_argument(
         '--allow',
@@ -103,10 +108,20 @@ def _console(arguments: Namespace, output: Output) -> Outcome:
         if not arguments.no_open:
             _open(urls[0])
 
+    if arguments.bag is not None:
+        return _show_bag(arguments.bag, settings, ready)
+
     async def run(node: goalwire.Node) -> None:
         await serve(node, settings, ready)
 
     return live(run, f'goalwire_console_{os.getpid()}')
+
+
+def _show_bag(path: str, settings: Settings, ready: Callable[[list[str]], object]) -> Outcome:
+    """Serve the page of a bag. There is no node: nothing that the page does can reach a robot."""
+    from goalwire.apps.console.server import serve_recording
+
+    return until_signal(lambda: serve_recording(path, settings, ready))
 
 
 def _tell_where(urls: list[str], settings: Settings, output: Output) -> None:

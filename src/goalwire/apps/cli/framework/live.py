@@ -32,13 +32,22 @@ def live(main: Main, node_name: str | None = None, *, use_sim_time: bool = False
 
     Each Ctrl-C cancels it: the first may be used to clean up, a second one then ends that. SIGTERM likewise.
     """
+
+    async def run() -> Outcome | None:
+        name = node_name or f'{NODE_NAME_PREFIX}_{os.getpid()}'
+        async with goalwire.Node(name, parameters={'use_sim_time': use_sim_time}) as node:
+            return await main(node)
+
+    return until_signal(run)
+
+
+def until_signal(main: Callable[[], Awaitable[Outcome | None]]) -> Outcome:
+    """Run `main` until it returns; signals end it as `live` says."""
     signals: list[int] = []
 
     async def run() -> Outcome | None:
         _watch_signals(signals)
-        name = node_name or f'{NODE_NAME_PREFIX}_{os.getpid()}'
-        async with goalwire.Node(name, parameters={'use_sim_time': use_sim_time}) as node:
-            return await main(node)
+        return await main()
 
     try:
         outcome = asyncio.run(run())

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from time import monotonic
 from typing import Any
 
 from nicegui import ui
 
-from goalwire.apps.console.page.parts import LiveTable, SwimLanes, ValueTree, head
+from goalwire.apps.console.page.parts import LiveTable, SwimLanes, ValueTree, head, lane_groups
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View, duration
 from goalwire.errors import GoalwireError, peer_text
 from goalwire.observe.clock import time_of_day
-from goalwire.observe.goals import Goal, lanes
+from goalwire.observe.goals import Goal
 from goalwire.observe.messages import as_data
 
 TONES = {
@@ -25,7 +24,6 @@ TONES = {
     'UNKNOWN': 'bad',
 }
 _SPANS = {30: '30 s', 60: '1 min', 300: '5 min', 1800: '30 min'}
-_TICKS_SENT = 120
 _LABEL = 0.14
 """The part of the width that the text before a short bar takes."""
 
@@ -114,7 +112,7 @@ class ActionsView(View):
         self._count.set_text(f'{len(active)} active, {len(goals) - len(active)} ended')
         if shown:
             self._lanes.put(
-                {'now': now, 'span': self._span, 'groups': _groups(shown, now, self._span * _LABEL)}
+                {'now': now, 'span': self._span, 'groups': lane_groups(shown, now, self._span * _LABEL)}
             )
         rows = []
         for name, type_name in self.session.goal_watch.served.items():
@@ -280,26 +278,3 @@ class ActionsView(View):
         if goal.problem:
             self.page.tell(goal.problem, 'negative')
         self._choose_goal(goal.action, goal.goal_id)
-
-
-def _groups(shown: Iterable[Goal], now: float, margin: float) -> list[dict[str, Any]]:
-    groups: dict[str, dict[str, Any]] = {}
-    for goal, row in lanes(shown, now, margin):
-        group = groups.setdefault(goal.action, {'name': goal.action, 'rows': 0, 'goals': []})
-        group['rows'] = max(group['rows'], row + 1)
-        ticks = list(goal.ticks)
-        step = max(1, len(ticks) // _TICKS_SENT)
-        group['goals'].append(
-            {
-                'id': goal.goal_id,
-                'action': goal.action,
-                'row': row,
-                'began': round(goal.began, 2),
-                'ended': None if goal.ended is None else round(goal.ended, 2),
-                'status': goal.status,
-                'marks': [[round(at, 2), status] for at, status in goal.marks],
-                'ticks': [round(at, 2) for at in ticks[::step]],
-                'progress': None if goal.progress is None else round(goal.progress, 3),
-            }
-        )
-    return [groups[name] for name in sorted(groups)]

@@ -13,6 +13,12 @@ from goalwire.observe.log import LEVELS, LogLine
 
 _SHOWN = 300
 _TONES = {'DEBUG': '', 'INFO': 'info', 'WARN': 'warn', 'ERROR': 'bad', 'FATAL': 'bad'}
+COLUMNS = (
+    {'name': 'at', 'label': 'Time', 'mono': True, 'width': '108px'},
+    {'name': 'level', 'label': 'Level', 'width': '84px'},
+    {'name': 'node', 'label': 'Node', 'mono': True, 'width': '190px'},
+    {'name': 'text', 'label': 'Message', 'wrap': True},
+)
 
 
 class LogsView(View):
@@ -54,15 +60,7 @@ class LogsView(View):
                 self._pause = ui.button('Pause', icon='pause', on_click=self._toggle).props(
                     'flat dense no-caps'
                 )
-            self._table = LiveTable(
-                [
-                    {'name': 'at', 'label': 'Time', 'mono': True, 'width': '108px'},
-                    {'name': 'level', 'label': 'Level', 'width': '84px'},
-                    {'name': 'node', 'label': 'Node', 'mono': True, 'width': '190px'},
-                    {'name': 'text', 'label': 'Message', 'wrap': True},
-                ],
-                empty='No line has come yet.',
-            )
+            self._table = LiveTable(COLUMNS, empty='No line has come yet.')
 
     def _set_level(self, event: Any) -> None:
         self._level = int(event.value)
@@ -99,10 +97,11 @@ class LogsView(View):
         self._count.set_text(
             f'{book.version} lines' + (f', {len(found)} shown' if len(found) < book.version else '')
         )
-        self._table.put([_row(line) for line in found])
+        self._table.put([log_row(line) for line in found])
 
 
-def _row(line: LogLine) -> dict[str, Any]:
+def log_row(line: LogLine) -> dict[str, Any]:
+    """Return a line as a row of a table with the columns `COLUMNS`."""
     name = line.level_name
     at = strftime('%H:%M:%S', localtime(line.stamp)) + f'.{int(line.stamp % 1 * 1000):03}'
     row: dict[str, Any] = {

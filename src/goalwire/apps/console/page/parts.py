@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from nicegui import ui
 from nicegui.element import Element
+
+from goalwire.observe.goals import Goal, lanes
+
+_TICKS_SENT = 120
 
 
 class LiveTable(Element, component='live_table.js'):
@@ -64,20 +68,61 @@ class ValueTree(Element, component='value_tree.js'):
 
 
 class SwimLanes(Element, component='swim_lanes.js'):
-    """Goals over time."""
+    """Goals over time: up to now, or over the whole time of a recording."""
 
-    def __init__(self, on_goal: Callable[[str, str], Any]) -> None:
+    def __init__(
+        self,
+        on_goal: Callable[[str, str], Any] | None = None,
+        *,
+        on_seek: Callable[[float], Any] | None = None,
+        on_key: Callable[[str], Any] | None = None,
+    ) -> None:
+        """With `on_seek` it is a timeline: it hears of times in s, and `on_key` of the keys for playing."""
         super().__init__()
-        self.on('goal', lambda event: on_goal(str(event.args['action']), str(event.args['id'])))
+        self._props['recording'] = on_seek is not None
+        if on_goal is not None:
+            self.on('goal', lambda event: on_goal(str(event.args['action']), str(event.args['id'])))
+        if on_seek is not None:
+            self.on('seek', lambda event: on_seek(float(event.args)))
+        if on_key is not None:
+            self.on('key', lambda event: on_key(str(event.args)))
 
     def put(self, data: Mapping[str, Any]) -> None:
         """Show goals."""
         self.run_method('show', dict(data))
 
+    def put_cursor(self, time: float) -> None:
+        """Show where a recording stands, in s."""
+        self.run_method('set_cursor', round(time, 3))
+
     def set_dark(self, dark: bool) -> None:
         """Choose the colours."""
         self.props['dark'] = dark
         self.update()
+
+
+def lane_groups(shown: Iterable[Goal], now: float, margin: float) -> list[dict[str, Any]]:
+    """Return goals as `SwimLanes` shows them; a bar begins `margin` s behind the end of the one before."""
+    groups: dict[str, dict[str, Any]] = {}
+    for goal, row in lanes(shown, now, margin):
+        group = groups.setdefault(goal.action, {'name': goal.action, 'rows': 0, 'goals': []})
+        group['rows'] = max(group['rows'], row + 1)
+        ticks = list(goal.ticks)
+        step = max(1, len(ticks) // _TICKS_SENT)
+        group['goals'].append(
+            {
+                'id': goal.goal_id,
+                'action': goal.action,
+                'row': row,
+                'began': round(goal.began, 2),
+                'ended': None if goal.ended is None else round(goal.ended, 2),
+                'status': goal.status,
+                'marks': [[round(at, 2), status] for at, status in goal.marks],
+                'ticks': [round(at, 2) for at in ticks[::step]],
+                'progress': None if goal.progress is None else round(goal.progress, 3),
+            }
+        )
+    return [groups[name] for name in sorted(groups)]
 
 
 def head(title: str, icon: str = '') -> None:

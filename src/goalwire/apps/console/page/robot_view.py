@@ -14,10 +14,10 @@ from goalwire.apps.console.page.joints import JointSliders
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View
-from goalwire.apps.console.state.robot_model import as_scene
+from goalwire.apps.console.state.robot_model import scene_of
 from goalwire.apps.console.state.robot_watch import NavigationTarget, navigation_target, place_values
 from goalwire.apps.console.state.series import signed
-from goalwire.errors import GoalwireError, RemoteError, UnknownInterfaceError
+from goalwire.errors import GoalwireError, UnknownInterfaceError
 
 if TYPE_CHECKING:
     from goalwire.apps.console.state.robot_model import RobotModel
@@ -223,20 +223,13 @@ class RobotView(View):
             self._about.set_text('Its robot_description has not come yet.')
             self._scene.run_method('set_model', [])
             return
-        urls, missing = {}, 0
-        for visual in model.visuals:
-            if visual.kind == 'mesh' and visual.mesh not in urls:
-                try:
-                    urls[visual.mesh] = self.session.meshes.url(visual.mesh)
-                except RemoteError as error:
-                    missing += 1
-                    self._mesh_problem = str(error)
+        scene, self._mesh_problem, missing = scene_of(model, self.session.meshes)
         movable = [joint for joint in model.kinematics.joints if joint.is_free]
         self._about.set_text(
             f'{model.kinematics.name}: {len(model.kinematics.links)} links, {len(movable)} joints that move'
             + (f'; {missing} meshes are not shown' if missing else '')
         )
-        self._scene.run_method('set_model', as_scene(model, urls))
+        self._scene.run_method('set_model', scene)
         with self._joint_card:
             self._joints = JointSliders(self, movable)
 

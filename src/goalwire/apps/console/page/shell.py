@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
-from pathlib import Path
 from time import monotonic
 from typing import Any
 from urllib.parse import quote
 
 from fastapi import FastAPI
-from fastapi.responses import FileResponse, PlainTextResponse, Response
-from nicegui import Client, app, background_tasks, core, ui
+from nicegui import Client, background_tasks, ui
 
 from goalwire.apps.console.page.actions_view import ActionsView
 from goalwire.apps.console.page.emergency_bar import EmergencyBar
@@ -20,7 +17,9 @@ from goalwire.apps.console.page.logs_view import LogsView
 from goalwire.apps.console.page.parameters_view import ParametersView
 from goalwire.apps.console.page.robot_view import RobotView
 from goalwire.apps.console.page.services_view import ServicesView
+from goalwire.apps.console.page.site import install_site
 from goalwire.apps.console.page.statistics_view import StatisticsView
+from goalwire.apps.console.page.theme import ask_for_dark, keep_dark, set_colours
 from goalwire.apps.console.page.topics_view import TopicsView
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.session import Session
@@ -35,10 +34,7 @@ VIEWS: tuple[type[View], ...] = (
     LogsView,
     StatisticsView,
 )
-MOST_PAGES = 100
-"""Of all browsers together; one that nobody connects to counts for a minute."""
 _OLD_BATTERY_S = 5.0
-_STYLE = Path(__file__).with_name('style.css')
 
 _LOST = """
 <div class="gw-lost" data-lost role="alert" hidden>
@@ -59,44 +55,12 @@ _LOST = """
 
 
 def install(application: FastAPI, session: Session) -> None:
-    """Put the page on an application. Once in a process."""
-    app.add_static_file(local_file=_STYLE, url_path='/console/style.css', max_cache_age=3600)
-
-    @app.get('/console/mesh/{key}', include_in_schema=False)
-    def mesh(key: str) -> Response:
-        file = session.meshes.file(key)
-        if file is None:
-            return PlainTextResponse('there is no such mesh\n', 404)
-        return FileResponse(file, media_type='application/octet-stream')
-
-    version = hashlib.sha256(_STYLE.read_bytes()).hexdigest()[:12]
+    """Put the page of what is live on an application. Once in a process."""
+    style = install_site(application, session.meshes)
 
     @ui.page('/')
     def page(view: str = '', robot: str = '') -> None:
-        Shell(ui.context.client, session, version).build(view, robot)
-
-    @app.exception_handler(404)
-    def missing(_request: object, _error: Exception) -> Response:
-        return PlainTextResponse('there is no such page\n', 404)  # NiceGUI's own would be a page in memory
-
-    app.config.socket_io_js_transports = ['websocket']
-    core.sio.eio.transports = ['websocket']
-    ui.run_with(
-        application,
-        title='goalwire console',
-        favicon=None,
-        dark=None,
-        tailwind=False,
-        reconnect_timeout=10.0,
-        message_history_length=100,
-        binding_refresh_interval=None,
-        show_welcome_message=False,
-    )
-
-
-def is_full() -> bool:
-    """Return whether there are as many pages as there may be."""
-    return len(Client.instances) >= MOST_PAGES
+        Shell(ui.context.client, session, style).build(view, robot)
 
 
 class Shell:
@@ -117,12 +81,10 @@ class Shell:
         robots = self._session.robot_names()
         if robots:
             page.select_robot(robot if robot in robots else robots[0])
-        ui.add_head_html(f'<link rel="stylesheet" href="/console/style.css?{self._style}">')
+        ui.add_head_html(f'<link rel="stylesheet" href="{self._style}">')
         ui.add_body_html(_LOST)
         self._dark = ui.dark_mode(value=None)
-        ui.colors(
-            primary='#4f46e5', negative='#dc2626', positive='#059669', warning='#b45309', dark='#131c2b'
-        )
+        set_colours()
         with ui.element('div').classes('gw-shell'):
             with ui.element('header').classes('gw-top'):
                 self._bar()
@@ -139,17 +101,9 @@ class Shell:
 
     async def _begin(self) -> None:
         page = self._page
-        await page.client.connected()
-        try:
-            chosen = await page.client.run_javascript(
-                "return localStorage.getItem('goalwire-dark') ?? "
-                "String(matchMedia('(prefers-color-scheme: dark)').matches)",
-                timeout=5.0,
-            )
-        except TimeoutError:
-            chosen = 'false'
+        dark = await ask_for_dark(page.client)
         with page.client:
-            self._set_dark(chosen == 'true')
+            self._set_dark(dark)
         await page.pace()
 
     # -- the bar ---------------------------------------------------------------------------------------------
@@ -233,7 +187,7 @@ class Shell:
 
     def _switch_dark(self) -> None:
         self._set_dark(not self._page.is_dark)
-        ui.run_javascript(f"localStorage.setItem('goalwire-dark', '{str(self._page.is_dark).lower()}')")
+        keep_dark(dark=self._page.is_dark)
 
     def _set_dark(self, dark: bool) -> None:
         self._page.is_dark = dark

@@ -1,4 +1,5 @@
-// Goals as bars in lanes, one group of lanes an action, drawn on a canvas whose right edge is now.
+// Goals as bars in lanes, one group of lanes an action, drawn on a canvas whose right edge is now. In a recording it is
+// the end of that, and a line with a handle says where the recording stands: it is dragged, or moved by keys.
 const COLOURS = {
   SENT: "#94a3b8", ACCEPTED: "#64748b", EXECUTING: "#3b82f6", CANCELING: "#f59e0b",
   SUCCEEDED: "#10b981", CANCELED: "#f59e0b", ABORTED: "#ef4444", UNKNOWN: "#a855f7",
@@ -7,16 +8,18 @@ const ROW = 26, HEAD = 24, LEFT = 12, AXIS = 22;
 const REDRAW = 50; // ms between drawings, at least
 const REST = 6; // times as long as the last drawing cost, at least: so that the page stays free on a slow computer
 const LONGEST_REST = 1000; // ms
+const KEYS = { " ": "play", k: "play", ArrowLeft: "back", ArrowRight: "on", Home: "start", End: "end", "+": "faster", "-": "slower" };
 const FRAME = 17; // ms from one frame to the next where drawing costs nothing
 
 export default {
   template: `<div class="gw-lanes"><canvas></canvas></div>`,
-  props: { dark: Boolean },
-  emits: ["goal"],
+  props: { dark: Boolean, recording: Boolean },
+  emits: ["goal", "seek", "key"],
   mounted() {
     this.data = { groups: [], now: 0, span: 60 };
     this.canvas = this.$el.querySelector("canvas");
     this.canvas.addEventListener("click", (event) => this.clicked(event));
+    if (this.recording) this.listen();
     this.observer = new ResizeObserver(() => this.draw());
     this.observer.observe(this.$el);
     this.received = this.ticked = performance.now();
@@ -27,13 +30,14 @@ export default {
       this.ticked = now;
       const cost = Math.max(this.took || 0, this.slowest - FRAME);
       const rest = Math.min(Math.max(REDRAW, REST * cost), LONGEST_REST);
-      if (this.data.groups.length && performance.now() - (this.drawn || 0) > rest) this.draw();
+      if (this.recording ? this.dirty : this.data.groups.length && performance.now() - (this.drawn || 0) > rest) this.draw();
     };
     tick(this.ticked);
     window.goalwireLanes = this; // for tests
   },
   unmounted() {
     cancelAnimationFrame(this.request);
+    if (this.on_key) window.removeEventListener("keydown", this.on_key);
     this.observer.disconnect();
     if (window.goalwireLanes === this) delete window.goalwireLanes;
   },
@@ -51,9 +55,40 @@ export default {
       this.draw();
       return true;
     },
+    set_cursor(time) { // in s, as the goals' times
+      if (this.dragging) return;
+      this.cursor = time;
+      this.dirty = true;
+    },
+    listen() {
+      this.canvas.style.touchAction = "pan-y";
+      const seek = (event) => {
+        const { now, span } = this.data, width = this.$el.clientWidth - 2 * LEFT;
+        const part = Math.min(Math.max((event.clientX - this.canvas.getBoundingClientRect().left - LEFT) / width, 0), 1);
+        this.cursor = now - span + part * span;
+        this.dirty = true;
+        this.$emit("seek", this.cursor);
+      };
+      this.canvas.addEventListener("pointerdown", (event) => {
+        this.dragging = true;
+        this.canvas.setPointerCapture(event.pointerId);
+        seek(event);
+      });
+      this.canvas.addEventListener("pointermove", (event) => this.dragging && seek(event));
+      for (const end of ["pointerup", "pointercancel"]) this.canvas.addEventListener(end, () => (this.dragging = false));
+      this.on_key = (event) => {
+        const busy = event.target.closest?.("input, textarea, button, select, .q-field, .q-menu, .q-dialog");
+        const name = KEYS[event.key];
+        if (!name || event.ctrlKey || event.altKey || event.metaKey || busy) return;
+        event.preventDefault();
+        this.$emit("key", event.shiftKey && ["back", "on"].includes(name) ? `far-${name}` : name);
+      };
+      window.addEventListener("keydown", this.on_key);
+    },
     draw() {
       this.drawn = performance.now();
       this.slowest = 0;
+      this.dirty = false;
       const ratio = window.devicePixelRatio || 1;
       const width = this.$el.clientWidth, height = this.$el.clientHeight;
       if (!width) return;
@@ -67,11 +102,12 @@ export default {
       pen.setTransform(ratio, 0, 0, ratio, 0, 0);
       pen.clearRect(0, 0, width, height);
       const { groups, span } = this.data;
-      const now = this.data.now + (this.drawn - this.received) / 1000;
+      const now = this.data.now + (this.recording ? 0 : (this.drawn - this.received) / 1000);
       const x = (time) => LEFT + ((time - (now - span)) / span) * (width - 2 * LEFT);
       const seen = this.seen();
       this.hits = [];
-      this.axis(pen, x, now, span, height);
+      if (this.recording) this.times(pen, x, now, span, height, width);
+      else this.axis(pen, x, now, span, height);
       let y = AXIS;
       for (const group of groups) {
         pen.fillStyle = this.dark ? "#e2e8f0" : "#1e293b";
@@ -85,7 +121,37 @@ export default {
         }
         y += group.rows * ROW + 8;
       }
+      if (this.recording && this.cursor !== undefined) this.head(pen, x(this.cursor), height);
       this.took = performance.now() - this.drawn;
+    },
+    head(pen, at, height) {
+      pen.strokeStyle = pen.fillStyle = this.dark ? "#a5b4fc" : "#4f46e5";
+      pen.lineWidth = 2;
+      pen.beginPath();
+      pen.moveTo(at, AXIS - 4);
+      pen.lineTo(at, height);
+      pen.stroke();
+      pen.beginPath();
+      pen.arc(at, AXIS - 4, 6, 0, 2 * Math.PI);
+      pen.fill();
+      pen.lineWidth = 1;
+    },
+    times(pen, x, now, span, height, width) { // of a recording: counted from its start
+      const room = Math.max(width / 70, 2);
+      const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 1800, 3600, 7200].find((each) => span / each <= room) || span / 2;
+      pen.font = "11px Roboto, sans-serif";
+      for (let number = 0; number * step <= span; number++) {
+        const time = number * step, at = x(now - span + time);
+        pen.strokeStyle = this.dark ? "rgba(148,163,184,.14)" : "rgba(100,116,139,.16)";
+        pen.beginPath();
+        pen.moveTo(at, AXIS);
+        pen.lineTo(at, height);
+        pen.stroke();
+        pen.fillStyle = this.dark ? "#94a3b8" : "#64748b";
+        pen.textAlign = number === 0 ? "left" : at > width - 30 ? "right" : "center";
+        const seconds = step < 1 ? (time % 60).toFixed(1) : Math.round(time % 60);
+        pen.fillText(span < 60 ? `${seconds} s` : `${Math.floor(time / 60)}:${String(seconds).padStart(2, "0")}`, number ? at : 2, 11);
+      }
     },
     seen() { // the part of the canvas that is in the window
       const { top } = this.canvas.getBoundingClientRect();
@@ -147,6 +213,8 @@ export default {
       pen.font = "500 11px Roboto, sans-serif";
       const length = pen.measureText(text).width;
       const inside = to - from > length + 14;
+      this.hits.push([from, y, to, y + height, goal]);
+      if (this.recording && !inside) return; // beside it there may be others
       pen.textAlign = !inside && from > length + 10 ? "right" : "left";
       pen.fillStyle = inside ? "#ffffff" : this.dark ? "#cbd5e1" : "#334155";
       const left = inside ? Math.max(from, 0) + 7 : pen.textAlign === "right" ? from - 6 : to + 6;
@@ -158,7 +226,6 @@ export default {
         pen.lineWidth = 1;
       }
       pen.fillText(text, left, y + 13);
-      this.hits.push([from, y, to, y + height, goal]);
     },
     clicked(event) {
       const hit = this.hits?.find(([x1, y1, x2, y2]) =>

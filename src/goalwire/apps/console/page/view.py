@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Awaitable, Callable
-from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from nicegui import Client, background_tasks, ui
 
+from goalwire.apps.console.page.pacing import Pacer
 from goalwire.errors import FieldValueError, GoalwireError, peer_text
 
 if TYPE_CHECKING:
     from goalwire.apps.console.state.session import Session
 
 Tone: TypeAlias = Literal['positive', 'negative', 'warning', 'info']
-
-_ANSWER_S = 5.0
-"""How long a browser may take to show one frame before it is asked again."""
-_ACKNOWLEDGE = 'return await new Promise(done => requestAnimationFrame(() => done(1)))'
 
 
 class View:
@@ -65,7 +60,7 @@ class Page:
         self.own_goals: set[tuple[str, str]] = set()
         """Those that end with the page, since they were sent so."""
         self.closed = False
-        self._changed = asyncio.Event()
+        self._pacer = Pacer(client, self._refresh)
         self._follows = False
 
     def follow_robots(self) -> None:
@@ -90,49 +85,25 @@ class Page:
         container.clear()
         with container:
             view.build()
-        self._changed.set()
+        self._pacer.refresh_soon()
 
     async def pace(self) -> None:
-        """Refresh the view again and again, each time when the browser has shown the last refresh.
+        """Refresh the view again and again, until the page is closed."""
+        await self._pacer.run()
 
-        So at most one refresh is on its way: a browser that reads slowly, or not at all, is sent little, and
-        holds up nobody else. While it does not answer, it is sent the question alone.
-        """
-        await self.client.connected()
-        while not self.closed:
-            began = monotonic()
-            view = self.view
-            with self.client:
-                self._refresh(view)
-            while not await self._has_answered():
-                pass
-            left = (view.period if view else 0.5) - (monotonic() - began)
-            self._changed.clear()
-            try:
-                async with asyncio.timeout(max(left, 0.01)):
-                    await self._changed.wait()
-            except TimeoutError:
-                continue
-
-    async def _has_answered(self) -> bool:
-        """Wait for the browser's next frame; True if it came in time, or is not wanted any more."""
-        try:
-            await self.client.run_javascript(_ACKNOWLEDGE, timeout=_ANSWER_S)
-        except TimeoutError:
-            return self.closed
-        return True
-
-    def _refresh(self, view: View | None) -> None:
+    def _refresh(self) -> float:
+        view = self.view
         try:
             self.header()
             if view is not None:
                 view.refresh()
         except GoalwireError as error:
             self.session.node.logger.warning(f'the page: {peer_text(error)}', throttle_duration_sec=5.0)
+        return view.period if view is not None else 0.5
 
     def refresh_soon(self) -> None:
         """Refresh the view at once."""
-        self._changed.set()
+        self._pacer.refresh_soon()
 
     def close(self) -> None:
         """The browser has gone. Goals go on, but for those that were sent to end with the page."""
@@ -141,7 +112,7 @@ class Page:
             self.session.listeners.discard(self.refresh_soon)
             self.session.deselect(self.robot)
         self.closed = True
-        self._changed.set()
+        self._pacer.close()
         if self.view is not None:
             self.view.close()
             self.view = None

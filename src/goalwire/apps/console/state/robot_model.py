@@ -177,6 +177,20 @@ class Meshes:
         return self._files.get(key)
 
 
+def scene_of(model: RobotModel, meshes: Meshes) -> tuple[list[dict[str, Any]], str, int]:
+    """Return the visuals as the page's scene wants them, and why how many meshes are left out."""
+    urls: dict[str, str] = {}
+    problem, missing = '', 0
+    for visual in model.visuals:
+        if visual.kind == 'mesh' and visual.mesh not in urls:
+            try:
+                urls[visual.mesh] = meshes.url(visual.mesh)
+            except RemoteError as error:
+                missing += 1
+                problem = str(error)
+    return as_scene(model, urls), problem, missing
+
+
 def as_scene(model: RobotModel, mesh_urls: Mapping[str, str]) -> list[dict[str, Any]]:
     """Return the visuals as the page's scene wants them; meshes without an address are left out."""
     return [

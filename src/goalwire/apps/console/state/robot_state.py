@@ -1,4 +1,4 @@
-"""One robot as messages tell of it: its description, joints and frames, whether they come live or from a bag."""
+"""One robot as messages tell of it, live ones or those of a bag: its description, joints and frames."""
 
 from __future__ import annotations
 

@@ -1,0 +1,62 @@
+"""Refreshing what a browser shows, at the pace of that browser."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from time import monotonic
+
+from nicegui import Client
+
+_ANSWER_S = 5.0
+"""How long a browser may take to show one frame before it is asked again."""
+_ACKNOWLEDGE = 'return await new Promise(done => requestAnimationFrame(() => done(1)))'
+
+
+class Pacer:
+    """Refreshes again and again, each time when the browser has shown the last refresh.
+
+    So at most one refresh is on its way: a browser that reads slowly, or not at all, is sent little, and
+    holds up nobody else. While it does not answer, it is sent the question alone.
+    """
+
+    def __init__(self, client: Client, refresh: Callable[[], float]) -> None:
+        """`refresh` returns after how many s it wants to be called again, if the browser keeps up."""
+        self._client = client
+        self._refresh = refresh
+        self._changed = asyncio.Event()
+        self._closed = False
+
+    async def run(self) -> None:
+        """Refresh until `close`."""
+        await self._client.connected()
+        while not self._closed:
+            began = monotonic()
+            with self._client:
+                period = self._refresh()
+            while not await self._has_answered():
+                pass
+            left = period - (monotonic() - began)
+            self._changed.clear()
+            try:
+                async with asyncio.timeout(max(left, 0.01)):
+                    await self._changed.wait()
+            except TimeoutError:
+                continue
+
+    async def _has_answered(self) -> bool:
+        """Wait for the browser's next frame; True if it came in time, or is not wanted any more."""
+        try:
+            await self._client.run_javascript(_ACKNOWLEDGE, timeout=_ANSWER_S)
+        except TimeoutError:
+            return self._closed
+        return True
+
+    def refresh_soon(self) -> None:
+        """Refresh at once."""
+        self._changed.set()
+
+    def close(self) -> None:
+        """The browser has gone."""
+        self._closed = True
+        self._changed.set()

@@ -1,0 +1,54 @@
+"""What every page needs of the web application: the style sheet, meshes, the web socket, and their limits."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fastapi import FastAPI
+from fastapi.responses import FileResponse, PlainTextResponse, Response
+from nicegui import Client, app, core, ui
+
+if TYPE_CHECKING:
+    from goalwire.apps.console.state.robot_model import Meshes
+
+MOST_PAGES = 100
+"""Of all browsers together; one that nobody connects to counts for a minute."""
+_STYLE = Path(__file__).with_name('style.css')
+
+
+def install_site(application: FastAPI, meshes: Meshes) -> str:
+    """Put what pages need on an application, and return the address of the style sheet. Once in a process."""
+    app.add_static_file(local_file=_STYLE, url_path='/console/style.css', max_cache_age=3600)
+
+    @app.get('/console/mesh/{key}', include_in_schema=False)
+    def mesh(key: str) -> Response:
+        file = meshes.file(key)
+        if file is None:
+            return PlainTextResponse('there is no such mesh\n', 404)
+        return FileResponse(file, media_type='application/octet-stream')
+
+    @app.exception_handler(404)
+    def missing(_request: object, _error: Exception) -> Response:
+        return PlainTextResponse('there is no such page\n', 404)  # NiceGUI's own would be a page in memory
+
+    app.config.socket_io_js_transports = ['websocket']
+    core.sio.eio.transports = ['websocket']
+    ui.run_with(
+        application,
+        title='goalwire console',
+        favicon=None,
+        dark=None,
+        tailwind=False,
+        reconnect_timeout=10.0,
+        message_history_length=100,
+        binding_refresh_interval=None,
+        show_welcome_message=False,
+    )
+    return f'/console/style.css?{hashlib.sha256(_STYLE.read_bytes()).hexdigest()[:12]}'
+
+
+def is_full() -> bool:
+    """Return whether there are as many pages as there may be."""
+    return len(Client.instances) >= MOST_PAGES

@@ -1,0 +1,29 @@
+"""Light and dark, and the colours of buttons: alike on every page."""
+
+from __future__ import annotations
+
+from nicegui import Client, ui
+
+
+def set_colours() -> None:
+    """Choose the colours of buttons and notes."""
+    ui.colors(primary='#4f46e5', negative='#dc2626', positive='#059669', warning='#b45309', dark='#131c2b')
+
+
+async def ask_for_dark(client: Client) -> bool:
+    """Return whether the browser's user wants a dark page: as chosen before, or as the system is."""
+    await client.connected()
+    try:
+        chosen = await client.run_javascript(
+            "return localStorage.getItem('goalwire-dark') ?? "
+            "String(matchMedia('(prefers-color-scheme: dark)').matches)",
+            timeout=5.0,
+        )
+    except TimeoutError:
+        return False
+    return bool(chosen == 'true')
+
+
+def keep_dark(*, dark: bool) -> None:
+    """Have the browser remember the choice."""
+    ui.run_javascript(f"localStorage.setItem('goalwire-dark', '{str(dark).lower()}')")

@@ -1,0 +1,55 @@
+"""Where a page stands in a recording, and how quickly it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import monotonic
+
+
+class Playhead:
+    """A time between a start and an end, in ns; it runs with a clock while it plays."""
+
+    def __init__(self, start: int, end: int, clock: Callable[[], float] = monotonic) -> None:
+        self.start = start
+        self.end = end
+        self.is_playing = False
+        self.rate = 1.0
+        self._clock = clock
+        self._from = start
+        self._since = clock()
+
+    @property
+    def time(self) -> int:
+        """Where it stands now; at the end it stops playing."""
+        if not self.is_playing:
+            return self._from
+        time = self._from + int((self._clock() - self._since) * self.rate * 1e9)
+        if time >= self.end:
+            self.is_playing, self._from = False, self.end
+            return self.end
+        return time
+
+    def seek(self, time: int) -> None:
+        """Go to a time, or to the end that is nearest to it; it plays on if it did."""
+        self._from = min(max(time, self.start), self.end)
+        self._since = self._clock()
+
+    def step(self, by: int) -> None:
+        """Stop, and go on by some ns; back, if they are negative."""
+        self.pause()
+        self.seek(self._from + by)
+
+    def play(self) -> None:
+        """Go on from here; from the start, if it stands at the end."""
+        self.seek(self.start if self.time >= self.end else self.time)
+        self.is_playing = True
+
+    def pause(self) -> None:
+        """Stay here."""
+        self.seek(self.time)
+        self.is_playing = False
+
+    def set_rate(self, rate: float) -> None:
+        """Play so many times as quickly as it was."""
+        self.seek(self.time)
+        self.rate = rate

@@ -1,0 +1,111 @@
+"""A recording in a real browser: the timeline is dragged, played and stepped through; nothing can be sent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from helpers.console import Stage, picture
+from helpers.page import row, until
+from helpers.recorded_robot import SECONDS, write_recorded_robot
+
+OpenPage = Callable[[str], Any]
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
+
+_X = '() => window.goalwireScene?.poses?.().base_link?.[0]'
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_behind() -> None:
+    """The browser's driver keeps threads of its own until the module's end; consoles are processes."""
+
+
+@pytest.fixture
+def url(stage: Stage, tmp_path: Path) -> str:
+    _, address = stage.console('--bag', str(write_recorded_robot(tmp_path / 'trip')))
+    return address
+
+
+def _at(page: Any, seconds: float) -> None:
+    """Wait until the page says that it stands there, to a tenth of a second."""
+    until(page, f"() => document.querySelector('[data-time]').textContent.startsWith('{seconds:.1f}')")
+
+
+def _drag(page: Any, *parts: float) -> None:
+    box = page.locator('[data-timeline] canvas').bounding_box()
+    left, width = box['x'] + 12, box['width'] - 24
+    page.mouse.move(left + width * parts[0], box['y'] + 12)
+    page.mouse.down()
+    for part in parts[1:]:
+        page.mouse.move(left + width * part, box['y'] + 12, steps=5)
+    page.mouse.up()
+
+
+def test_the_robot_follows_the_timeline(open_page: OpenPage, url: str) -> None:
+    page = open_page(url)
+    page.wait_for_selector('[data-recording]:has-text("not live")')
+    until(page, f'() => Math.abs(({_X})() - 1) < 0.01')
+
+    # The mouse: on to half of it, and back to a quarter. What was latched at the start is there in both.
+    _drag(page, 0.1, 0.5)
+    until(page, f'() => Math.abs(({_X})() - 2.5) < 0.05')
+    page.wait_for_selector('[data-log] :text("second 29 has come")')
+    _drag(page, 0.5, 0.25)
+    until(page, f'() => Math.abs(({_X})() - 1.75) < 0.05')
+    page.wait_for_selector('[data-log] :text("second 14 has come")')
+    assert page.locator('[data-log] :text("second 29 has come")').count() == 0
+    picture(page, 'recording')
+
+    # Keys: to the end, back by a tenth and by five seconds, to the start.
+    page.keyboard.press('End')
+    _at(page, SECONDS)
+    page.keyboard.press('ArrowLeft')
+    _at(page, SECONDS - 0.1)
+    page.keyboard.press('Shift+ArrowLeft')
+    _at(page, SECONDS - 5.1)
+    page.keyboard.press('Home')
+    _at(page, 0.0)
+    until(page, f'() => Math.abs(({_X})() - 1) < 0.01')
+
+    # It plays, faster when told, and pauses.
+    page.keyboard.press('+')
+    page.keyboard.press('+')
+    page.keyboard.press('Space')
+    until(page, f'() => ({_X})() > 1.5')
+    page.keyboard.press('Space')
+    page.wait_for_selector('[data-play] :text("play_arrow")')
+
+
+def test_goals_plots_and_messages_of_the_whole_time(open_page: OpenPage, url: str) -> None:
+    page = open_page(url)
+    until(page, '() => window.goalwireLanes?.hits?.length === 2')
+    statuses = page.evaluate('() => goalwireLanes.hits.map(hit => hit[4].status)')
+    assert sorted(statuses) == ['ABORTED', 'SUCCEEDED']
+    row(page, '/load')
+    page.click('.gw-plot-button')
+    page.wait_for_selector('[data-series]:has-text("/load data")')
+    until(
+        page,
+        """() => {
+            const id = Number(document.querySelector('[data-plot]').id.slice(1))
+            const lines = getElement(id)?.chart?.getOption()?.series ?? []
+            return Math.max(...lines.flatMap(line => line.data.map(point => point[1]))) === 90
+        }""",
+    )
+    _drag(page, 0.2, 25 / SECONDS + 0.0005)
+    page.wait_for_selector('[data-message-time]:has-text("at 25.0")')
+
+
+def test_nothing_can_be_sent_while_a_recording_is_shown(stage: Stage, open_page: OpenPage, url: str) -> None:
+    """There is no control for it, and no node of the console: the robot beside it sees nobody."""
+    stage.robot()
+    page = open_page(url)
+    page.wait_for_selector('[data-timeline] canvas')
+    page.keyboard.press('Control+Shift+Space')
+    page.keyboard.press('Pause')
+    for control in ('[data-estop]', '[data-send-goal]', '[data-call]', '[data-publish]', '[data-view]'):
+        assert page.locator(control).count() == 0, control
+    assert 'goalwire_console' not in stage.command('ros2 node list')
