@@ -305,6 +305,23 @@ def test_what_is_refused_stands_in_the_audit_log(
     assert "none of the roles of 'mallory' may publish '/secret'" in entry['reason']
 
 
+@pytest.mark.parametrize(('side', 'verb'), [('pub', Verb.PUBLISH), ('sub', Verb.SUBSCRIBE)])
+@pytest.mark.parametrize('is_allowed', [True, False])
+def test_tokens_of_history_are_shown_by_those_who_may_use_the_topic(
+    victim: Callable[[str], Victim],
+    attacker: Callable[[Victim], NativeSession],
+    side: str,
+    verb: Verb,
+    is_allowed: bool,
+) -> None:
+    target = victim(_policy(*([verb] if is_allowed else set(Verb) - {verb})))
+    session = attacker(target)
+    token = f'{TOPIC}/@adv/{side}/{session.id}/1/_'
+    session.protocol.declare_token(token)
+    _mark(session, target)
+    assert (token in target.protocol.tokens(f'{TOPIC}/@adv/**')) is is_allowed
+
+
 # ---- in another's name
 
 

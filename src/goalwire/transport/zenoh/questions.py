@@ -18,6 +18,8 @@ from goalwire.zenoh.protocol.guard import Act
 HISTORY = '/@adv/'
 """Stands behind a topic's key in the keys by which its publishers show and tell what they keep."""
 
+_SUBSCRIBER = 'sub'
+"""Stands there in the token of a subscription with history; in a publisher's it is 'pub'."""
 _LEAST_CHUNKS = 4
 _PART = '/_action/'
 _READING = ('get_parameters', 'get_parameter_types', 'list_parameters', 'describe_parameters')
@@ -146,10 +148,10 @@ def all_of(act: Act, key: str, session: str) -> Questions:
         if key.startswith(f'{GRAPH_SPACE}/'):
             return _of_token(key, session, learns=False)[0]
         subject = _subject_of(key)
-        _, _, history = key.partition(HISTORY)
-        if subject is None or history.split('/')[1:2] != [session]:
+        side, owner = [*key.partition(HISTORY)[2].split('/'), '', ''][:2]
+        if subject is None or owner != session:
             return None
-        return (_offering(subject),)
+        return (_using(subject) if side == _SUBSCRIBER else _offering(subject),)
     subject = _subject_of(key)
     return None if subject is None else (_DATA[act](subject),)
 
@@ -162,7 +164,8 @@ def any_of(act: Act, key: str, session: str) -> Questions:
     if subject is None:
         return None
     if act is Act.LEARN_TOKEN:
-        return (_using(subject),)
+        is_subscriber = key.partition(HISTORY)[2].startswith(f'{_SUBSCRIBER}/')
+        return (_offering(subject) if is_subscriber else _using(subject),)
     wanted = _DATA[act](subject)
     action, _ = subject.action
     looks = Question((Verb.INTROSPECT,), action or subject.name, subject.domain)

@@ -127,8 +127,10 @@ def _topic_rules(path: str, type_: str, *, publishes: bool) -> Iterator[Rule]:
     sends, hears = (_IN, _OUT) if publishes else (_OUT, _IN)
     yield Rule(sends, (*_PUT, *_REPLY), key)
     yield Rule(hears, _SUBSCRIBER, key)
-    yield Rule(sends, (*_TOKEN, *_QUERYABLE, *_REPLY), history)
+    yield Rule(sends, (*_QUERYABLE, *_REPLY), history)
+    yield Rule(sends, _TOKEN, canonical(f'{path}/{type_}/*/@adv/pub/**'))
     yield Rule(hears, (*_QUERY, *_WATCHING), history)
+    yield Rule(hears, _TOKEN, canonical(f'{path}/{type_}/*/@adv/sub/**'))
 
 
 def _service_rules(path: str, type_: str, *, serves: bool) -> Iterator[Rule]:
