@@ -12,7 +12,7 @@ import sys
 from _thread import allocate_lock
 from collections.abc import Callable
 from contextlib import suppress
-from threading import Thread
+from threading import Thread, get_ident
 from time import perf_counter
 
 from helpers.isolation import free_port
@@ -173,7 +173,7 @@ def asyncio_calls(wire: NativeWire, count: int, partner: stage.Partner) -> Figur
         figures = await stage.awaited(call, count, partner)
         loop.remove_reader(fd)
         os.close(fd)
-        poller.detach_loop()
+        poller.detach_loop(get_ident())
         return figures
 
     return asyncio.run(measure())

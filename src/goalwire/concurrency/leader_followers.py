@@ -277,8 +277,8 @@ class LeaderFollowers(WirePoller):
         self.ensure_polled()
         return own
 
-    def detach_loop(self) -> None:
-        self._loops.remove(get_ident())
+    def detach_loop(self, thread: int) -> None:
+        self._loops.remove(thread)
         self.ensure_polled()
 
     def serve_ready(self) -> float:

@@ -87,8 +87,8 @@ class WirePoller(ABC):
         """
         return None
 
-    def detach_loop(self) -> None:  # noqa: B027 - nothing to undo where none can be attached
-        """Undo one `attach_loop`, on the same thread."""
+    def detach_loop(self, thread: int) -> None:  # noqa: B027 - nothing to undo where none can be attached
+        """Undo one `attach_loop` of that thread (`get_ident()`). Any thread, once the loop is closed."""
 
     def serve_ready(self) -> float:
         """Deliver what is there now; return when to call this again at the latest, on the monotonic clock."""

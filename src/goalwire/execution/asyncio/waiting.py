@@ -53,8 +53,17 @@ def shared_waker(loop: asyncio.AbstractEventLoop) -> AsyncioLoopWaker:
     """The waker of a loop that goalwire did not make."""
     waker = _wakers.get(loop)
     if waker is None:
+        _release_closed_loops()
         waker = _wakers[loop] = AsyncioLoopWaker(loop)
     return waker
+
+
+def _release_closed_loops() -> None:
+    """Give back the eventfds of loops that were closed before the nodes that they ran."""
+    for key in _wakers.keyrefs():  # a list, as other threads may add loops
+        loop = key()
+        if loop is not None and loop.is_closed() and (waker := _wakers.pop(loop, None)) is not None:
+            waker.abandon()
 
 
 def wait_on(loop: asyncio.AbstractEventLoop, future: Awaitable) -> Generator[object, None, None]:
@@ -209,21 +218,34 @@ class AsyncioLoopWaker(LoopWaker):
     def close(self) -> None:
         """Go back to `call_soon_threadsafe` when the last user closes it. The loop's thread."""
         self._users -= 1
-        wake_fd, loop = self._wake_fd, self._loop()
-        if self._users or wake_fd < 0 or loop is None:
+        loop = self._loop()
+        if self._users or self._wake_fd < 0 or loop is None:
             return
-        self._wake_fd = -1
-        loop.remove_reader(wake_fd)
+        loop.remove_reader(self._wake_fd)
+        if not self._close_wake_fd() and not loop.is_closed():
+            loop.call_soon(self.run_pending)
+
+    def abandon(self) -> None:
+        """Close the eventfd of a loop that was closed first. Any thread; later calls are dropped."""
+        if self._wake_fd < 0 or self._close_wake_fd():
+            return
+        self._wake = self._next_wake  # no turn of the loop will do so
+        self.calls.clear()
+        self.asleep.append(None)
+
+    def _close_wake_fd(self) -> bool:
+        """Close it once no thread writes to it; False if the loop has still to take up a wake-up."""
+        wake_fd, self._wake_fd = self._wake_fd, -1
         WAKE_FDS.discard(wake_fd)
         writes = self._wake != self._ask_loop
         if self._change_wake(self._ask_loop) or not writes:
             os.close(wake_fd)
-            return
+            return True
         hearing = select.poll()
         hearing.register(wake_fd, select.POLLIN)
         if hearing.poll(_WAKER_MS):  # a thread has written, or is about to
             os.close(wake_fd)
-        loop.call_soon(self.run_pending)
+        return False
 
     def _change_wake(self, wake: Callable[[], object]) -> bool:
         """Wake the loop that way from now on (True) or, if somebody may be at it, from its next turn."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from asyncio import AbstractEventLoop, TimerHandle
 from collections.abc import Callable
+from threading import get_ident
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
@@ -28,6 +29,7 @@ def read_wire(loop: AbstractEventLoop, wire_poller: WirePoller | None) -> Callab
 
     Several may ask for the same; the last to end it does.
     """
+    _release_closed_loops()
     if wire_poller is None:
         return None
     of_loop = _readers.setdefault(loop, {})
@@ -41,14 +43,24 @@ def read_wire(loop: AbstractEventLoop, wire_poller: WirePoller | None) -> Callab
     return reader.leave
 
 
+def _release_closed_loops() -> None:
+    """Stop the readers of loops that were closed before the nodes that they ran."""
+    for key in _readers.keyrefs():  # a list, as other threads may add loops
+        loop = key()
+        if loop is not None and loop.is_closed():
+            for reader in _readers.pop(loop, {}).values():
+                reader.stop()
+
+
 class WireReader:
-    """One wire on one loop. Only the loop's thread uses it."""
+    """One wire on one loop. Only the loop's thread uses it, until the loop is closed."""
 
     def __init__(self, loop: AbstractEventLoop, wire_poller: WirePoller) -> None:
         self.users = 0
         self._loop = loop
         self._wire_poller = wire_poller
         self._waker: LoopWaker = shared_waker(loop)
+        self._thread = get_ident()
         self._fd = -1
         self._due = NEVER
         self._timer: TimerHandle | None = None
@@ -61,7 +73,7 @@ class WireReader:
         try:
             self._loop.add_reader(fd, self._read)
         except BaseException as error:
-            self._wire_poller.detach_loop()
+            self._wire_poller.detach_loop(self._thread)
             os.close(fd)
             if isinstance(error, NotImplementedError):  # this loop watches no descriptors
                 return False
@@ -76,14 +88,18 @@ class WireReader:
         self.users -= 1
         if self.users or self._fd < 0:
             return
+        _readers[self._loop].pop(id(self._wire_poller), None)
+        self.stop()
+
+    def stop(self) -> None:
+        """Read no more. On the loop's thread or, once the loop is closed, on any."""
         fd, self._fd = self._fd, -1
         self._loop.remove_reader(fd)
         WAKE_FDS.discard(fd)
         os.close(fd)
         if self._timer is not None:
             self._timer.cancel()
-        _readers[self._loop].pop(id(self._wire_poller), None)
-        self._wire_poller.detach_loop()
+        self._wire_poller.detach_loop(self._thread)
 
     def _read(self) -> None:
         if self._fd >= 0:
