@@ -45,6 +45,20 @@ def test_a_container_in_cpp_is_skipped_with_one_warning(
     assert 'camera::Other is skipped with its container /box' in output
 
 
+def test_a_component_has_if_or_unless(world: dict[str, str], tmp_path: Path) -> None:
+    file = tmp_path / 'both.launch.xml'
+    file.write_text("""<launch>
+  <node_container pkg="rclpy_components" exec="component_container" name="box" namespace="">
+    <composable_node pkg="camera" plugin="camera::Driver" name="driver" if="true" unless="true"/>
+  </node_container>
+</launch>""")
+    with Program(executable(), 'launch', str(file), env=world, cwd=tmp_path) as program:
+        assert program.wait() != 0
+        output = program.output
+    assert '`if` and `unless` cannot be used together' in output
+    assert 'Traceback' not in output
+
+
 CAMERA = """
 from rclpy.node import Node
 

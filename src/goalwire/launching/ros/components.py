@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from goalwire.launching.conditions import IfCondition, UnlessCondition
 from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import Condition, SomeSubstitutions, Substitution
 from goalwire.launching.ros.parameters import SomeParameters, normalize_parameters, parse_parameters
@@ -50,10 +49,9 @@ class ComposableNode:
             value = entity.get_attr(attribute, optional=not needed)
             if value is not None:
                 arguments[attribute] = parser.parse_substitution(value)
-        for attribute, kind in {'if': IfCondition, 'unless': UnlessCondition}.items():
-            value = entity.get_attr(attribute, optional=True)
-            if value is not None:
-                arguments['condition'] = kind(parser.parse_substitution(value))
+        condition = parser.parse_condition(entity)
+        if condition is not None:
+            arguments['condition'] = condition
         arguments['parameters'] = parse_parameters(entity.get_entities('param'), parser)
         arguments['remappings'] = parse_remappings(entity.get_entities('remap'), parser)
         arguments['extra_arguments'] = [
