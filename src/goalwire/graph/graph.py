@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable
-from threading import Lock
 from typing import TypeAlias
 
 from goalwire.graph.mismatch import Mismatch, find_mismatches, opposite
 from goalwire.graph.names import NamesAndTypes, actions_among
 from goalwire.graph.watch import CounterpartWatch, CounterpartWatchers, Watch, Watchers
+from goalwire.locks import ForkableLock
 from goalwire.rules.names.actions import ActionNames
 from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, GraphListener
@@ -50,7 +50,7 @@ class Graph(GraphListener):
         """Of which session this is the graph; None: of no one in particular."""
         self._compares_definitions = compares_definitions
         self._enforces_qos = enforces_qos
-        self._lock = Lock()
+        self._lock = ForkableLock()
         self.version = 0
         """Changes with each change of the graph. To cache an answer, read the version first and keep both."""
         self._nodes: dict[_NodeKey, _Node] = {}

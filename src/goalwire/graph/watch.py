@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
-from threading import Lock
 from typing import Generic, ParamSpec, TypeAlias
 
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
+from goalwire.locks import ForkableLock
 from goalwire.reports import report_failure
 from goalwire.transport.contract import EndpointKind, GraphEntity
 
@@ -39,7 +39,7 @@ class Watchers(Generic[P]):
     """The parties interested in one kind of event."""
 
     def __init__(self) -> None:
-        self._lock = Lock()
+        self._lock = ForkableLock()
         self._watches: tuple[Watch[P], ...] = ()
 
     def add(self, callback: Callable[P, object]) -> Watch[P]:
@@ -72,7 +72,7 @@ class CounterpartWatchers:
     """The watchers of each topic, and the changes that are to be told to them."""
 
     def __init__(self) -> None:
-        self._lock = Lock()
+        self._lock = ForkableLock()
         self._by_topic: dict[_Topic, tuple[CounterpartWatch, ...]] = {}
         self._dispatcher: OrderedDispatcher[tuple[CounterpartWatch, GraphEntity, bool]] = OrderedDispatcher(
             _deliver

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from threading import Lock
 from typing import TYPE_CHECKING
 
+from goalwire.locks import ForkableLock
 from goalwire.logging import dispatch
 from goalwire.logging.levels import reset_levels, set_logger_level
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from goalwire.logging.log_file import LogFile
 
-_lock = Lock()
+_lock = ForkableLock()
 _users = 0
 _file: tuple[LogFile, dispatch.SinkHandle] | None = None
 

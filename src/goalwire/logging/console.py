@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
 from collections.abc import Mapping
 from typing import Self, TextIO
 
+from goalwire.locks import ForkableLock
 from goalwire.logging.record import DEFAULT_FORMAT, Formatter, LoggingSeverity, LogRecord, compile_format
 
 _COLOURS = {
@@ -21,16 +21,7 @@ _NO_COLOUR = '\x1b[0m'
 
 # One for all consoles, held over write and flush only, so that lines stay whole. It is re-entrant because a
 # signal handler may log while the same thread is writing.
-_writing = threading.RLock()
-
-
-def _new_lock_in_child() -> None:
-    global _writing  # noqa: PLW0603 - a thread that does not exist in the child may hold the old one
-    _writing = threading.RLock()
-
-
-if hasattr(os, 'register_at_fork'):
-    os.register_at_fork(after_in_child=_new_lock_in_child)
+_writing = ForkableLock()
 
 
 class Console:

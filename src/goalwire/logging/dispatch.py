@@ -9,6 +9,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Self, TypeAlias
 
+from goalwire.locks import ForkableLock
 from goalwire.logging.console import Console
 from goalwire.logging.record import LoggingSeverity, LogRecord
 
@@ -52,7 +53,7 @@ class SinkHandle:
         self.close()
 
 
-_lock = threading.Lock()
+_lock = ForkableLock()
 _sinks: tuple[SinkHandle, ...] = ()
 _console: Console | None = None
 _to_console = True

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import threading
-
+from goalwire.locks import ForkableLock
 from goalwire.logging.record import LoggingSeverity
 
 _DEFAULT = LoggingSeverity.INFO
 _CACHE_LIMIT = 1024
 """Names whose inherited level is remembered; programs that make a logger per goal must not grow for ever."""
 
-_lock = threading.Lock()
+_lock = ForkableLock()
 _levels: dict[str, LoggingSeverity] = {}
 _effective: dict[str, LoggingSeverity] = {}
 

@@ -15,8 +15,8 @@ import time
 from contextlib import suppress
 from errno import EEXIST, ENOENT
 from io import FileIO
-from threading import Lock
 
+from goalwire.locks import ForkableLock
 from goalwire.logging import dispatch
 from goalwire.logging.record import Formatter, LoggingSeverity, LogRecord
 
@@ -39,7 +39,7 @@ class LogFile:
         self._prefix = prefix or _program()
         self._ms = time.time_ns() // 1_000_000
         self._format = formatter
-        self._lock = Lock()
+        self._lock = ForkableLock()
         self._file: FileIO | None = None
         self._closed = False
 

@@ -7,11 +7,11 @@ site. It owns the state of the filters and, as in ROS 2, must always be used in 
 from __future__ import annotations
 
 import sys
-import threading
 import time
 from typing import TypedDict, Unpack
 
 from goalwire.errors import ChangedCallError, LoggerNameError
+from goalwire.locks import ForkableLock
 from goalwire.logging import dispatch
 from goalwire.logging.filters import Context, LogClock, get_filters_from_kwargs, supported_filters
 from goalwire.logging.levels import get_logger_effective_level, set_logger_level
@@ -38,7 +38,7 @@ class RcutilsLogger:
         self.contexts: dict[CallerId, Context] = {}
         self.origin = name
         """The logger at the end of the line of get_child() calls that made this one."""
-        self._lock = threading.RLock()
+        self._lock = ForkableLock()
 
     def get_child(self, name: str) -> RcutilsLogger:
         """Return the logger `<this name>.<name>`; raises ValueError for an empty name."""
