@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from goalwire.errors import NotInitializedException
 from goalwire.execution.signals import is_ipython
+from goalwire.locks import ForkableLock
 from rclpy.context import Context
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers, uninstall_signal_handlers
 from rclpy.utilities import get_default_context, get_rmw_implementation_identifier, ok, try_shutdown
@@ -63,6 +64,8 @@ __all__ = [
 ]
 
 _global_executor: Executor | None = None
+_executor_lock = ForkableLock()
+"""Held while the executor is made."""
 
 
 class InitContextManager:
@@ -138,14 +141,16 @@ def _explain_second_init(context: Context, default: bool) -> str:
 def get_global_executor() -> Executor:
     """Return the executor that spin() and its kin use; raises NotInitializedException before init()."""
     global _global_executor  # noqa: PLW0603 - one for the whole program, as in rclpy
-    if _global_executor is None:
-        if not get_default_context().initialized:
-            raise NotInitializedException('cannot spin')
-        from rclpy.executors import SingleThreadedExecutor
+    if _global_executor is None and not get_default_context().initialized:
+        raise NotInitializedException('cannot spin')
+    from rclpy.executors import SingleThreadedExecutor
 
-        _global_executor = SingleThreadedExecutor()
-        get_default_context().on_shutdown(_drop_global_executor)
-    return _global_executor
+    with _executor_lock:  # else two threads that spin first would have one each
+        executor = _global_executor
+        if executor is None:
+            executor = _global_executor = SingleThreadedExecutor()
+            get_default_context().on_shutdown(_drop_global_executor)
+    return executor
 
 
 def _drop_global_executor() -> None:
