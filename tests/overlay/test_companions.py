@@ -11,6 +11,7 @@ import pytest
 
 COMPANIONS = [
     'ament_index_python',
+    'diagnostic_updater',
     'message_filters',
     'rosidl_adapter',
     'rosidl_runtime_py',
@@ -74,6 +75,12 @@ from ament_index_python import get_package_share_directory, get_package_share_pa
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix, get_packages_with_prefixes
 from ament_index_python.packages import get_package_share_directory
 from ament_index_python.resources import get_resource, get_resources, has_resource
+from diagnostic_updater import DiagnosedPublisher, DiagnosticStatusWrapper, DiagnosticTask, FrequencyStatus
+from diagnostic_updater import FrequencyStatusParam, FunctionDiagnosticTask, TimeStampStatusParam, Updater
+from diagnostic_updater._diagnostic_status_wrapper import DiagnosticStatusWrapper
+from diagnostic_updater._diagnostic_updater import CompositeDiagnosticTask, DiagnosticTask, Updater
+from diagnostic_updater._publisher import DiagnosedPublisher, HeaderlessTopicDiagnostic, TopicDiagnostic
+from diagnostic_updater._update_functions import FrequencyStatus, Heartbeat, TimeStampStatus
 from message_filters import ApproximateTimeSynchronizer, Cache, SimpleFilter, Subscriber, TimeSynchronizer
 from rosidl_runtime_py import get_interface_path, message_to_csv, message_to_ordereddict, message_to_yaml
 from rosidl_runtime_py import set_message_fields
