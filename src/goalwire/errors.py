@@ -211,7 +211,7 @@ class ForkedError(LocalError):
 
 
 class RCLError(LocalError, RuntimeError):
-    """rclpy raises it if its C library refuses."""
+    """rclpy raises it if a function of rcl, ROS 2's C library, fails."""
 
 
 class RMWError(LocalError, RuntimeError):

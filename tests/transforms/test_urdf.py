@@ -101,7 +101,7 @@ def test_limits_are_those_of_the_joint_and_of_its_safety_controller() -> None:
 @pytest.mark.parametrize(
     ('text', 'problem'),
     [
-        (' ', 'it is empty'),
+        (' ', 'the URDF is empty'),
         ('<robot', 'cannot be read as XML'),
         ('<sdf/>', 'not a URDF: it begins with <sdf>'),
         ('<robot/>', '0 links'),

@@ -53,7 +53,7 @@ def _are_strings(args: object) -> bool:
 
 
 def _complete(arguments: Arguments) -> Arguments:
-    """Read the parameter files, and warn of remap rules as ROS 2's first releases took them."""
+    """Read the parameter files; warn if a remap rule has the syntax of ROS 2's first releases."""
     for rule in arguments.deprecated:
         get_logger('rcl').warning(
             f"Found remap rule '{rule}'. This syntax is deprecated. Use '--ros-args --remap {rule}' instead."

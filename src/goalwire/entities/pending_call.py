@@ -289,7 +289,7 @@ class PendingCall(Future[Any]):
     def _lacks_server(self) -> bool:
         client = self.awaited_by
         if self.was_sent:
-            return client.wait_queue is not None and self in client.wait_queue.waiting  # to be sent again
+            return client.wait_queue is not None and self in client.wait_queue.waiting  # sent again then
         try:
             return not client.server_is_there()
         except ClosedError:

@@ -21,7 +21,7 @@ _VARIADIC = 0x04
 
 
 def check_callback(callback: object, arguments: tuple[str, ...], what: str) -> None:
-    """Raise TypeError, as a call would, if `callback` cannot be called with so many arguments.
+    """Raise TypeError, as a call would, if `callback` does not accept `arguments`.
 
     `what` says whose callback it is; `arguments` what it gets.
     """

@@ -65,7 +65,7 @@ class WakeupPipe:
         if owner == self._writer:
             return True
         if owner == -1:
-            self._before = None  # whoever took it from us has left it empty
+            self._before = None  # other code that took it has left it empty
             return True
         return not _restore(owner)
 

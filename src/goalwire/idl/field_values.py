@@ -278,7 +278,8 @@ def _number(value: Any) -> int | float | None:
     if isinstance(number, bool) or not isinstance(number, int | float):
         return None
     too_large = isinstance(number, float) and math.isinf(number) and isinstance(text, str)
-    return None if too_large and 'inf' not in text.lower() else number  # 1e999 is not an infinity
+    # A number such as 1e999, which overflows to infinity, is refused.
+    return None if too_large and 'inf' not in text.lower() else number
 
 
 def _number_in(text: str) -> int | float | None:

@@ -39,7 +39,7 @@ class Workspace:
         self.refused: list[str] = []  # remarks on folders that other users can write to
         self.remarks: list[str] = []  # notes for the error text about a missing package
         self.unusable: list[str] = []  # those of the remarks that name a package.xml which cannot be used
-        self.entries = 0  # names that were looked at
+        self.entries = 0  # names that were searched for before
         self.seen: set[tuple[int, int]] = set()  # folders, as links may lead to one again
         self.unnamed: list[str] = []  # folders with msg/, srv/ or action/ and no package.xml
         self.complete = True

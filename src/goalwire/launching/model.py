@@ -470,7 +470,7 @@ class LaunchDescription(LaunchDescriptionEntity):
 def visit_tree(
     entity: LaunchDescriptionEntity, context: LaunchContext
 ) -> Iterator[tuple[LaunchDescriptionEntity, asyncio.Future[Any]]]:
-    """Visit an entity and what it gives, depth first; yields each that is to be waited for, with its future.
+    """Visit an entity and its sub-entities, depth first; yield each that must be awaited, with its future.
 
     Raises LaunchError: what failed, with the file and line of the entity.
     """

@@ -205,7 +205,7 @@ class LaunchService:
             self._news.set()
 
     def _fail(self, error: Exception) -> None:
-        """End because of an error. It is told in one line, after what the ending of processes tells."""
+        """End because of an error. The log has it in one line, behind those of the processes that stop."""
         self._errors.append(error)
         self._return_code = 1
         self._context.is_aborted = True

@@ -118,7 +118,7 @@ class Goal:
                 continue
             if spec not in self._readers:
                 self._readers[spec] = Progress(spec, saw_start=self._saw_start)
-            with suppress(ProgressError):  # the field is of another action
+            with suppress(ProgressError):  # the field was asked for of another action
                 done = self._readers[spec].read(feedback)
                 self.progress = self.progress if done is None else done
                 return

@@ -57,7 +57,7 @@ def metadata_text(facts: BagFacts) -> str:
 
 
 def bag_text(facts: BagFacts) -> str:
-    """Return what stands in the file below its one key, which MCAP files hold, too."""
+    """Return the YAML below the file's single top-level key. MCAP files hold the same text."""
     lines = [
         f'version: {NEWEST}',
         f'storage_identifier: {facts.storage}',

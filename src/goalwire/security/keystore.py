@@ -53,7 +53,7 @@ def read(path: Path) -> bytes:
 
 
 class Keystore:
-    """A keystore that is there."""
+    """An existing keystore on disk."""
 
     def __init__(self, path: Path) -> None:
         """Raises SecurityError if there is none at `path`."""

@@ -53,7 +53,7 @@ def load_policy(path: Path) -> Policy:
 
 
 class _Reader:
-    """Reads one text."""
+    """Parses the text of one policy.toml."""
 
     def __init__(self, text: str, title: str) -> None:
         self._title = title

@@ -32,7 +32,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module | None:
-    """Take a file that has the mark; all others are pytest's own business."""
+    """Collect the file if it has the mark `launch_test`; pytest collects all others."""
     try:
         text = module_path.read_text(encoding='utf-8', errors='replace')
     except OSError:

@@ -136,7 +136,7 @@ def read_kinematics(text: str) -> Kinematics:
 def read_robot(text: str) -> Element:
     """Return the element <robot> of a URDF. Raises UrdfError."""
     if not text.strip():
-        raise UrdfError('it is empty')
+        raise UrdfError('the URDF is empty')
     if len(text) > MOST_CHARACTERS:
         raise UrdfError(f'its {len(text)} characters are too many: at most {MOST_CHARACTERS} are read')
     try:

@@ -213,7 +213,7 @@ _open: WeakSet[Closable] = WeakSet()
 
 
 def close_at_exit(closable: Closable) -> None:
-    """Have something closed when the interpreter ends, before its threads' callbacks would find none."""
+    """Have something closed when the interpreter ends, while its threads can still run callbacks."""
     _open.add(closable)
 
 

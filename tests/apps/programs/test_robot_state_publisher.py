@@ -156,7 +156,7 @@ def test_a_state_that_cannot_be_drawn_is_passed_over(bench: Callable[..., Bench]
 @pytest.mark.parametrize(
     ('arguments', 'complaint'),
     [
-        ([], 'the parameter robot_description: it is empty'),
+        ([], 'the parameter robot_description: the URDF is empty'),
         (['/nowhere.urdf'], '/nowhere.urdf cannot be read'),
         (
             ['--ros-args', '-p', 'robot_description:=<robot/>'],

@@ -86,7 +86,7 @@ class SentGoal:
     async def cancel(self) -> bool:
         """Ask the server to cancel the goal, while it runs; return whether it will.
 
-        A goal that is still to be accepted is cancelled as soon as it is. Raises CallError, ClosedError.
+        A goal that waits for its acceptance is cancelled right after it. Raises CallError, ClosedError.
         """
         if self._run is None:
             self._is_cancel_asked = True

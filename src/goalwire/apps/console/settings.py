@@ -57,7 +57,7 @@ class Settings:
         return [f'{self.scheme}://{f"[{host}]" if ":" in host else host}:{end}' for host in hosts]
 
     def check_may_send(self, name: str) -> None:
-        """Raise NotAllowedError if a topic, service, action or node of that name is not to be sent to."""
+        """Raise NotAllowedError if the console may not send to that topic, service, action or node."""
         if self.read_only:
             raise NotAllowedError('this console is read-only (--read-only): nothing was sent')
         if self.allow and not any(fnmatchcase(name, pattern) for pattern in self.allow):

@@ -76,7 +76,7 @@ class ClientStreams:
         return self._feedback_rejected + self._statuses_rejected
 
     def catch_up(self) -> None:
-        """Take the feedback that the wire still holds."""
+        """Read the feedback that the transport has received and not delivered yet."""
         self._ports[0].catch_up()
 
     def close(self) -> None:

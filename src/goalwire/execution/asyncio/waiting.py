@@ -324,7 +324,7 @@ class AsyncWaiter:
 
 
 async def settle(future: Awaitable, shutdown_signal: ShutdownSignal, deadline: int | None = None) -> bool:
-    """Wait until `future` is no longer pending (True), or the shutdown has begun or its clock shows
+    """Wait until `future` is done (True), or until the shutdown begins or the context's clock reaches
     `deadline` (False).
     """
     if not future.pending():

@@ -1,4 +1,4 @@
-"""Namespaces of nodes, joined as launch files push them into each other."""
+"""Namespaces of nodes, joined as launch files nest them."""
 
 from __future__ import annotations
 

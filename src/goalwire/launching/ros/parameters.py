@@ -144,7 +144,7 @@ class ParameterFile:
 def write_temporary(context: object, text: str) -> Path:
     """Write a parameter file that is removed when the launch has ended.
 
-    A test's stand-in for a context has no end, so there the file stays for its caller to remove.
+    The mock context of a test never ends: then the caller has to remove the file.
     """
     folder = _temporary_folder(context) if isinstance(context, LaunchContext) else None
     descriptor, path = tempfile.mkstemp(prefix='launch_params_', suffix='.yaml', dir=folder)

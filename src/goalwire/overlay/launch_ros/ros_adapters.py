@@ -48,7 +48,7 @@ class ROSAdapter:
     def shutdown(self) -> None:
         """Close the node, and wait for its thread. Raises LaunchError if it is not open."""
         if self._running is None:
-            raise LaunchError('this ROS adapter does not run')
+            raise LaunchError('this ROS adapter is not running')
         context, node, executor, thread = self._running
         self._running = None
         executor.shutdown()

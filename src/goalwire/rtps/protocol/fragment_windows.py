@@ -47,7 +47,7 @@ class FragmentWindows:
         """Have a sample sent in its turn, behind those that are being sent."""
         output = self._output
         depth = self._depth
-        if depth and len(output.unsent) > depth:  # the first is being sent
+        if depth and len(output.unsent) > depth:  # the first window is being sent
             self.unsent_size -= output.unsent[1].size
             del output.unsent[1]
         output.unsent.append(change)

@@ -16,9 +16,9 @@ from goalwire.rtps.protocol.history import Change, HistoryCache
 from goalwire.rtps.protocol.primitives import INFINITE, NS, Address
 from goalwire.rtps.protocol.qos import MANUAL_BY_TOPIC, RELIABLE, TRANSIENT_LOCAL
 from goalwire.rtps.protocol.reader_proxy import ReaderProxy
-from goalwire.rtps.protocol.repairs import Repairs
 from goalwire.rtps.protocol.wire import Watch, Wire
 from goalwire.rtps.protocol.writer_output import WriterOutput
+from goalwire.rtps.protocol.writer_repairs import Repairs
 
 MOST_UNACKNOWLEDGED = 1024
 MOST_UNACKNOWLEDGED_SIZE = 16 << 20

@@ -237,7 +237,7 @@ class DiscoveryState:
         """An endpoint has gone."""
         changes = self.show_unclaimed([gid])
         participant = self._participants.get(self._participant_of.pop(gid, b''))
-        if participant is None:  # one that the graph does not show
+        if participant is None:  # an endpoint that the graph does not show
             for other in self._participants.values():
                 other.seen.discard(gid)
             return []

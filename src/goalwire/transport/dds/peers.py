@@ -66,7 +66,7 @@ def _parts(entry: str, ipv6: bool) -> tuple[str, str]:
     if match is None or not host or not host.isprintable() or len(host) > 253:
         raise Unusable('it is not an address: write HOST, HOST:PORT or [IPV6]:PORT')
     if match['kind'] not in {None, 'udp6' if ipv6 else 'udp'}:
-        raise Unusable(f"'{match['kind']}/' is not spoken here")
+        raise Unusable(f"'{match['kind']}/' is not a transport of DDS here")
     port = match['port'] or ''
     if port and not (len(port) <= 6 and 1 <= int(port[1:]) <= 65535):
         raise Unusable('its port is not 1 to 65535')

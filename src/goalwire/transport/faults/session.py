@@ -115,7 +115,7 @@ class FilteredGraph(GraphListener):
 
 
 class FaultySession(Session):
-    """A session, with faults."""
+    """Wraps a session and puts the faults of a plan between it and its peers."""
 
     def __init__(self, inner: Session, faults: Plan) -> None:
         self.inner = inner
@@ -200,7 +200,7 @@ class FaultySession(Session):
 
 
 class FaultyNode(NodePort):
-    """A node, with faults."""
+    """Wraps a node: its endpoints meet the faults of the plan."""
 
     def __init__(self, inner: NodePort, name: str, session: FaultySession) -> None:
         self.inner = inner

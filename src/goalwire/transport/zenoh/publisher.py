@@ -96,7 +96,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
 
     @property
     def dropped(self) -> int:
-        """How many large messages were dropped here; of others zenoh does not tell."""
+        """How many large messages were dropped here. Zenoh does not report other drops."""
         return self._dropped
 
     def publish(self, payload: bytes) -> None:

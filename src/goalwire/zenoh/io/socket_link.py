@@ -164,7 +164,7 @@ class SocketLink:
         self._poller.call(lambda: self.end(f'the connection broke: {reason}'))
 
     def request_flush(self) -> None:
-        """Have what waits written once the socket has room. The link's lock is held."""
+        """Have the queued data written once the socket has room. The caller holds the link's lock."""
         if not self._wants_room:
             self._poller.modify(self._fd, IN | OUT)
             self._wants_room = True  # last: a signal's handler may raise
@@ -212,7 +212,7 @@ class SocketLink:
                     return
                 self._receive(data)
                 # Small messages have their callbacks run before more are read: a subscription keeps only so
-                # many, and what else comes waits on the wire, where the publisher sees it.
+                # many; whatever comes beyond them waits in the socket, so that the publisher notices.
                 if len(data) < size or not frames.in_pieces or self._has_ended:
                     return
                 keep_freed_memory()

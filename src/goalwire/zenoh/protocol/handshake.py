@@ -144,7 +144,7 @@ class Handshake:
         self.state = State.WAIT_OPEN
         if self.connects:
             if theirs.zid == ours.zid:
-                raise ZenohProtocolError('it is a link to ourselves', TO_SELF)
+                raise ZenohProtocolError('the peer has our own id: we connected to ourselves', TO_SELF)
             return Open(self._identity.lease_ms, self._first_sent, theirs.cookie).encode()
         return self._agreed.encode()
 
@@ -155,7 +155,7 @@ class Handshake:
             if theirs.cookie != agreed.cookie:
                 raise ZenohProtocolError('the cookie is not the one that was sent', INVALID)
             if other.zid == agreed.zid:
-                raise ZenohProtocolError('it is a link to ourselves', TO_SELF)
+                raise ZenohProtocolError('the peer has our own id: we connected to ourselves', TO_SELF)
             if self._is_linked(other.zid):
                 raise ZenohProtocolError('there is a link to this session already', MAX_LINKS)
         if theirs.first_number > agreed.number_mask:

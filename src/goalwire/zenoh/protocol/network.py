@@ -80,7 +80,7 @@ class Sample(NamedTuple):
 
     @property
     def timestamp(self) -> Timestamp | None:
-        """When it was said, where that is stated. Raises ZenohProtocolError."""
+        """The timestamp of the message; None if it has none. Raises ZenohProtocolError."""
         return None if self.stamp is None else decode_timestamp(self.stamp)
 
     @property

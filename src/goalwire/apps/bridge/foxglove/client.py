@@ -6,10 +6,10 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from goalwire.apps.bridge.client_tasks import ClientWork
 from goalwire.apps.bridge.foxglove.frames import ERROR
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Outbox
-from goalwire.apps.bridge.work import ClientWork
 
 Fields = Mapping[str, Any]
 

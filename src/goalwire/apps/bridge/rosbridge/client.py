@@ -7,11 +7,11 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 
+from goalwire.apps.bridge.client_tasks import ClientWork
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Outbox
 from goalwire.apps.bridge.rosbridge.encoding import COMPRESSIONS, cbor, frames, json_text
 from goalwire.apps.bridge.rosbridge.values import from_values
-from goalwire.apps.bridge.work import ClientWork
 
 Operation = Mapping[str, Any]
 LEVELS = ('none', 'error', 'warning', 'info')

@@ -97,7 +97,7 @@ def _by_count(node: Tool, rate: float) -> Callable[[int], bool]:
         nonlocal last
         now = node.steady_s()
         if now < last:
-            last = -math.inf  # the clock went back, as where a bag starts anew
+            last = -math.inf  # the clock went back, for example because a bag starts anew
         if now - last < 1.0 / rate:
             return False
         last = now

@@ -312,7 +312,7 @@ class TurtleEndpoints:
 
 
 class Rotation:
-    """A goal of the action that is being carried out; `ended` is set to whether it was reached."""
+    """A goal in execution; the future `ended` gives True if the goal was reached."""
 
     def __init__(self, goal_handle: ServerGoalHandle) -> None:
         self.goal_handle = goal_handle

@@ -17,7 +17,7 @@ from launch_testing.proc_info_handler import ActiveProcInfoHandler
 
 
 class WaitedOutput:
-    """Whether an output came; it shows the output, for the message of an assertion."""
+    """True if the output came. Its repr shows the output, so that a failed assertion does."""
 
     def __init__(self, has_come: bool, output: str | None) -> None:
         self._has_come = has_come

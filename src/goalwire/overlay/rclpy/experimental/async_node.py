@@ -105,7 +105,7 @@ class AsyncNode(BaseNode):
         namespace = '/' + namespace.strip('/')
         graph = self.handle.graph
         if not await await_graph(self.context, lambda: graph.node_exists(name, namespace)):
-            raise ShutDownError(f"the node '{fully_qualified_node_name}' did not come")
+            raise ShutDownError(f"the node '{fully_qualified_node_name}' did not appear")
 
     # -- what it makes -------------------------------------------------------------------------------------
 

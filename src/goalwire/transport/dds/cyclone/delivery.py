@@ -175,7 +175,7 @@ class QueueingWriter(Writer):
                 self._send_by_fallback(self._make_fallback)
 
     def _has_others(self) -> bool:
-        """Whether readers are held up by another one: alone, one waits for itself and loses nothing."""
+        """True if one reader can hold up others. A single reader holds up only itself."""
         return self.library.dds_get_matched_subscriptions(self.handle, (c_uint64 * 1)(), 1) > 1
 
     def _is_over(self, *, is_free: bool) -> bool:

@@ -32,7 +32,7 @@ NOT_COUNTED = 0
 
 
 def _names(endpoint: Endpoint) -> tuple[str, str]:
-    """Return the topic and the type on DDS."""
+    """Return the names that the endpoint's topic and type have on DDS."""
     topic = dds_topic(Role.TOPIC, endpoint.name, verbatim=endpoint.qos.avoid_ros_namespace_conventions)
     return topic, dds_type(Role.TOPIC, endpoint.type_name)
 

@@ -8,6 +8,7 @@
     reader       files and overrides, read and checked
     plan         a session to open, and a rendezvous to offer beside it
     native       the settings of a session of goalwire's own, or why eclipse-zenoh must open it
+    secured      whole configurations for rmw_zenoh's router and sessions, with the rules of a policy
 
 Files are opened in `reader` only, and what it returns has been held against the schema.
 """

@@ -105,7 +105,7 @@ def router_config(
     identity: Chosen | None = None,
     rules: Settings | None = None,
 ) -> Configuration:
-    """Return the settings of a router for a site, which listens on `port` of every address where not said.
+    """Return the settings of a router for a site. Without addresses of its own it listens on `port` of all.
 
     With an identity all its links have mutual TLS, and the rules of access control `rules` hold. Raises
     TransportError.
