@@ -451,10 +451,12 @@ class InvalidTransition(LocalError, RuntimeError):
 
 
 class GoalIdTaken(LocalError, ValueError):
-    """A goal was sent under the id of one that is still under way."""
+    """A goal was sent, or attached to, under an id that this client or the server uses already."""
 
-    def __init__(self, goal_id: bytes) -> None:
-        super().__init__(f'goal {goal_id.hex()} is under way already: give every goal an id of its own')
+    def __init__(
+        self, goal_id: bytes, problem: str = 'is under way already: give every goal an id of its own'
+    ) -> None:
+        super().__init__(f'goal {goal_id.hex()} {problem}')
 
 
 class UnknownSeverityError(LocalError, RuntimeError):

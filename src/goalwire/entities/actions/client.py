@@ -25,7 +25,7 @@ from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.graph_waiting import ServerWaitQueue, tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
-from goalwire.entities.pending_call import PENDING_LIMIT, end_with, unanswered
+from goalwire.entities.pending_call import PENDING_LIMIT, PendingCall, end_with, unanswered
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import (
     ClosedError,
@@ -42,6 +42,8 @@ from goalwire.rules.goals import wire
 from goalwire.rules.goals.cancel import read_stamp
 from goalwire.rules.goals.client import ClientGoal, GoalClient
 from goalwire.rules.goals.ids import NO_ID, GoalId, new_goal_id
+from goalwire.rules.goals.status import statuses_of
+from goalwire.rules.goals.table import GoalStatus
 from goalwire.rules.time import Time
 from goalwire.transport.contract import Payload, Sample
 
@@ -159,11 +161,13 @@ class ActionClientCore(TimedCalls):
         goal: Any,
         feedback: FeedbackQueue | None,
         call_context: CallContext | None = None,
+        *,
+        keep: bool = False,
     ) -> Future[ClientGoalHandle[Any, Any, Any]]:
         """Send a goal; feedback goes to the queue, as it comes from the wire. Raises as `send` does.
 
         With a context, or a `default_timeout`, the future ends with a typed error if nobody answers, and a
-        goal that is accepted too late is cancelled.
+        goal that is accepted too late is cancelled, unless `keep`.
         """
         if not isinstance(goal, self.goal_type):
             raise TypeError(f'Expected {self.goal_type}, got {type(goal)}')
@@ -177,7 +181,7 @@ class ActionClientCore(TimedCalls):
         def decode(raw: Payload) -> ClientGoalHandle[Any, Any, Any]:
             return ClientGoalHandle(self, record, self.support.send_goal.decode_response(raw))
 
-        call = GoalCall(self.goal_requests, record, decode)
+        call = GoalCall(self.goal_requests, record, decode, keep=keep)
         try:
             self.goal_requests.start(call, payload, call_context or self._new_context())
         except BaseException:
@@ -236,6 +240,36 @@ class ActionClientCore(TimedCalls):
         """Wait no longer for a server to accept a goal. If one still does so, the goal is cancelled."""
         if isinstance(sending, GoalCall):
             sending.cancel_goal()
+
+    # -- goals that were sent before -----------------------------------------------------------------------
+
+    def follow(self, goal_id: GoalId, feedback: FeedbackQueue) -> ClientGoal[ResultFuture]:
+        """Keep a record of a goal that was sent before, by whichever client; its feedback goes to the queue.
+
+        Raises GoalIdTaken if this client follows it already, InvalidHandle once destroyed.
+        """
+        if self.destroyed:
+            raise InvalidHandle
+        with self.lock:
+            record = self.goals.on_follow(goal_id, feedback)
+        if self.streams.latest_statuses:
+            self.dispatch(self.goals.on_status, self.streams.latest_statuses)
+        return record
+
+    def published_status(self, goal_id: GoalId) -> GoalStatus:
+        """Return a goal's status in the array that came last, whoever sent the goal; UNKNOWN if not there."""
+        latest = self.streams.latest_statuses
+        found = statuses_of([goal_id], latest) if latest else []
+        return found[0][1] if found else GoalStatus.UNKNOWN
+
+    def ask_result_once(self, goal_id: GoalId, call_context: CallContext) -> Future[Any]:
+        """Send one request for a goal's result, beside those of who follows it; for probing."""
+        if self.destroyed:
+            raise InvalidHandle
+        decode = self.support.get_result.decode_response
+        call = PendingCall(self.result_requests, lambda raw: decode(wire.split_reason(raw)[0]))
+        self.result_requests.start(call, wire.encode_result_request(goal_id), call_context)
+        return call
 
     # -- results -------------------------------------------------------------------------------------------
 

@@ -50,6 +50,8 @@ class ClientStreams:
         self._take_statuses = take_statuses
         self.feedback = 0
         """How many feedback messages have come for goals of this client."""
+        self.latest_statuses = b''
+        """The status array that came last; b'' before the first."""
         self._feedback_rejected = 0
         self._statuses_rejected = 0
         self.statuses: EventQueue[Sample] = EventQueue(
@@ -126,7 +128,9 @@ class ClientStreams:
 
     def _on_statuses(self, sample: Sample) -> None:
         try:
-            self._take_statuses(bytes(sample.payload))
+            payload = bytes(sample.payload)
+            self._take_statuses(payload)
+            self.latest_statuses = payload
         except RemoteError as error:
             self._statuses_rejected += 1
             self._log_rejected('status', self._statuses_rejected, error)

@@ -151,7 +151,10 @@ class ActionRequests(RequestClient, Introspected):
 
 
 class GoalCall(PendingCall):
-    """A goal on its way to a server. One that is accepted when nobody waits for it any more is cancelled."""
+    """A goal on its way to a server.
+
+    If it is accepted when nobody waits for it any more, it is cancelled, unless it is to be kept.
+    """
 
     awaited_by: ActionRequests
     late: TimerEntry | None = None
@@ -160,10 +163,17 @@ class GoalCall(PendingCall):
     """True once a server has answered. If a second server of the name does so too, that is logged."""
 
     def __init__(
-        self, client: ActionRequests, goal: ClientGoal[ResultFuture], decode: Callable[[Any], Any]
+        self,
+        client: ActionRequests,
+        goal: ClientGoal[ResultFuture],
+        decode: Callable[[Any], Any],
+        *,
+        keep: bool = False,
     ) -> None:
+        """`keep`: the goal goes on if it is accepted when nobody waits for it any more."""
         super().__init__(client, decode)
         self.goal = goal
+        self._keep = keep
 
     def on_reply(self, sample: Sample) -> None:
         self.tell_reply(sample)
@@ -189,7 +199,7 @@ class GoalCall(PendingCall):
         if not self.end():
             return
         client = self.awaited_by
-        if self.was_sent and isinstance(error, DeadlineError):
+        if self.was_sent and isinstance(error, DeadlineError) and not self._keep:
             self._await_late_accept(client)
         else:
             self.discard_request()

@@ -209,6 +209,25 @@ class GoalClient(Generic[WaiterT, ResultT]):
                 return True
         return False
 
+    # ---- goals that were sent before ----
+
+    def on_follow(self, goal_id: GoalId, feedback: FeedbackQueue) -> ClientGoal[WaiterT]:
+        """Somebody follows a goal that was sent before, by whichever client. Nothing is sent.
+
+        Raises GoalIdTaken if this client follows it, or is sending it.
+        """
+        goal = self.active.get(goal_id)
+        if goal is not None and (goal.feedback is not None or not goal.answered):
+            raise GoalIdTaken(goal_id, 'is followed by this client already: leave that block first')
+        goal = goal or self.ended.get(goal_id) or ClientGoal(goal_id)
+        if goal.feedback is not None:
+            self._feedback_dropped += goal.feedback.dropped
+        goal.feedback = feedback
+        goal.answered = True
+        self.active[goal_id] = goal  # first: records are looked up under no lock, here or there
+        self._recall(goal_id)
+        return goal
+
     # ---- what the server tells on its own ----
 
     def on_status(self, payload: bytes) -> list[ClientEffect[WaiterT, ResultT]]:

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from uuid import UUID
 
 GoalId = bytes
 
@@ -17,3 +21,22 @@ def new_goal_id(random: bytes | None = None) -> GoalId:
     version = source[6] & 0x0F | 0x40
     variant = source[8] & 0x3F | 0x80
     return source[:6] + bytes((version, source[7], variant)) + source[9:ID_LENGTH]
+
+
+def read_goal_id(given: bytes | UUID) -> GoalId:
+    """Return the id that a program gives as 16 bytes or as a uuid.UUID.
+
+    Raises TypeError for anything else, ValueError for another length and for sixteen zeros: a request to
+    cancel that id would cancel every goal of the server.
+    """
+    if not isinstance(given, bytes):
+        from uuid import UUID
+
+        if not isinstance(given, UUID):
+            raise TypeError(f'a goal id is {ID_LENGTH} bytes or a uuid.UUID, not {type(given).__name__}')
+        given = given.bytes
+    if len(given) != ID_LENGTH:
+        raise ValueError(f'a goal id has {ID_LENGTH} bytes, got {len(given)}')
+    if given == NO_ID:
+        raise ValueError('sixteen zeros are no goal id: in a cancel request they stand for all goals')
+    return given
