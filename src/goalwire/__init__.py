@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from goalwire.aio import ActionServer as ActionServer
     from goalwire.aio import Client as Client
     from goalwire.aio import Goal as Goal
+    from goalwire.aio import GoalProbe as GoalProbe
+    from goalwire.aio import GoalState as GoalState
     from goalwire.aio import Node as Node
     from goalwire.aio import Parameters as Parameters
     from goalwire.aio import Publisher as Publisher
@@ -50,7 +52,8 @@ __version__ = '0.1.0'
 
 _NAMES = {
     'goalwire.aio': (
-        'ActionClient ActionServer Client Goal Node Parameters Publisher Run Service Subscription Timer'
+        'ActionClient ActionServer Client Goal GoalProbe GoalState Node Parameters Publisher Run Service '
+        'Subscription Timer'
     ),
     'goalwire.errors': (
         'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalRefused GoalwireError NoServerError '

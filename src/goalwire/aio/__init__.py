@@ -1,6 +1,6 @@
 """The asyncio API: nodes for programs that are made of `async def`. See docs/how-to/asyncio-api.md."""
 
-from goalwire.aio.action.client import ActionClient, CancelAnswer, Run
+from goalwire.aio.action.client import ActionClient, CancelAnswer, GoalProbe, GoalState, Run
 from goalwire.aio.action.server import ActionServer, Goal
 from goalwire.aio.node import Node
 from goalwire.aio.parameters import Parameters
@@ -14,6 +14,8 @@ __all__ = [
     'CancelAnswer',
     'Client',
     'Goal',
+    'GoalProbe',
+    'GoalState',
     'Node',
     'Parameters',
     'Publisher',

@@ -1,10 +1,12 @@
-"""An action client of the asyncio API: sends goals; `async with` follows each from its sending to its end."""
+"""An action client of the asyncio API: sends goals, follows those sent before, and asks about them."""
 
 from __future__ import annotations
 
 from math import inf
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar, cast
 
+from goalwire.aio.action.attached import AttachedRun
+from goalwire.aio.action.probe import GoalProbe, GoalState, probe_goal
 from goalwire.aio.action.run import Limits, Run
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.client import ActionClientCore
@@ -13,9 +15,11 @@ from goalwire.errors import CallError, InvalidHandle
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.rules.goals.cancel import CancelCode
+from goalwire.rules.goals.ids import read_goal_id
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from uuid import UUID
 
     from builtin_interfaces.msg import Time as StampMessage
 
@@ -30,7 +34,7 @@ GoalT = TypeVar('GoalT')
 ResultT = TypeVar('ResultT')
 FeedbackT = TypeVar('FeedbackT')
 
-__all__ = ['ActionClient', 'CancelAnswer', 'Run']
+__all__ = ['ActionClient', 'CancelAnswer', 'GoalProbe', 'GoalState', 'Run']
 
 
 class CancelAnswer(NamedTuple):
@@ -76,6 +80,8 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         timeout: float | None = None,
         grace: float = 5.0,
         heartbeat: float | None = None,
+        goal_id: bytes | UUID | None = None,
+        keep: bool = False,
         **fields: object,
     ) -> Run[ResultT, FeedbackT]:
         """Make a run of a goal (or of one made of `fields`): `async with client.send(goal) as run:`.
@@ -84,17 +90,53 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         and waits for its end, `grace` s at most. The server, its answer and the result must be there within
         `timeout` s, or the client's; where neither is given, only the server and its answer have a time, if
         the node or the process has one for calls. A server that gives no sign of life for `heartbeat` s,
-        neither feedback nor a change of the goal's status, counts as stuck. Raises TypeError for what is no
-        such goal or time, ValueError for nan and a heartbeat that is not above 0.
+        neither feedback nor a change of the goal's status, counts as stuck.
+
+        The goal gets the id `goal_id`, 16 bytes or a uuid.UUID, or else a new one. If `keep`, only
+        `run.cancel` cancels it: it goes on when the block is left in whatever way, when it is accepted after
+        nobody waits any more, and when its server counts as stuck. A goal is sent once.
+
+        Raises TypeError for values that are no such goal, time or id, ValueError for nan, a heartbeat that is
+        not above 0, and an id of another length or of zeros only.
         """
         message = message_of(self._core.goal_type, goal, fields)
+        limits = self._limits(timeout, grace, heartbeat)
+        own_id = None if goal_id is None else read_goal_id(goal_id)
+        return Run(self._core, message, limits, own_id, keep=keep)
+
+    def _limits(self, timeout: float | None, grace: float, heartbeat: float | None) -> Limits:
+        """Check times before anything is sent, which an error would leave behind."""
         limit = self._timeout if timeout is None else timeout
         for what, given in (('timeout', limit), ('grace', grace), ('heartbeat', heartbeat)):
             if given is not None:
-                timeout_ns(given, what)  # before anything is sent, which an error would leave behind
+                timeout_ns(given, what)
         if heartbeat is not None and heartbeat <= 0:
             raise ValueError(f'a heartbeat is a time above 0 s, not {heartbeat}')
-        return Run(self._core, message, Limits(limit, grace, heartbeat))
+        return Limits(limit, grace, heartbeat)
+
+    def attach(
+        self, goal_id: bytes | UUID, *, timeout: float | None = None, heartbeat: float | None = None
+    ) -> Run[ResultT, FeedbackT]:
+        """Make a run of a goal that was sent before, by any client: `async with client.attach(id) as run:`.
+
+        Nothing is sent but the request for the result. Entering the block waits for a server. The run then
+        gives the feedback from now on, the status, the result and `cancel`. Leaving the block never cancels
+        the goal. If the server does not know the goal, the result raises ServerLostError. Times are those of
+        `send`. Entering raises GoalIdTaken if this client follows that goal already. Raises as `send` does
+        for a time or an id.
+        """
+        limits = self._limits(timeout, 0.0, heartbeat)
+        return AttachedRun(self._core, read_goal_id(goal_id), limits)
+
+    async def probe(self, goal_id: bytes | UUID, *, timeout: float = 10.0) -> GoalProbe[ResultT]:
+        """Ask the server how a goal stands that was sent before, by any client; nothing changes there.
+
+        This takes 1 to 2 s for a goal that runs, 2 s for an unknown one, `timeout` s at most. If there is no
+        server, or two, or none that answers, the state is CANNOT_TELL. Raises InvalidHandle once closed,
+        ShutDownError; TypeError and ValueError as `send` does for a time or an id.
+        """
+        timeout_ns(timeout, 'timeout')
+        return await probe_goal(self._core, read_goal_id(goal_id), timeout)
 
     async def call(
         self,

@@ -18,6 +18,7 @@ from goalwire.errors import (
     GoalAborted,
     GoalCanceled,
     GoalFailed,
+    GoalIdTaken,
     GoalRefused,
     RemoteError,
     ServerLostError,
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from goalwire.execution.monotonic import SteadyClock
     from goalwire.execution.waiting import ShutdownWatch
     from goalwire.rules.goals.client import ClientGoal
+    from goalwire.rules.goals.ids import GoalId
     from goalwire.transport.contract import Sample
 
 ResultT = TypeVar('ResultT')
@@ -59,13 +61,26 @@ class Limits(NamedTuple):
 
 
 class Run(Generic[ResultT, FeedbackT]):
-    """Made by ActionClient.send; `async with` it, once."""
+    """Made by ActionClient.send and ActionClient.attach; `async with` it, once."""
 
-    def __init__(self, core: ActionClientCore, goal: object, limits: Limits) -> None:
+    _not_entered = 'was not sent: async with client.send(…) as run:'
+
+    def __init__(
+        self,
+        core: ActionClientCore,
+        goal: object,
+        limits: Limits,
+        goal_id: GoalId | None = None,
+        *,
+        keep: bool = False,
+    ) -> None:
+        """`goal_id` is an id of the program's own. If `keep`, only `cancel` cancels the goal."""
         self._core = core
         self._goal = goal
         self._limits = limits
-        self._id = new_goal_id()
+        self._has_own_id = goal_id is not None
+        self._id = goal_id or new_goal_id()
+        self._keep = keep
         self._record = core.goal(self._id)
         self._attempt: CallContext | None = None
         self._answer: Future[Any] | None = None
@@ -115,7 +130,7 @@ class Run(Generic[ResultT, FeedbackT]):
     def __del__(self) -> None:
         if self._attempt is None:
             warnings.warn(
-                f"a goal for '{self._core.full_name}' was not sent: async with client.send(…) as run:",
+                f"a goal for '{self._core.full_name}' {self._not_entered}",
                 RuntimeWarning,
                 stacklevel=2,
                 source=self,
@@ -124,30 +139,23 @@ class Run(Generic[ResultT, FeedbackT]):
     # -- its life ------------------------------------------------------------------------------------------
 
     async def __aenter__(self) -> Self:
-        """Wait for a server, send the goal, wait until it is accepted.
+        """Wait for a server, send the goal, wait until it is accepted; an attached run sends nothing.
 
         Raises GoalRefused, NoServerError, DeadlineError, ServerLostError, ServerFailedError; ShutDownError,
-        InvalidHandle; EncodeError if a field cannot go on the wire.
+        InvalidHandle; EncodeError if a field cannot go on the wire; GoalIdTaken, with nothing sent, for an id
+        that this client has had or that is in the server's latest status array.
         """
         if self._attempt is not None:
             raise ClosedError('this run was entered before: send the goal again')
         core = self._core
         context = core.node.context
         attempt = self._attempt = CallContext(context, 'action', core.full_name, self._limits.timeout)
-        until_accepted = None if self._limits.timeout is None else attempt
-        sending = core.send_as(self._id, self._goal, self._stream, until_accepted)
-        self._record = core.goal(self._id)
-        is_accepted = False
+        has_begun = False
         try:
-            if not await settle(sending, context.shutdown_signal):
-                raise ShutDownError(attempt.title)
-            self._take(sending)
-            is_accepted = True
-        except asyncio.CancelledError:
-            await self._cancel_late(sending)
-            raise
+            await self._begin(attempt)
+            has_begun = True
         finally:
-            if not is_accepted:
+            if not has_begun:
                 self._discard()  # the block is not entered, so nobody leaves it
         if attempt.deadline is not None:
             delay = delay_s(attempt.deadline - context.shutdown_signal.clock.now())
@@ -158,6 +166,25 @@ class Run(Generic[ResultT, FeedbackT]):
         self._watch = context.shutdown_signal.watch(self._stream.close)
         return self
 
+    async def _begin(self, attempt: CallContext) -> None:
+        """Send the goal, and wait until it is accepted."""
+        core = self._core
+        if self._has_own_id:
+            _refuse_known_id(core, self._id)
+        until_accepted = None if self._limits.timeout is None else attempt
+        sending = core.send_as(self._id, self._goal, self._stream, until_accepted, keep=self._keep)
+        self._record = core.goal(self._id)
+        try:
+            if not await settle(sending, attempt.context.shutdown_signal):
+                raise ShutDownError(attempt.title)
+            self._take(sending)
+        except asyncio.CancelledError:
+            if self._keep:
+                sending.cancel()  # only our waiting for the answer
+            else:
+                await self._cancel_late(sending)
+            raise
+
     def _take(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Look at the server's answer to the goal, and ask for its result at once if it was accepted."""
         attempt = self._attempt
@@ -165,13 +192,18 @@ class Run(Generic[ResultT, FeedbackT]):
             handle = sending.result()
         except RemoteError:  # an answer that cannot be read: the server may have taken the goal
             self._core.discard_goal(self._record, '')
-            self._core.cancel_quietly(self._id)
+            if not self._keep:
+                self._core.cancel_quietly(self._id)
             raise
         assert handle is not None
         assert attempt is not None
         attempt.see_servers(self._core.goal_service)
         if not handle.accepted:
-            raise attempt.error(GoalRefused, 'the server refused the goal')
+            why = ', or knows its id already: ask with probe()' if self._has_own_id else ''
+            raise attempt.error(GoalRefused, f'the server refused the goal{why}')
+        self._ask_result(attempt)
+
+    def _ask_result(self, attempt: CallContext) -> None:
         self._answer = self._core.get_result(self._id, attempt)
         self._answer.add_waker(self._stream.close)
 
@@ -179,7 +211,7 @@ class Run(Generic[ResultT, FeedbackT]):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            if self._answer is not None and self._answer.pending():
+            if self._answer is not None and self._answer.pending() and not self._keep:
                 await self._stop(self._limit())
         finally:
             if self._alarm is not None:
@@ -218,14 +250,18 @@ class Run(Generic[ResultT, FeedbackT]):
             await self._stop(limit)
 
     def _on_stuck(self) -> None:
-        """The server has been silent too long: end the run, and cancel the goal should the server wake up."""
+        """The server has been silent too long: end the run.
+
+        A goal that is not to be kept is cancelled should the server wake up.
+        """
         attempt, answer = self._attempt, self._answer
         assert attempt is not None
         assert answer is not None
         if answer.pending():
             silence = f'the server has given no sign of life for {self._limits.heartbeat} s'
             answer.set_exception(attempt.error(ServerStuckError, silence))
-            self._core.cancel_quietly(self._id)
+            if not self._keep:
+                self._core.cancel_quietly(self._id)
 
     async def _stop(self, limit: CallContext) -> None:
         """Cancel the goal and wait for its end."""
@@ -272,6 +308,17 @@ class Run(Generic[ResultT, FeedbackT]):
             result: ResultT = response.result
             return result
         raise _failure(attempt, response, self._record.reason)
+
+
+def _refuse_known_id(core: ActionClientCore, goal_id: GoalId) -> None:
+    """Raise GoalIdTaken for an id that was seen before.
+
+    A server that knows an id must not get it again: rclcpp's leaves its executor with an exception, and one
+    whose result has expired would run the goal a second time.
+    """
+    known = core.goals.find(goal_id)
+    if core.published_status(goal_id) or (known is not None and (known.sent_at or known.status)):
+        raise GoalIdTaken(goal_id, 'was sent before: follow it with attach(), or send under another id')
 
 
 def _look_at(future: Future[Any]) -> None:
