@@ -189,6 +189,29 @@ def test_add_refuses_other_things(args: tuple[object, ...], make_node: MakeNode)
     assert updater.tasks == []
 
 
+def test_a_task_need_not_derive_from_diagnostic_task(
+    make_node: MakeNode, published: Collector[DiagnosticArray]
+) -> None:
+    class Pump:
+        def getName(self) -> str:
+            return 'pump'
+
+        def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
+            return find_warm(stat)
+
+    updater = make_updater(make_node('arm'))
+    updater.add(Pump())
+    updater.update()
+    assert [(status.name, status.message) for status in published.expect(2)[1].status] == [
+        ('arm: pump', 'warm')
+    ]
+
+
+def test_an_integer_period_takes_an_integer_of_a_parameter_file(make_node: MakeNode) -> None:
+    node = make_node('arm', parameter_overrides=[Parameter('diagnostic_updater.period', value=7)])
+    assert make_updater(node, 2).period == 7
+
+
 def test_a_task_without_return_is_named(make_node: MakeNode) -> None:
     updater = make_updater(make_node('arm'))
     updater.add('motor', lambda stat: stat.summary(OK, 'fine'))  # type: ignore[arg-type, return-value]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, TypeAlias, overload
+from typing import Any, Protocol, TypeAlias, overload, runtime_checkable
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
@@ -77,6 +77,15 @@ class CompositeDiagnosticTask(DiagnosticTask):
         return stat
 
 
+@runtime_checkable
+class _Task(Protocol):
+    """The part of DiagnosticTask that `add` needs; programs also give classes of their own that have it."""
+
+    def getName(self) -> str: ...
+
+    def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper: ...
+
+
 class _NamedRun(Protocol):
     """A task of a vector: a name, and a run that also sets the status's name."""
 
@@ -109,7 +118,7 @@ class DiagnosticTaskVector:
         """Is called with each task that was added; override it."""
 
     @overload
-    def add(self, task: DiagnosticTask, /) -> None: ...
+    def add(self, task: _Task, /) -> None: ...
 
     @overload
     def add(self, name: str, fn: TaskFunction, /) -> None: ...
@@ -119,7 +128,7 @@ class DiagnosticTaskVector:
         match args:
             case (str() as name, fn) if callable(fn):
                 task = self.DiagnosticTaskInternal(name, fn)
-            case (DiagnosticTask() as given,):
+            case (_Task() as given,):
                 task = self.DiagnosticTaskInternal(given.getName(), given.run)
             case _:
                 raise TypeError(f'add takes a DiagnosticTask, or a name and a function; not {args!r}')
@@ -159,7 +168,7 @@ class Updater(DiagnosticTaskVector):
         self.warn_nohwid_done = False
         use_fqn = _declare(node, USE_FQN, False)
         self.node_name = node.get_fully_qualified_name() if use_fqn else node.get_name()
-        self._period = float(_declare(node, PERIOD, float(period)))
+        self._period: float = _declare(node, PERIOD, period)  # an integer stays so, as does its parameter
         self.timer: Timer = node.create_timer(self._period, self.update)
 
     @property
