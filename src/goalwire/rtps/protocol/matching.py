@@ -88,17 +88,23 @@ class Matching:
 
     # ---- the participant's own
 
-    def add_writer(self, data: EndpointData, listener: WriterListener, *, is_keyed: bool = False) -> Writer:
-        """Make a writer."""
-        writer = Writer(self._wire, data, listener, is_keyed=is_keyed, fragment_sizes=self._fragment_sizes)
-        self.writers[data.entity_id] = writer
-        return writer
+    def make_writer(self, data: EndpointData, listener: WriterListener, *, is_keyed: bool = False) -> Writer:
+        """Return a new writer, which nothing reaches before `add_writer`. On any thread."""
+        return Writer(self._wire, data, listener, is_keyed=is_keyed, fragment_sizes=self._fragment_sizes)
 
-    def add_reader(self, data: EndpointData, listener: ReaderListener) -> Reader:
-        """Make a reader."""
-        reader = Reader(self._wire, data, listener)
-        self.readers[data.entity_id] = reader
-        return reader
+    def add_writer(self, writer: Writer) -> None:
+        """Have a writer take part from now on."""
+        self.writers[writer.entity_id] = writer
+        writer.start()
+
+    def make_reader(self, data: EndpointData, listener: ReaderListener) -> Reader:
+        """Return a new reader, which nothing reaches before `add_reader`. On any thread."""
+        return Reader(self._wire, data, listener)
+
+    def add_reader(self, reader: Reader) -> None:
+        """Have a reader take part from now on."""
+        self.readers[reader.entity_id] = reader
+        reader.start()
 
     def add_own(self, own: EndpointData) -> None:
         """Match one of the participant's own with all that are known."""

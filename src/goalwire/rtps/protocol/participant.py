@@ -111,9 +111,10 @@ class Participant(Wire):
         for _, _, writer_id, reader_id in BUILTIN:
             qos = _MESSAGE_QOS if writer_id == MESSAGE_WRITER else _SEDP_QOS
             writer = EndpointData(self.prefix + writer_id, '', '', qos)
-            self._known.add_writer(writer, WriterListener(), is_keyed=True)
+            self._known.add_writer(self._known.make_writer(writer, WriterListener(), is_keyed=True))
             reader = EndpointData(self.prefix + reader_id, '', '', qos)
-            self._known.add_reader(reader, _BuiltinListener(partial(self._take, reader_id)))
+            listens = _BuiltinListener(partial(self._take, reader_id))
+            self._known.add_reader(self._known.make_reader(reader, listens))
 
     def start(self) -> None:
         """Announce the participant, now and from time to time."""
@@ -156,20 +157,23 @@ class Participant(Wire):
     def create_writer(
         self, topic: str, type_name: str, qos: Qos, listener: WriterListener, user_data: bytes = b''
     ) -> Writer:
-        """Make a writer, and tell all participants of it."""
+        """Make a writer, and tell all participants of it.
+
+        A signal's handler that interrupts its own thread in here gets it at once; it is told of right after.
+        """
         data = EndpointData(self._new_guid(WRITER_KIND), topic, type_name, qos, user_data)
-        made: list[Writer] = []
-        self.run(lambda: made.append(self._open_writer(data, listener)), None)
-        return made[0]
+        writer = self._known.make_writer(data, listener)
+        self.run(partial(self._open_writer, writer), None)
+        return writer
 
     def create_reader(
         self, topic: str, type_name: str, qos: Qos, listener: ReaderListener, user_data: bytes = b''
     ) -> Reader:
-        """Make a reader, and tell all participants of it."""
+        """Make a reader, and tell all participants of it; in a signal's handler as `create_writer`."""
         data = EndpointData(self._new_guid(READER_KIND), topic, type_name, qos, user_data)
-        made: list[Reader] = []
-        self.run(lambda: made.append(self._open_reader(data, listener)), None)
-        return made[0]
+        reader = self._known.make_reader(data, listener)
+        self.run(partial(self._open_reader, reader), None)
+        return reader
 
     def delete(self, endpoint: Writer | Reader) -> None:
         """Take a writer or a reader back, and tell all participants of it."""
@@ -188,19 +192,18 @@ class Participant(Wire):
     def _new_guid(self, kind: int) -> bytes:
         return self.prefix + self._next_entity().to_bytes(3, 'big') + bytes((kind,))
 
-    def _open_writer(self, data: EndpointData, listener: WriterListener) -> Writer:
-        writer = self._known.add_writer(data, listener)
+    def _open_writer(self, writer: Writer) -> None:
+        data = writer.data
+        self._known.add_writer(writer)
         self._discovery.tell(data)
         if data.qos.liveliness == AUTOMATIC and data.qos.lease < INFINITE:
             self._assert_automatically()
         self._known.add_own(data)
-        return writer
 
-    def _open_reader(self, data: EndpointData, listener: ReaderListener) -> Reader:
-        reader = self._known.add_reader(data, listener)
-        self._discovery.tell(data)
-        self._known.add_own(data)
-        return reader
+    def _open_reader(self, reader: Reader) -> None:
+        self._known.add_reader(reader)
+        self._discovery.tell(reader.data)
+        self._known.add_own(reader.data)
 
     def _delete(self, endpoint: Writer | Reader) -> None:
         if self._known.remove(endpoint):

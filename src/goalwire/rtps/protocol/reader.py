@@ -142,11 +142,13 @@ class Reader:
         """How many samples of those that were written before its match it takes; 0: all that there are."""
         if data.qos.durability >= TRANSIENT_LOCAL and not is_keyed(data.entity_id):
             self._most_history = max(data.qos.depth, 0)
-        self._deadline = None
-        if data.qos.deadline < INFINITE:
-            self._deadline = Watch(
-                wire, data.qos.deadline / NS, partial(wire.tell, listener.on_deadline_missed)
-            )
+        self._deadline: Watch | None = None
+
+    def start(self) -> None:
+        """Watch its deadline from now on."""
+        wire, deadline = self._wire, self.data.qos.deadline
+        if deadline < INFINITE:
+            self._deadline = Watch(wire, deadline / NS, partial(wire.tell, self.listener.on_deadline_missed))
 
     # ---- a user who is slow
 

@@ -80,13 +80,16 @@ class Writer:
         """Those that get its samples, by their GUID."""
         self.on_acknack = self._repairs.on_acknack
         self.on_nack_frag = self._windows.on_nack_frag
-        self._deadline = self._lease = None
-        if data.qos.deadline < INFINITE:
-            self._deadline = Watch(
-                wire, data.qos.deadline / NS, partial(wire.tell, listener.on_deadline_missed)
-            )
-        if data.qos.liveliness == MANUAL_BY_TOPIC and data.qos.lease < INFINITE:
-            self._lease = Watch(wire, data.qos.lease / NS, partial(wire.tell, listener.on_liveliness_lost))
+        self._deadline: Watch | None = None
+        self._lease: Watch | None = None
+
+    def start(self) -> None:
+        """Watch its deadline and its lease from now on. Inside `Wire.run`."""
+        wire, qos, listener = self._wire, self.data.qos, self.listener
+        if qos.deadline < INFINITE:
+            self._deadline = Watch(wire, qos.deadline / NS, partial(wire.tell, listener.on_deadline_missed))
+        if qos.liveliness == MANUAL_BY_TOPIC and qos.lease < INFINITE:
+            self._lease = Watch(wire, qos.lease / NS, partial(wire.tell, listener.on_liveliness_lost))
 
     @property
     def last(self) -> int:
