@@ -163,7 +163,7 @@ class RtpsSession:
 
     def _read(self, sock: socket.socket, _events: int) -> None:
         receive, is_local, own_hosts = self.participant.receive, self._is_local, self._own_hosts
-        for packet, source in list(self._sockets.drain(sock, PACKETS_A_TURN)):  # first the buffer is emptied
+        for packet, source in self._sockets.read(sock, PACKETS_A_TURN):  # first the buffer is emptied
             if is_local and source[0] not in own_hosts:
                 self.rejects.add('packet from another host', source[0])
             else:

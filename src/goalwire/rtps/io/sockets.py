@@ -6,7 +6,6 @@ import errno
 import socket
 import struct
 import sys
-from collections.abc import Iterator
 from contextlib import suppress
 
 from goalwire.errors import TransportError
@@ -166,16 +165,19 @@ class Sockets:
         except OSError:
             self.lost += 1
 
-    def drain(self, sock: socket.socket, most: int) -> Iterator[tuple[bytes, Address]]:
-        """Yield the packets that have come by a socket, `most` of them."""
+    @staticmethod
+    def read(sock: socket.socket, most: int) -> list[tuple[bytes, Address]]:
+        """Return the packets that have come by a socket, `most` of them, each with its sender."""
+        packets: list[tuple[bytes, Address]] = []
         for _ in range(most):
             try:
                 packet, source = sock.recvfrom(65536)
             except BlockingIOError:
-                return
+                break
             except OSError:  # on some systems: nobody listened where something was sent
                 continue
-            yield packet, source[:2]
+            packets.append((packet, source[:2]))
+        return packets
 
     def close(self) -> None:
         """Close all."""
