@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from goalwire.records import replace
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.qos import BEST_EFFORT, RELIABLE, TRANSIENT_LOCAL, Qos
+from goalwire.rtps.protocol.reader import Sample
 
 KEEP_ALL = Qos(reliability=RELIABLE, depth=0)
 PATIENCE_S = 60.0
@@ -46,6 +47,35 @@ def test_a_match_takes_less_than_a_heartbeat_period() -> None:
     begun = network.now
     assert network.run(1, lambda: collector.matched and writer.readers)
     assert network.now - begun < 0.005
+
+
+def test_a_question_and_its_answer_never_wait_for_a_timer() -> None:
+    """Each takes its two ways, while HEARTBEATs and announcements come and go."""
+    network = Network()
+    client, _ = network.participant()
+    server, _ = network.participant()
+    replies = Collector()
+    reader = client.create_reader('rr/reply', 'Reply', KEEP_ALL, replies)
+    requests = client.create_writer('rq/request', 'Request', KEEP_ALL, Publisher())
+    answers = server.create_writer('rr/reply', 'Reply', KEEP_ALL, Publisher())
+    asked = Collector()
+
+    def answer(sample: Sample) -> None:
+        answers.write(sample.payload or b'', to=reader.data.guid)
+
+    asked.on_any = answer
+    server.create_reader('rq/request', 'Request', KEEP_ALL, asked)
+    assert network.run(1, lambda: requests.readers and answers.readers)
+    network.run(1)
+    network.sent = 0
+    for number in range(500):
+        begun = network.now
+        requests.write(_payload(number))
+        assert network.run(1, lambda: replies.samples)
+        replies.samples.clear()
+        assert network.now - begun == pytest.approx(100e-6)
+        network.run(0.0002 if number % 100 else 3)
+    assert network.sent < 1400, 'HEARTBEATs and their answers are few'
 
 
 @pytest.mark.parametrize('same', [False, True])
