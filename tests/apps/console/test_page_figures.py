@@ -96,7 +96,9 @@ def test_a_description_that_cannot_be_read_leaves_the_robot_where_it_is(
     until(page, '() => window.goalwireScene?.poses?.().left_arm !== undefined')
     page.wait_for_selector('[data-joint=head_joint]')
     stage.program(LATCHED).expect('ready')
-    page.wait_for_selector('[data-robot-problem]:has-text("the one before is shown"):has-text("no XML")')
+    page.wait_for_selector(
+        '[data-robot-problem]:has-text("the one before is shown"):has-text("cannot be read")'
+    )
     pose = page.evaluate('() => goalwireScene.poses().left_arm')
     until(page, '(pose) => Math.abs(goalwireScene.poses().left_arm[4] - pose[4]) > 0.1', pose)
     assert page.locator('[data-joint=head_joint]').is_visible()
