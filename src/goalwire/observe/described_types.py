@@ -10,23 +10,37 @@ import asyncio
 import os
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.errors import GoalwireError, InterfaceError, peer_text
+from goalwire.errors import GoalwireError, InterfaceError, UnknownInterfaceError, peer_text
 from goalwire.idl import type_hash
 from goalwire.idl.descriptions import register_descriptions
 from goalwire.logging import get_logger
+from goalwire.observe.messages import interface_class
 
 if TYPE_CHECKING:
     from type_description_interfaces.msg import TypeDescription
 
     from goalwire.transport.contract import GraphEntity
 
-SEARCH_S = 1.0
-"""How long an endpoint of the type is looked for."""
+SEARCH_S = 2.0
+"""How long a node that uses the type and describes types is looked for."""
 ANSWER_S = 3.0
 """How long a node may take to describe its type."""
+
+
+async def class_in_use(node: goalwire.Node, name: str) -> Any:
+    """Return the class of 'pkg/kind/Name'; nodes that use it are asked if it is not known here.
+
+    Raises UnknownInterfaceError.
+    """
+    try:
+        return interface_class(name)
+    except UnknownInterfaceError:
+        if not await fetch_type(node, name):
+            raise
+    return interface_class(name)
 
 
 async def fetch_type(node: goalwire.Node, name: str) -> bool:
@@ -49,7 +63,10 @@ async def fetch_type(node: goalwire.Node, name: str) -> bool:
 
 
 async def _endpoints_of(node: goalwire.Node, name: str) -> dict[str, list[GraphEntity]]:
-    """Return the endpoints that use a type, by the type that they show: of an action that of each part."""
+    """Return the endpoints that use a type, by the type that they show: of an action that of each part.
+
+    Only those of nodes that describe types count: nodes of older releases, which do not, are not waited for.
+    """
     parts = {name}
     if '/action/' in name:
         parts = {f'{name}_SendGoal', f'{name}_GetResult', f'{name}_FeedbackMessage'}
@@ -60,12 +77,16 @@ async def _endpoints_of(node: goalwire.Node, name: str) -> dict[str, list[GraphE
             while not found.keys() >= parts:
                 found = {}
                 for each in node.graph.endpoints():
-                    if each.type_name in parts and each.type_hash:
+                    if each.type_name in parts and each.type_hash and node.graph.servers(_service_of(each)):
                         found.setdefault(each.type_name, []).append(each)
                 if not found.keys() >= parts:
                     await anext(changes)
     changes.close()
     return found if found.keys() >= parts else {}
+
+
+def _service_of(user: GraphEntity) -> str:
+    return f'{user.node.qualified}/get_type_description'
 
 
 async def _describe(node: goalwire.Node, users: list[GraphEntity]) -> TypeDescription | None:
@@ -75,7 +96,7 @@ async def _describe(node: goalwire.Node, users: list[GraphEntity]) -> TypeDescri
     from goalwire.cdr.type_hash import hash_of_description
 
     for user in users:
-        client = node.client(GetTypeDescription, f'{user.node.qualified}/get_type_description')
+        client = node.client(GetTypeDescription, _service_of(user))
         try:
             response = await client.call(
                 GetTypeDescription.Request(
