@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from goalwire.entities.actions.types import ActionType
-    from goalwire.entities.type_support import ServiceSupport
+    from goalwire.entities.type_support import MessageSupport, ServiceSupport
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.rules.goals.policy import GoalPolicy, OnClientLost
     from goalwire.rules.parameters import ParameterValue
@@ -257,15 +257,16 @@ class Node:
 
     @overload
     def subscription(
-        self, msg_type: type[MsgT], topic: str, *, qos: QoS | int = 10, raw: Literal[True]
+        self, msg_type: type[Any] | MessageSupport, topic: str, *, qos: QoS | int = 10, raw: Literal[True]
     ) -> Subscription[bytes]: ...
 
     def subscription(
-        self, msg_type: type[MsgT], topic: str, *, qos: QoS | int = 10, raw: bool = False
+        self, msg_type: type[Any] | MessageSupport, topic: str, *, qos: QoS | int = 10, raw: bool = False
     ) -> Subscription[Any]:
         """Make a subscription: an async iterator of messages, or with `raw` of their serialized bytes.
 
-        Raises as `publisher` does.
+        With `raw` the type may be a `named_message_support`, which needs no class. Raises as
+        `publisher` does.
         """
         return Subscription(self._open_core(), msg_type, topic, _qos(qos), raw=raw)
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.aio.entity import Entity
-from goalwire.cdr.type_hash import message_facts
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.type_support import MessageSupport
-from goalwire.errors import ClosedError, InterfaceError, InvalidHandle, ShutDownError
-from goalwire.idl import get_interface
+from goalwire.entities.type_support import named_message_support
+from goalwire.errors import ClosedError, InvalidHandle, ShutDownError
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -18,15 +16,6 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.rules.qos import QoS
     from goalwire.transport.contract import Port, PublisherPort, Sample
-
-
-def _support(type_name: str, type_hash: str) -> MessageSupport:
-    """Return the support of a type that may be unknown here: then the hash is as it was given."""
-    try:
-        known_hash, has_buffers = message_facts(type_name)
-    except InterfaceError:
-        known_hash, has_buffers = '', False
-    return MessageSupport(type_name, type_hash or known_hash, has_buffers, lambda: get_interface(type_name))
 
 
 class RawSubscription(Entity):
@@ -43,7 +32,7 @@ class RawSubscription(Entity):
     ) -> None:
         self.name = node.resolve(topic)
         self._node = node
-        support = _support(type_name, type_hash)
+        support = named_message_support(type_name, type_hash)
         endpoint = describe_endpoint(node, EndpointKind.SUBSCRIPTION, self.name, support, qos)
         self._port: Port | None = node.port.subscription(endpoint, deliver)
         node.own(self)
@@ -64,7 +53,7 @@ class RawPublisher(Entity):
     def __init__(self, node: NodeCore, topic: str, type_name: str, type_hash: str, qos: QoS) -> None:
         self.name = node.resolve(topic)
         self._node = node
-        support = _support(type_name, type_hash)
+        support = named_message_support(type_name, type_hash)
         self._endpoint = describe_endpoint(node, EndpointKind.PUBLISHER, self.name, support, qos)
         self._port: PublisherPort | None = node.port.publisher(self._endpoint)
         node.own(self)

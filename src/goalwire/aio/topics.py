@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from goalwire.entities.node import NodeCore
     from goalwire.entities.subscription import MessageInfo
+    from goalwire.entities.type_support import MessageSupport
     from goalwire.rules.qos import QoS
     from goalwire.rules.statistics import PublisherStatistics, SubscriptionStatistics
     from goalwire.transport.contract import Sample
@@ -68,7 +69,13 @@ class _Core(SubscriptionCore[MsgT]):
     """Hands what arrives to a stream; no callback, so no turn of the node's engine, is in between."""
 
     def __init__(
-        self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS, *, raw: bool = False
+        self,
+        node: NodeCore,
+        msg_type: type[MsgT] | MessageSupport,
+        topic: str,
+        qos: QoS,
+        *,
+        raw: bool = False,
     ) -> None:
         self.stream: AsyncQueue[Sample] = AsyncQueue(queue_depth(qos))
         self._note_arrival: Callable[[Sample], None] | None = None
@@ -100,7 +107,13 @@ class Subscription(Entity, Generic[MsgT]):
     """
 
     def __init__(
-        self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS, *, raw: bool = False
+        self,
+        node: NodeCore,
+        msg_type: type[MsgT] | MessageSupport,
+        topic: str,
+        qos: QoS,
+        *,
+        raw: bool = False,
     ) -> None:
         self._core: _Core[MsgT] = _Core(node, msg_type, topic, qos, raw=raw)
         self.name = self._core.full_name

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.node import NodeCore
-from goalwire.entities.type_support import message_support
+from goalwire.entities.type_support import MessageSupport, message_support
 from goalwire.errors import InvalidHandle, RemoteError
 from goalwire.execution.callback_groups import CallbackGroup, ReentrantCallbackGroup
 from goalwire.execution.callbacks import accepts, describe_given
@@ -65,7 +65,7 @@ class SubscriptionCore(Generic[MsgT]):
     def __init__(
         self,
         node: NodeCore,
-        msg_type: type[MsgT],
+        msg_type: type[MsgT] | MessageSupport,
         topic: str,
         callback: Callable[..., object],
         qos: QoS,
@@ -74,7 +74,6 @@ class SubscriptionCore(Generic[MsgT]):
         raw: bool = False,
     ) -> None:
         self.node = node
-        self.msg_type = msg_type
         self.topic = topic
         self.qos = qos
         self.raw = raw
@@ -82,7 +81,7 @@ class SubscriptionCore(Generic[MsgT]):
         """How many messages the callback got, or `take` returned."""
         self.rejected = 0
         """How many messages could not be decoded; none of them reached the callback."""
-        self.support = message_support(msg_type)
+        self.support = msg_type if isinstance(msg_type, MessageSupport) else message_support(msg_type)
         self._decode: Callable[..., Any] = bytes if raw else self.support.decode
         self.set_callback(callback)
         self.full_name = node.resolve(topic)

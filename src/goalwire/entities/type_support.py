@@ -13,7 +13,7 @@ from typing import Any, Protocol, TypeVar
 
 from goalwire import idl
 from goalwire.cdr import codec
-from goalwire.errors import NoTypeSupportImportedException
+from goalwire.errors import InterfaceError, NoTypeSupportImportedException
 from goalwire.records import record
 from goalwire.transport.contract import Payload
 
@@ -206,6 +206,22 @@ def _message_support(cls: type) -> MessageSupport:
         idl.type_hash(cls),
         idl.has_buffer_fields(cls),
         lambda: cls,
+    )
+
+
+def named_message_support(type_name: str, type_hash: str = '') -> MessageSupport:
+    """Return the support of 'pkg/msg/Name', which may be unknown here: serialized messages need no class.
+
+    Without a `type_hash` that of the definition known here counts, if there is one.
+    """
+    from goalwire.cdr.type_hash import message_facts  # heavy: it imports json
+
+    try:
+        known_hash, has_buffers = message_facts(type_name)
+    except InterfaceError:
+        known_hash, has_buffers = '', False
+    return MessageSupport(
+        type_name, type_hash or known_hash, has_buffers, lambda: idl.get_interface(type_name)
     )
 
 

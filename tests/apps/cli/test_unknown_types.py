@@ -3,35 +3,37 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from apps.cli.conftest import PROGRAMS
-from helpers.command_line import CommandLine, executable
+from helpers.away import STRANGER, knowing_away
+from helpers.command_line import Begin, CommandLine, executable
 from helpers.processes import Program
 from helpers.wires import DDS
 
 from goalwire.rosbag2.reader import Reader
 
-DEFINITIONS = {
-    'package.xml': '<package><name>away_interfaces</name></package>',
-    'msg/Needle.msg': 'float64 angle\n',
-    'msg/Gauge.msg': 'string name\nNeedle needle\nfloat32[3] scale\nuint8[<=4] marks\n',
-    'srv/Tune.srv': 'float64 wanted\n---\nfloat64 reached\n',
-    'action/Sweep.action': 'int32 sweeps\n---\nint32 sweeps\n---\nfloat32 part\n',
-}
+
+@pytest.fixture(scope='module')
+def away(world: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """The environment of programs that know the types."""
+    return knowing_away(world, tmp_path_factory.mktemp('away'))
 
 
 @pytest.fixture(scope='module')
-def stranger(world: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Iterator[Program]:
-    folder = tmp_path_factory.mktemp('away') / 'away_interfaces'
-    for name, text in DEFINITIONS.items():
-        file = folder / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text)
-    env = {**world, 'GOALWIRE_INTERFACE_PATH': str(folder)}
-    with Program(PROGRAMS / 'stranger.py', env=env) as program:
+def stranger(away: dict[str, str]) -> Iterator[Program]:
+    with Program(STRANGER, env=away) as program:
+        program.expect('^ready$')
+        yield program
+
+
+@pytest.fixture(scope='module')
+def silent(away: dict[str, str]) -> Iterator[Program]:
+    """The same under /silent; it does not describe its types, as no node does before ROS 2 Jazzy."""
+    words = ('--ros-args', '-r', '__ns:=/silent', '-p', 'start_type_description_service:=false')
+    with Program(STRANGER, *words, env=away) as program:
         program.expect('^ready$')
         yield program
 
@@ -44,6 +46,38 @@ def ros2(world: dict[str, str], stranger: Program, tmp_path: Path) -> CommandLin
 def test_a_topic_is_echoed(ros2: CommandLine) -> None:
     shown = ros2.ok('topic', 'echo', '/gauge', '--once')
     assert shown.startswith('name: oil\nneedle:\n  angle: 0.5\nscale:\n- 0.0\n')
+
+
+@pytest.mark.parametrize(
+    ('verb', 'figure'),
+    [('hz', r'^average rate: \d+\.\d{3}$'), ('bw', r'^\d+ B/s from \d+ messages$')],
+    ids=['hz', 'bw'],
+)
+@pytest.mark.usefixtures('silent')
+def test_messages_are_counted_without_a_definition(begin: Begin, verb: str, figure: str) -> None:
+    begin('topic', verb, '/silent/gauge').expect(figure)
+
+
+@pytest.mark.skipif(sys.platform == 'win32', reason='terminals of POSIX')
+@pytest.mark.usefixtures('silent')
+def test_top_shows_rates_without_a_definition(world: dict[str, str]) -> None:
+    from helpers.screens import screen
+
+    with screen(world, 'top', size=(130, 32)) as shown:
+        shown.sees(r'\d+ nodes, \d+ topics')
+        shown.press(b'2')
+        shown.sees(r'/silent/gauge +\d+(\.\d+)? +\d+(\.\d+)? K?B +1 +')
+
+
+def test_messages_are_counted_by_what_they_say(begin: Begin, stranger: Program) -> None:
+    """For that they are decoded: the publisher's node describes them."""
+    begin('topic', 'hz', '/gauge', '--filter', "m.name == 'oil'").expect(r'^average rate: \d+\.\d{3}$')
+
+
+def test_a_delay_is_that_of_headers(ros2: CommandLine) -> None:
+    """A node describes the type; so the command knows that it has none."""
+    said = ros2.fails('topic', 'delay', '/gauge', code=4)
+    assert "the messages of '/gauge' have no header" in said
 
 
 def test_a_message_is_published(ros2: CommandLine) -> None:

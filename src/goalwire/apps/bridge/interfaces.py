@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import goalwire
-from goalwire.errors import GoalwireError, UnknownInterfaceError, peer_text
-from goalwire.observe.described_types import fetch_type
-from goalwire.observe.messages import interface_class
+from goalwire.errors import UnknownInterfaceError, peer_text
+from goalwire.observe.described_types import class_in_use
 
 
 class Interfaces:
@@ -24,16 +23,8 @@ class Interfaces:
         """
         full = full_type_name(name, kind)
         if full not in self._known:
-            self._known[full] = await self._look(full)
+            self._known[full] = await class_in_use(self._node, full)
         return full, self._known[full]
-
-    async def _look(self, name: str) -> Any:
-        try:
-            return interface_class(name)
-        except GoalwireError:
-            if not await fetch_type(self._node, name):
-                raise
-        return interface_class(name)
 
 
 def full_type_name(name: str, kind: str) -> str:

@@ -13,15 +13,16 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.failures import explain_error
 from goalwire.apps.cli.framework.output import json_text
+from goalwire.observe.described_types import class_in_use
 from goalwire.observe.goal_topics import follow_goals
 from goalwire.observe.goals import GoalTable
 from goalwire.observe.latencies import Latencies
 from goalwire.observe.log import LogBook
 from goalwire.observe.messages import as_dict
 from goalwire.observe.rates import Pace, Rate
+from goalwire.observe.serialized_types import serialized_type
 from goalwire.observe.service_calls import POSTFIX, ServiceCalls
 from goalwire.rules.qos import suiting
 from goalwire.transport.contract import EndpointKind
@@ -124,7 +125,7 @@ class TopicRates:
                 return
             rate = self.rates[name] = TopicRate()
             subscription = self._node.subscription(
-                lookup.interface(type_name),
+                serialized_type(self._node.context.graph, name, type_name),
                 name,
                 qos=goalwire.QoS(depth=_DEPTH, reliability=goalwire.ReliabilityPolicy.BEST_EFFORT),
                 raw=True,
@@ -155,7 +156,8 @@ class ServiceLatencies:
 
     async def _hear(self, name: str, type_name: str) -> None:
         calls = self.calls.setdefault(name, ServiceCalls())
-        subscription = self._node.subscription(lookup.interface(type_name).Event, name + POSTFIX, qos=_DEPTH)
+        cls = await class_in_use(self._node, type_name)
+        subscription = self._node.subscription(cls.Event, name + POSTFIX, qos=_DEPTH)
         try:
             async for event in subscription:
                 calls.take(event)
@@ -185,7 +187,7 @@ class Goals:
 
     async def _follow(self, name: str, type_name: str) -> None:
         self.table.forget(name)
-        await follow_goals(self._node, name, lookup.interface(type_name), self.table)
+        await follow_goals(self._node, name, await class_in_use(self._node, type_name), self.table)
 
 
 class Log:
@@ -230,8 +232,9 @@ class Echo:
 
         publishers = self._node.context.graph.entities(EndpointKind.PUBLISHER, name)
         try:
+            cls = await class_in_use(self._node, type_name)
             subscription = self._node.subscription(
-                lookup.interface(type_name), name, qos=suiting([publisher.qos for publisher in publishers], 1)
+                cls, name, qos=suiting([publisher.qos for publisher in publishers], 1)
             )
             try:
                 async for message in subscription:

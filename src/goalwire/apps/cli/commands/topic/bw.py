@@ -8,8 +8,8 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 import goalwire
-from goalwire.apps.cli.commands.topic.rates import Window, bandwidth_text
-from goalwire.apps.cli.commands.topic.reading import source, window_argument
+from goalwire.apps.cli.commands.topic.rates import Window, bandwidth_text, report
+from goalwire.apps.cli.commands.topic.reading import raw_source, window_argument
 from goalwire.apps.cli.framework.discovery import add_graph_arguments
 from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.outcome import Outcome
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
 
 WINDOW = 100
-EVERY_S = 1.0
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -30,24 +29,24 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace, output: Output) -> Outcome:
     """Print the bandwidth until Ctrl-C."""
-    topic = source(arguments, arguments.topic_name)
+    topic = raw_source(arguments, arguments.topic_name)
+    sizes, times = Window(arguments.window), deque[float](maxlen=arguments.window)
+
+    def note(payload: bytes) -> bool:
+        sizes.values.append(len(payload))
+        times.append(monotonic())
+        return len(times) > 1
+
+    def show() -> None:
+        spread, rate = sizes.spread(), sum(sizes.values) / (times[-1] - times[0])
+        if output.json:
+            output.data({'name': topic.name, 'bytes_per_second': rate, **spread._asdict()})
+        else:
+            output.block(bandwidth_text(rate, spread))
 
     async def follow(node: goalwire.Node) -> None:
-        sizes, times = Window(arguments.window), deque[float](maxlen=arguments.window)
         if not output.json:
             output.block(f'Subscribed to [{topic.name}]')
-        printed = monotonic()
-        async for payload in node.subscription(topic.cls, topic.name, qos=topic.qos, raw=True):
-            sizes.values.append(len(payload))
-            times.append(monotonic())
-            spread = sizes.spread()
-            if spread is None or len(times) < 2 or times[-1] < printed + EVERY_S:
-                continue
-            printed = times[-1]
-            rate = sum(sizes.values) / (times[-1] - times[0])
-            if output.json:
-                output.data({'name': topic.name, 'bytes_per_second': rate, **spread._asdict()})
-            else:
-                output.block(bandwidth_text(rate, spread))
+        await report(node.subscription(topic.type, topic.name, qos=topic.qos, raw=True), note, show)
 
     return live(follow, use_sim_time=arguments.use_sim_time)

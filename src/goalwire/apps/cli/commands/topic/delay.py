@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.cli.commands.topic.rates import Window, spread_text
+from goalwire.apps.cli.commands.topic.rates import Window, report, spread_text
 from goalwire.apps.cli.commands.topic.reading import source, window_argument
 from goalwire.apps.cli.framework.discovery import add_graph_arguments
 from goalwire.apps.cli.framework.live import live
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
 
 WINDOW = 10_000
-EVERY_S = 1.0
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -37,18 +35,21 @@ def run(arguments: Namespace, output: Output) -> Outcome:
             'see: ros2 topic hz, for the rate',
         )
 
+    window = Window(arguments.window)
+
+    def show() -> None:
+        spread = window.spread()
+        if output.json:
+            output.data({'name': topic.name, **spread._asdict()})
+        else:
+            output.block(spread_text('delay', spread.mean, spread))
+
     async def follow(node: goalwire.Node) -> None:
-        window, printed = Window(arguments.window), monotonic()
-        async for message in node.subscription(topic.cls, topic.name, qos=topic.qos):
+        def note(message: Any) -> bool:
             stamp = message.header.stamp
             window.values.append(node.clock.now().nanoseconds / 1e9 - stamp.sec - stamp.nanosec / 1e9)
-            spread = window.spread()
-            if spread is None or monotonic() < printed + EVERY_S:
-                continue
-            printed = monotonic()
-            if output.json:
-                output.data({'name': topic.name, **spread._asdict()})
-            else:
-                output.block(spread_text('delay', spread.mean, spread))
+            return True
+
+        await report(node.subscription(topic.cls, topic.name, qos=topic.qos), note, show)
 
     return live(follow, use_sim_time=arguments.use_sim_time)

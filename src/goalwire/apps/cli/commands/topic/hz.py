@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from argparse import ArgumentParser, Namespace
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.cli.commands.topic.rates import Window, spread_text
-from goalwire.apps.cli.commands.topic.reading import Source, source, window_argument
+from goalwire.apps.cli.commands.topic.rates import Window, report, spread_text
+from goalwire.apps.cli.commands.topic.reading import RawSource, Source, raw_source, source, window_argument
 from goalwire.apps.cli.framework.discovery import add_graph_arguments
 from goalwire.apps.cli.framework.expressions import Expression
 from goalwire.apps.cli.framework.live import live
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
 
 WINDOW = 10_000
-EVERY_S = 1.0
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -37,41 +35,49 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
 
 
-async def _count(node: goalwire.Node, topic: Source, arguments: Namespace, output: Output) -> None:
+async def _count(
+    node: goalwire.Node, topic: Source | RawSource, arguments: Namespace, output: Output
+) -> None:
     wanted = Expression(arguments.filter) if arguments.filter else None
     subscription: goalwire.Subscription[Any] = (
-        node.subscription(topic.cls, topic.name, qos=topic.qos, raw=True)
-        if wanted is None
-        else node.subscription(topic.cls, topic.name, qos=topic.qos)
+        node.subscription(topic.cls, topic.name, qos=topic.qos)
+        if isinstance(topic, Source)
+        else node.subscription(topic.type, topic.name, qos=topic.qos, raw=True)
     )
     by_clock = arguments.use_sim_time and not arguments.wall_time
-    window, last, printed = Window(arguments.window), None, monotonic()
-    async for message in subscription:
+    window = Window(arguments.window)
+    last: float | None = None
+
+    def note(message: Any) -> bool:
+        nonlocal last
         if wanted is not None and not wanted(message):
-            continue
+            return False
         assert subscription.info is not None
         now = (node.clock.now().nanoseconds if by_clock else subscription.info['received_timestamp']) / 1e9
         if last is not None and now >= last:
             window.values.append(now - last)
         last = now
+        return bool(window.values)
+
+    def show() -> None:
         spread = window.spread()
-        if spread is None or monotonic() < printed + EVERY_S:
-            continue
-        printed = monotonic()
         rate = 1.0 / spread.mean if spread.mean else 0.0
         if output.json:
             output.data({'name': topic.name, 'rate': rate, **spread._asdict()})
-            continue
+            return
         if len(arguments.topic_names) > 1:
             output.line(f'[{topic.name}]')
         output.block(spread_text('rate', rate, spread))
 
+    await report(subscription, note, show)
+
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Print rates until Ctrl-C."""
+    """Print rates until Ctrl-C. Only with a filter the messages are decoded, which needs their definition."""
     if arguments.filter:
         Expression(arguments.filter)  # a bad one is told at once
-    topics = [source(arguments, name) for name in arguments.topic_names]
+    find = source if arguments.filter else raw_source
+    topics = [find(arguments, name) for name in arguments.topic_names]
 
     async def follow(node: goalwire.Node) -> None:
         async with asyncio.TaskGroup() as group:

@@ -1,10 +1,29 @@
-"""Means of what comes again and again: how often, how late, how large."""
+"""Shared by hz, bw and delay: means of what comes again and again, told once a second."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import AsyncIterable, Callable
 from math import sqrt
-from typing import NamedTuple
+from time import monotonic
+from typing import NamedTuple, TypeVar
+
+T = TypeVar('T')
+
+EVERY_S = 1.0
+"""How often the figures are shown, as in ROS 2."""
+
+
+async def report(messages: AsyncIterable[T], note: Callable[[T], bool], show: Callable[[], None]) -> None:
+    """Have `note` take each message, and `show` tell the figures once a second.
+
+    `note` returns False if the message does not count, or if there are too few for a figure.
+    """
+    shown = monotonic()
+    async for message in messages:
+        if note(message) and monotonic() >= shown + EVERY_S:
+            shown = monotonic()
+            show()
 
 
 class Spread(NamedTuple):
@@ -23,11 +42,9 @@ class Window:
     def __init__(self, size: int) -> None:
         self.values: deque[float] = deque(maxlen=size)
 
-    def spread(self) -> Spread | None:
-        """Return mean, extremes and standard deviation; None if nothing has come."""
+    def spread(self) -> Spread:
+        """Return mean, extremes and standard deviation of one value at least."""
         n = len(self.values)
-        if not n:
-            return None
         mean = sum(self.values) / n
         deviation = sqrt(sum((each - mean) ** 2 for each in self.values) / n)
         return Spread(mean, min(self.values), max(self.values), deviation, n)

@@ -12,9 +12,13 @@ from goalwire.apps.cli.framework.named import TOPICS
 from goalwire.apps.cli.framework.numbers import count
 from goalwire.apps.cli.framework.qos import choose_qos
 from goalwire.rules.qos import suiting
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from goalwire.entities.type_support import MessageSupport
+    from goalwire.graph.graph import Graph
 
 QUEUE = 100
 """Messages that wait at most if no depth is asked for."""
@@ -28,26 +32,47 @@ class Source(NamedTuple):
     qos: goalwire.QoS
 
 
+class RawSource(NamedTuple):
+    """A topic whose messages are not decoded."""
+
+    name: str
+    type: MessageSupport
+    qos: goalwire.QoS
+
+
+def raw_source(arguments: Namespace, given: str) -> RawSource:
+    """Return the topic that is named, its type, which may be unknown here, and a QoS. Raises CommandError."""
+    from goalwire.observe.serialized_types import serialized_type
+
+    name, type_name, graph = _one(arguments, given)
+    return RawSource(
+        name,
+        serialized_type(graph, name, type_name),
+        _qos(arguments, graph.entities(EndpointKind.PUBLISHER, name)),
+    )
+
+
 def source(arguments: Namespace, given: str, type_name: str | None = None) -> Source:
     """Return the topic that is named, its class, and a QoS that suits. Raises CommandError."""
-    from goalwire.transport.contract import EndpointKind
-
-    name = lookup.full_name(given, 'topic')
     if type_name is not None:
+        name = lookup.full_name(given, 'topic')
         wanted = lookup.type_name(type_name, 'msg')
         cls, publishers = lookup.interface_in_use(wanted), _publishers(arguments, name)
         refuse_other_type(name, wanted, sorted({each.type_name for each in publishers}))
         return Source(name, cls, _qos(arguments, publishers))
-    name, types, graph = TOPICS.one(arguments, given)
-    found = lookup.only_type(types, 'topic', name, arguments.prog)
+    name, found, graph = _one(arguments, given)
     return Source(
         name, lookup.interface_in_use(found), _qos(arguments, graph.entities(EndpointKind.PUBLISHER, name))
     )
 
 
+def _one(arguments: Namespace, given: str) -> tuple[str, str, Graph]:
+    name, types, graph = TOPICS.one(arguments, given)
+    return name, lookup.only_type(types, 'topic', name, arguments.prog), graph
+
+
 def _publishers(arguments: Namespace, name: str) -> Sequence[Any]:
     from goalwire.apps.cli.framework.discovery import discovered
-    from goalwire.transport.contract import EndpointKind
 
     with discovered(arguments, lambda graph: graph.count(EndpointKind.PUBLISHER, name) > 0) as graph:
         return graph.entities(EndpointKind.PUBLISHER, name)

@@ -1,0 +1,20 @@
+"""Types of topics whose messages are only counted: no definition is needed for that."""
+
+from __future__ import annotations
+
+from goalwire.entities.type_support import MessageSupport, named_message_support
+from goalwire.graph.graph import Graph
+from goalwire.transport.contract import EndpointKind
+
+
+def serialized_type(graph: Graph, topic: str, type_name: str) -> MessageSupport:
+    """Return what a raw subscription to a topic needs of the type 'pkg/msg/Name', which may be unknown here.
+
+    The hash is that of the topic's publishers, or else of its subscriptions: on Zenoh a subscription with
+    another hash hears nothing.
+    """
+    for kind in (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION):
+        for each in graph.entities(kind, topic):
+            if each.type_name == type_name and each.type_hash:
+                return named_message_support(type_name, each.type_hash)
+    return named_message_support(type_name)
