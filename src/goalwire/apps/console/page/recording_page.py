@@ -238,7 +238,9 @@ class RecordingPage:
         groups = lane_groups(goals, duration, duration * 0.14)
         self._lanes.put({'now': duration, 'span': duration, 'groups': groups})
         total = sum(self._recording.counts.values())
-        self._about.set_text(f'{total:,} messages' + (f', {len(goals)} goals' if goals else ''))
+        self._about.set_text(
+            f'{total:,} messages' + (f', {len(goals)} goal{"s" * (len(goals) > 1)}' if goals else '')
+        )
 
     def _put_topics(self) -> None:
         counts = self._recording.counts

@@ -13,16 +13,18 @@ from goalwire.observe.messages import interface_class
 
 if TYPE_CHECKING:
     from goalwire.apps.console.state.sending import Sender
+    from goalwire.apps.console.state.type_watch import TypeWatch
     from goalwire.observe.goals import Goal, GoalTable
 
 
 class GoalWatch:
     """Keeps one task for each action server."""
 
-    def __init__(self, node: goalwire.Node, goals: GoalTable, sender: Sender) -> None:
+    def __init__(self, node: goalwire.Node, goals: GoalTable, sender: Sender, types: TypeWatch) -> None:
         self._node = node
         self._goals = goals
         self._sender = sender
+        self._types = types
         self._tasks: dict[tuple[str, str], asyncio.Task[None]] = {}
 
     @property
@@ -45,7 +47,8 @@ class GoalWatch:
             try:
                 cls = interface_class(type_name)
             except UnknownInterfaceError as error:
-                self._warn(name, error)
+                if not self._types.is_asking(type_name):
+                    self._warn(name, error)
                 continue
             self._tasks[name, type_name] = asyncio.create_task(self._follow(name, type_name, cls))
 

@@ -19,6 +19,7 @@ from goalwire.apps.console.state.robot_watch import RobotWatch, namespaces
 from goalwire.apps.console.state.sending import Sender
 from goalwire.apps.console.state.stopping import Answer, Listener, release, stop
 from goalwire.apps.console.state.topics import Reading, Topics
+from goalwire.apps.console.state.type_watch import TypeWatch
 from goalwire.apps.console.state.vitals import Vitals
 from goalwire.observe.goals import GoalTable
 from goalwire.observe.log import LogBook
@@ -34,9 +35,10 @@ class Session:
         self.node = node
         self.settings = settings
         self.topics = Topics(node)
+        self.types = TypeWatch(node, self._look)
         self.goals = GoalTable()
         self.sender = Sender(node, settings, self.goals)
-        self.goal_watch = GoalWatch(node, self.goals, self.sender)
+        self.goal_watch = GoalWatch(node, self.goals, self.sender, self.types)
         self.logs = LogBook()
         self.meshes = Meshes()
         self.vitals: dict[str, Vitals] = {}
@@ -65,6 +67,7 @@ class Session:
         for task in self._tasks:
             with suppress(asyncio.CancelledError):
                 await task
+        self.types.close()
         self.sender.close()
         self.goal_watch.close()
         for watch, _ in self._robots.values():
@@ -79,6 +82,7 @@ class Session:
             await asyncio.sleep(0.1)  # many changes come together when programs start
 
     def _look(self) -> None:
+        self.types.look()
         self.goal_watch.look()
         for watch, _ in self._robots.values():
             watch.look()

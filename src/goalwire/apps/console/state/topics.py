@@ -9,9 +9,9 @@ from time import monotonic, time_ns
 from typing import Any
 
 import goalwire
-from goalwire.errors import UnknownInterfaceError
 from goalwire.observe.messages import interface_class
 from goalwire.observe.rates import Pace, Rate
+from goalwire.observe.serialized_types import serialized_type
 from goalwire.rules.qos import suiting
 
 HEAVY = frozenset(
@@ -96,7 +96,6 @@ class Meter:
     """
 
     def __init__(self, node: goalwire.Node, topic: str, type_name: str) -> None:
-        """Raises UnknownInterfaceError."""
         self.rate = Rate()
         self._read_at = monotonic()
         qos = goalwire.QoS(
@@ -105,7 +104,7 @@ class Meter:
             durability=goalwire.DurabilityPolicy.VOLATILE,  # a history comes all at once
         )
         self._subscription: goalwire.Subscription[Any] = node.subscription(
-            interface_class(type_name), topic, qos=qos, raw=True
+            serialized_type(node.context.graph, topic, type_name), topic, qos=qos, raw=True
         )
 
     async def read(self) -> Pace | None:
@@ -197,7 +196,7 @@ class Topics:
             self._meters.pop(key).close()
             self.rates.pop(key[0], None)
         for topic, type_name in sorted(wanted - self._meters.keys()):
-            with suppress(UnknownInterfaceError, goalwire.GoalwireError):
+            with suppress(goalwire.GoalwireError):
                 self._meters[topic, type_name] = Meter(self._node, topic, type_name)
 
     def _close_meters(self) -> None:

@@ -1,0 +1,78 @@
+"""Has types that are not known here described by the nodes that use them, as soon as the graph shows them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import suppress
+
+import goalwire
+from goalwire.errors import UnknownInterfaceError
+from goalwire.observe.described_types import fetch_type
+from goalwire.observe.messages import interface_class
+
+_AT_ONCE = 4
+"""How many types are asked for at a time."""
+
+
+class TypeWatch:
+    """Asks once for each type; for one that nobody described, again after it was gone from the graph."""
+
+    def __init__(self, node: goalwire.Node, on_answer: Callable[[], object]) -> None:
+        """`on_answer` is called when a type is known now, and when it stays unknown."""
+        self._node = node
+        self._on_answer = on_answer
+        self._turns = asyncio.Semaphore(_AT_ONCE)
+        self._seen: set[str] = set()
+        self._asking: dict[str, asyncio.Task[None]] = {}
+        self.described: set[str] = set()
+        """The types that are known because a node has described them."""
+
+    def look(self) -> None:
+        """Ask for what is new: call it when the graph has changed."""
+        graph = self._node.graph
+        shown = {
+            type_name
+            for kind, names in (
+                ('msg', graph.topics()),
+                ('srv', graph.services()),
+                ('action', graph.actions()),
+            )
+            for _, types in names
+            for type_name in types
+            if f'/{kind}/' in type_name  # an action's topics and services come with the action
+        }
+        self._seen &= shown
+        for name in sorted(shown - self._seen - self._asking.keys()):
+            self._seen.add(name)
+            self._asking[name] = asyncio.create_task(self._ask(name))
+
+    async def _ask(self, name: str) -> None:
+        try:
+            async with self._turns:
+                await asyncio.sleep(0)  # making a class takes ms: the page is served in between
+                if _is_known(name):
+                    return
+                with suppress(goalwire.GoalwireError):  # a peer may have any name
+                    if await fetch_type(self._node, name):
+                        self.described.add(name)
+        finally:
+            del self._asking[name]
+        self._on_answer()
+
+    def is_asking(self, name: str) -> bool:
+        """Return True while it is not known whether a node describes this type."""
+        return name in self._asking
+
+    def close(self) -> None:
+        """Ask no more."""
+        for task in list(self._asking.values()):
+            task.cancel()
+
+
+def _is_known(name: str) -> bool:
+    try:
+        interface_class(name)
+    except UnknownInterfaceError:
+        return False
+    return True
