@@ -91,7 +91,7 @@ class NativeClient(ClientEnd):
         self._calls[sequence] = call
         self._awaited[call] = None
         self._context.participant.run(partial(self._send, call, payload), None)
-        if not call.servers or state.closed:
+        if state.closed:
             self._end(call)
         return sequence
 
@@ -103,6 +103,8 @@ class NativeClient(ClientEnd):
             call.servers[guid] = 0
             to = None if is_alone else guid
             self._waiting.send(guid, partial(self._send_to, call, payload, proxy, to))
+        if not call.servers:
+            self._context.participant.tell(self._end, call)
 
     def _send_to(self, call: Call, payload: bytes, proxy: ReaderProxy, to: bytes | None) -> bool:
         """Send a request to one server; False if there is no room."""
