@@ -70,7 +70,7 @@ def test_a_wrong_noun_verb_or_flag_is_one_line(world: dict[str, str]) -> None:
     )
     assert 'arguments are required: service_name' in ros2.fails('service', 'type', code=2)
     assert 'ROS_DOMAIN_ID' in ros2.fails('service', 'list', code=2, ROS_DOMAIN_ID='many')
-    assert 'rmw_fastrtps_cpp' in ros2.fails('service', 'list', code=10, RMW_IMPLEMENTATION='rmw_fastrtps_cpp')
+    assert 'rmw_iceoryx_cpp' in ros2.fails('service', 'list', code=10, RMW_IMPLEMENTATION='rmw_iceoryx_cpp')
 
 
 def test_what_only_ros2_has_is_told_with_what_to_use_instead(world: dict[str, str]) -> None:
