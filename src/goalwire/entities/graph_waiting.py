@@ -14,9 +14,8 @@ from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
-    from goalwire.entities.context import Context
     from goalwire.entities.node import NodeCore
     from goalwire.graph.watch import Watch
     from goalwire.transport.contract import GraphEntity

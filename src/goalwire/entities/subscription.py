@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 
 from goalwire.entities.endpoint import describe_endpoint
@@ -21,13 +22,8 @@ from goalwire.transport.contract import EndpointKind, Port, Sample
 from goalwire.transport.registry import selected_identifier
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from goalwire.entities.node import NodeCore
     from goalwire.entities.qos_events import EndpointEvents
-    from goalwire.rules.qos import QoS
     from goalwire.rules.statistics import SubscriptionStatistics
-    from goalwire.transport.contract import Sample
 
 
 MsgT = TypeVar('MsgT')
@@ -93,6 +89,11 @@ class SubscriptionCore(Generic[MsgT]):
         self._events: EndpointEvents | None = None
         self._port: Port | None = node.port.subscription(endpoint, self._receiver())
         node.own(self)
+
+    @cached_property
+    def msg_type(self) -> type[MsgT]:
+        """The message class."""
+        return self.support.cls
 
     def set_callback(self, callback: Callable[..., object]) -> None:
         """Take another callback of one argument (message) or two (message, MessageInfo).

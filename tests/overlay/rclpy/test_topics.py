@@ -329,3 +329,9 @@ def test_two_domains_do_not_hear_each_other(
         assert there.get_node_names() == ['elsewhere']
     finally:
         other.shutdown()
+
+
+def test_publishers_and_subscriptions_name_the_class_of_their_messages(make_node: MakeNode) -> None:
+    node = make_node()
+    assert node.create_publisher(String, 'chat', 10).msg_type is String
+    assert node.create_subscription(String, 'chat', lambda _: None, 10).msg_type is String
