@@ -39,6 +39,13 @@ def test_the_empty_name_is_the_root_of_all() -> None:
     assert get_logger_level('any.logger') is Severity.UNSET
 
 
+def test_an_unset_root_lets_everything_pass_as_in_ros() -> None:
+    set_logger_level('', Severity.UNSET)
+    assert get_logger_level('') is Severity.UNSET
+    assert get_logger_effective_level('any.logger') is Severity.UNSET
+    set_logger_level('', Severity.INFO)
+
+
 @pytest.mark.parametrize('level', [5, 99])
 def test_a_number_that_is_no_severity_is_refused(level: int) -> None:
     with pytest.raises(ValueError, match=f'{level} is not a valid LoggingSeverity'):
