@@ -119,10 +119,17 @@ class _Reports:
                 self.tell(each.status)
 
     def tell(self, status: int) -> None:
-        """Tell the client of a status that is new."""
-        if self._operation.get('status') is True and status != self._status:
-            self._status = status
-            self._send('action_status', {'status': status})
+        """Tell the client of a status that is new.
+
+        A topic of statuses keeps the last message alone, so CANCELING may never be heard. CANCELED follows on
+        nothing else, and tells it.
+        """
+        if self._operation.get('status') is not True or status == self._status:
+            return
+        if status == GoalStatus.CANCELED and self._status != GoalStatus.CANCELING:
+            self.tell(int(GoalStatus.CANCELING))
+        self._status = status
+        self._send('action_status', {'status': status})
 
     def _send(self, op: str, fields: dict[str, Any]) -> None:
         message = {'op': op, 'action': self._operation['action'], **fields}
