@@ -2,32 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, TypeVar
 
 import pytest
 from helpers.command_line import Begin, CommandLine, executable
 from helpers.isolation import isolated_env
-from helpers.loops import Play, run
 from helpers.processes import Program
-
-from goalwire.aio.node import CONTEXTS
-
-T = TypeVar('T')
-
-
-@pytest.fixture
-def play(isolated: dict[str, str]) -> Play:
-    """`play(scenario)` runs an `async def scenario()`; no context outlives it."""
-
-    def play_one(scenario: Callable[[], Coroutine[Any, Any, T]]) -> T:
-        result = run(scenario())
-        assert CONTEXTS.open == 0, 'contexts left open'
-        return result
-
-    return play_one
 
 
 @pytest.fixture

@@ -71,6 +71,7 @@ class Intake:
         self.losses = Losses(Counter(), Counter())
         self.count = 0
         """How many messages were taken."""
+        self._counts: Counter[str] = Counter()
         self.byte_count = 0
         self._unsynced = Condition()
         self._is_unsynced = self._is_synced_at_end = False
@@ -96,9 +97,15 @@ class Intake:
             self._waiting.append((Message(topic, time, data, sent, sequence), gid))
             self._held += len(data)
             self.count += 1
+            self._counts[topic] += 1
             self.byte_count += len(data)
             if len(self._waiting) == 1:
                 self._condition.notify()
+
+    def counts(self) -> Counter[str]:
+        """Return how many messages of each topic were taken."""
+        with self._condition:
+            return self._counts.copy()
 
     def drop(self, topic: str) -> None:
         """Count a message that found no room before it came here."""

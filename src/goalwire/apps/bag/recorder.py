@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING
@@ -125,6 +125,14 @@ class Recorder:
     def count(self) -> int:
         """How many messages were taken."""
         return self._intake.count
+
+    def types(self) -> dict[str, str]:
+        """Return the types of the topics that are recorded by now."""
+        return {topic.delivery.topic: topic.type_name for topic in self._topics.values()}
+
+    def counts(self) -> Counter[str]:
+        """Return how many messages of each topic were taken."""
+        return self._intake.counts()
 
     @property
     def byte_count(self) -> int:

@@ -10,7 +10,7 @@ from goalwire.errors import NotAllowedError
 from goalwire.records import record
 
 DEFAULT_PORT = 8420
-VIEWS = ('robot', 'actions', 'services', 'topics', 'parameters', 'graph', 'logs', 'statistics')
+VIEWS = ('robot', 'actions', 'services', 'topics', 'parameters', 'graph', 'logs', 'record', 'statistics')
 """The pages that an address may name."""
 
 
@@ -29,6 +29,8 @@ class Settings:
     """Patterns of names that may be sent to; none: all."""
     takes_any_port: bool = False
     """True if any free port will do when `port` is taken."""
+    record_to: str = '.'
+    """The folder in which the page makes bags."""
     view: str = ''
     """The page that the addresses name; '': the page chooses."""
 
@@ -65,6 +67,11 @@ class Settings:
                 f"this console may not send to '{name}' (--allow {' --allow '.join(self.allow)}): "
                 'nothing was sent'
             )
+
+    def check_may_record(self) -> None:
+        """Raise NotAllowedError if the console may not record: that fills the disk of its machine."""
+        if self.read_only:
+            raise NotAllowedError('this console is read-only (--read-only): it does not record')
 
     def may_send(self, name: str) -> bool:
         """Return whether `check_may_send` lets it pass."""

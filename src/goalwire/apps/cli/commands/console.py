@@ -46,6 +46,9 @@ def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         '--bag', metavar='FOLDER', help='Show this recording, a folder or a file, in place of what is live'
     )
+    parser.add_argument(
+        '--record-to', metavar='FOLDER', default='.', help='Where Record makes bags (default: this folder)'
+    )
     parser.add_argument('--read-only', action='store_true', help='Send nothing: look alone')
     parser.add_argument(
         '--allow',
@@ -84,6 +87,7 @@ def _settings(arguments: Namespace) -> Settings:
         arguments.read_only,
         tuple(arguments.allow),
         takes_any_port=arguments.prefer_port is not None,
+        record_to=arguments.record_to,
         view=arguments.view,
     )
 

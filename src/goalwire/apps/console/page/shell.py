@@ -15,6 +15,7 @@ from goalwire.apps.console.page.emergency_bar import EmergencyBar
 from goalwire.apps.console.page.graph_view import GraphViewPage
 from goalwire.apps.console.page.logs_view import LogsView
 from goalwire.apps.console.page.parameters_view import ParametersView
+from goalwire.apps.console.page.record_view import RecordView, time_text
 from goalwire.apps.console.page.robot_view import RobotView
 from goalwire.apps.console.page.services_view import ServicesView
 from goalwire.apps.console.page.site import install_site
@@ -32,6 +33,7 @@ VIEWS: tuple[type[View], ...] = (
     ParametersView,
     GraphViewPage,
     LogsView,
+    RecordView,
     StatisticsView,
 )
 _OLD_BATTERY_S = 5.0
@@ -127,6 +129,10 @@ class Shell:
         if self._session.settings.read_only:
             ui.label('read-only').classes('gw-chip warn')
         ui.element('div').classes('gw-spread')
+        self._recording = (
+            ui.label('').classes('gw-chip bad').style('cursor: pointer').props('data-record-chip')
+        )
+        self._recording.on('click', lambda: self._show('record'))
         self._goals = ui.label('').classes('gw-chip info').style('cursor: pointer')
         self._goals.on('click', lambda: self._show('actions'))
         self._battery = ui.label('').classes('gw-chip').props('data-battery')
@@ -153,6 +159,11 @@ class Shell:
         active = len(session.goals.active())
         self._goals.set_text(f'{active} goal' + ('s' if active != 1 else '') + ' active')
         self._goals.set_visibility(active > 0)
+        recording = session.recording
+        self._recording.set_visibility(recording.is_running or bool(recording.problem))
+        self._recording.set_text(
+            f'● {time_text(recording.seconds)}' if recording.is_running else 'recording failed'
+        )
         vitals = session.vitals.get(self._page.robot)
         battery = None if vitals is None else vitals.battery
         self._battery.set_visibility(battery is not None)

@@ -13,6 +13,7 @@ import goalwire
 from goalwire.aio.graph import GraphProblem
 from goalwire.apps.console.settings import Settings
 from goalwire.apps.console.state.goal_watch import GoalWatch
+from goalwire.apps.console.state.live_recording import LiveRecording
 from goalwire.apps.console.state.ownership import may_move
 from goalwire.apps.console.state.robot_model import Meshes
 from goalwire.apps.console.state.robot_watch import RobotWatch, namespaces
@@ -40,6 +41,7 @@ class Session:
         self.sender = Sender(node, settings, self.goals)
         self.goal_watch = GoalWatch(node, self.goals, self.sender, self.types)
         self.logs = LogBook()
+        self.recording = LiveRecording(node, settings)
         self.meshes = Meshes()
         self.vitals: dict[str, Vitals] = {}
         """By namespace: of the robots that are there, and of gone ones that a page has selected.
@@ -67,6 +69,7 @@ class Session:
         for task in self._tasks:
             with suppress(asyncio.CancelledError):
                 await task
+        await self.recording.stop()
         self.types.close()
         self.sender.close()
         self.goal_watch.close()

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 from goalwire.apps.bag.selection import service_of
 from goalwire.apps.cli.commands.bag.reading import bag_argument, open_bag
 from goalwire.apps.cli.framework.output import tell
+from goalwire.observe.sizes import size_text
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Json, Output
     from goalwire.rosbag2.model import Topic
     from goalwire.rosbag2.reader import Reader
 
-_UNITS = ('B', 'KiB', 'MiB', 'GiB', 'TiB')
 _S = 1_000_000_000
 _SORTED_BY: dict[str, Callable[[tuple[Topic, int]], tuple[object, ...]]] = {
     'name': lambda row: (row[0].name,),
@@ -99,14 +99,6 @@ def _topic_line(topic: Topic, count: int, sizes: Counter[str] | None) -> str:
     if sizes is not None:
         parts.insert(3, f'Size Contribution: {size_text(sizes[topic.name])}')
     return ' | '.join(parts)
-
-
-def size_text(size: float) -> str:
-    """Return bytes in the largest unit that leaves a number above 1."""
-    unit = 0
-    while size >= 1024 and unit < len(_UNITS) - 1:
-        size, unit = size / 1024, unit + 1
-    return f'{size:.{1 if unit else 0}f} {_UNITS[unit]}'
 
 
 def _seconds(nanoseconds: int) -> str:

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 from goalwire.apps.bag.options import CACHE_BYTES, RecordOptions
 from goalwire.apps.bag.selection import Names, Selection
-from goalwire.apps.cli.commands.bag.info import size_text
 from goalwire.apps.cli.commands.bag.selecting import names, regular_expression
 from goalwire.apps.cli.framework.lookup import full_name
 from goalwire.apps.cli.framework.numbers import count, length
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell
+from goalwire.observe.sizes import size_text
 from goalwire.rosbag2.writer import PRESETS, STORAGES, Writer
 
 if TYPE_CHECKING:
