@@ -154,3 +154,81 @@ def test_a_launch_that_ends_too_early_fails_its_tests(isolated: dict[str, str], 
         assert program.wait() == 1
     assert 'Processes under test stopped before tests completed' in program.output
     assert 'exited with 4' in program.output
+
+
+ROS_TEST = f'''
+import sys
+import unittest
+
+import launch_ros.actions
+import launch_testing.actions
+import launch_testing_ros
+import pytest
+import rclpy
+from launch import LaunchDescription
+from launch_testing_ros import DataRepublisher, MessagePump, WaitForTopics
+from std_msgs.msg import String
+
+TALKER = """
+import goalwire, asyncio
+from std_msgs.msg import String
+
+async def main():
+    async with goalwire.Node('talker') as node:
+        publisher = node.publisher(String, 'chatter')
+        async for _ in node.timer(0.05):
+            publisher.publish(data='hello')
+
+asyncio.run(main())
+"""
+
+
+@pytest.mark.rostest
+def generate_test_description():
+    talker = launch_ros.actions.Node(executable={sys.executable!r}, arguments=['-c', TALKER], name='talker')
+    return LaunchDescription([talker, launch_testing.actions.ReadyToTest()])
+
+
+class TestTalker(unittest.TestCase):
+    def test_topics_are_waited_for(self):
+        with WaitForTopics([('chatter', String)], timeout=20.0) as found:
+            assert found.topics_received() == {{'chatter'}}
+            assert found.topics_not_received() == set()
+            assert found.received_messages('chatter')[-1].data == 'hello'
+            self.assertRaises(KeyError, found.received_messages, 'other')
+            assert found.wait()  # once more
+
+    def test_a_topic_without_messages_is_named(self):
+        both = [('chatter', String), ('silent', String)]
+        with self.assertRaisesRegex(RuntimeError, 'silent'), WaitForTopics(both, timeout=1.0):
+            pass
+
+    def test_messages_are_changed_on_their_way(self):
+        rclpy.init()
+        node = rclpy.create_node('test')
+        pump = MessagePump(node)
+        pump.start()
+        odd = lambda message: String(data='aloha') if changer.get_num_received() % 2 else None
+        changer = DataRepublisher(node, 'chatter', 'changed', String, odd)
+        with WaitForTopics([('changed', String)], timeout=20.0) as found:
+            assert found.received_messages('changed')[0].data == 'aloha'
+        assert changer.get_num_republished() <= changer.get_num_received()
+        assert changer.get_republished()[0].data == 'hello'
+        changer.shutdown()
+        pump.stop()
+        rclpy.shutdown()
+
+    def test_filters_know_rmw_implementations(self):
+        keep = launch_testing_ros.tools.basic_output_filter(filtered_rmw_implementation='rmw_zenoh_cpp')
+        assert keep('pid 7\\nhello\\n') == 'hello\\n'
+'''
+
+
+@pytest.mark.slow
+def test_nodes_are_tested_under_pytest(isolated: dict[str, str], tmp_path: Path) -> None:
+    """The mark `rostest` means what `launch_test` means."""
+    file = tmp_path / 'test_talker.py'
+    file.write_text(ROS_TEST, encoding='utf-8')
+    words = ('pytest', '-p', 'no:cacheprovider', '-c', '/dev/null', '--rootdir', str(tmp_path), '-W', 'error')
+    with Program(Path('-m'), *words, str(file), env=isolated) as program:
+        assert '1 passed' in program.succeed(60)

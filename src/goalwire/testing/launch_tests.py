@@ -1,4 +1,6 @@
-"""Launch tests under pytest: a file whose `generate_test_description` is marked `launch_test` is one test.
+"""Launch tests under pytest: a file whose `generate_test_description` is marked is one test.
+
+The marks are `launch_test`, and `rostest` of launch_testing_ros, which means the same.
 
 The plugin of a ROS 2's own launch_testing comes first. Where that is installed, this one does nothing.
 """
@@ -11,7 +13,7 @@ from typing import Any
 
 import pytest
 
-MARK = 'launch_test'
+MARKS = ('launch_test', 'rostest')
 
 
 def is_ours() -> bool:
@@ -28,16 +30,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line('markers', 'launch_test: marks generate_test_description as a launch test')
+    for mark in MARKS:
+        config.addinivalue_line('markers', f'{mark}: marks generate_test_description as a launch test')
 
 
 def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module | None:
-    """Collect the file if it has the mark `launch_test`; pytest collects all others."""
+    """Collect the file if it has one of the marks; pytest collects all others."""
     try:
         text = module_path.read_text(encoding='utf-8', errors='replace')
     except OSError:
         return None
-    if f'mark.{MARK}' not in text or not is_ours():
+    if not any(f'mark.{mark}' in text for mark in MARKS) or not is_ours():
         return None
     module: pytest.Module = LaunchTestModule.from_parent(parent, path=module_path)
     return module
@@ -53,7 +56,7 @@ class LaunchTestModule(pytest.Module):
     def collect(self) -> Iterator[pytest.Item | pytest.Collector]:
         entry = getattr(self.obj, 'generate_test_description', None)
         marks = getattr(entry, 'pytestmark', [])
-        if not any(mark.name == MARK for mark in marks):
+        if not any(mark.name in MARKS for mark in marks):
             yield from super().collect()
             return
         for mark in marks:

@@ -1,0 +1,11 @@
+"""cv_bridge: pictures of sensor_msgs as numpy arrays, as OpenCV takes them, and back.
+
+numpy is enough for pictures as they are, for their colours, and for depths of 8 and 16 bits. OpenCV is needed
+for compressed pictures, Bayer patterns, YUV and colour maps: `pip install opencv-python-headless`.
+"""
+
+from cv_bridge.core import CvBridge, CvBridgeError
+from cv_bridge.display import cvtColorForDisplay
+from cv_bridge.encodings import getCvType
+
+__all__ = ['CvBridge', 'CvBridgeError', 'cvtColorForDisplay', 'getCvType']

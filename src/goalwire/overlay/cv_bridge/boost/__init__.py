@@ -1,0 +1,1 @@
+"""The folder of cv_bridge's compiled part, under whose name programs import it."""
