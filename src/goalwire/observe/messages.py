@@ -6,6 +6,8 @@ import math
 from typing import Any
 
 from goalwire.errors import GoalwireError, UnknownInterfaceError, peer_text
+from goalwire.idl.model import Field, MessageDefinition
+from goalwire.idl.rosidl_compat import definition_of
 
 _MOST_ITEMS = 200
 _MOST_TEXT = 2000
@@ -22,6 +24,13 @@ def interface_class(type_name: str) -> Any:
             f"the type '{peer_text(type_name, 200)}' is not known here ({peer_text(error, 200)}): install "
             'its package, or name its folder in GOALWIRE_INTERFACE_PATH'
         ) from None
+
+
+def fields_of(cls: type) -> tuple[Field, ...]:
+    """Return the fields of a message class."""
+    definition = definition_of(cls)
+    assert isinstance(definition, MessageDefinition)
+    return definition.fields
 
 
 def as_data(value: Any) -> Any:

@@ -21,10 +21,9 @@ import numpy as np
 from goalwire.cdr.layout import CODES
 from goalwire.errors import FieldValueError
 from goalwire.idl.field_values import HEADER, TIME, check_length, fit_value
-from goalwire.idl.model import FLOATS, FieldType, MessageDefinition, Shape
+from goalwire.idl.model import FLOATS, FieldType, Shape
 from goalwire.idl.registry import message_definition
-from goalwire.idl.rosidl_compat import definition_of
-from goalwire.observe.messages import interface_class
+from goalwire.observe.messages import fields_of, interface_class
 
 DURATION = 'builtin_interfaces/msg/Duration'
 _OF_ROS_1 = {'secs': 'sec', 'nsecs': 'nanosec'}
@@ -53,21 +52,14 @@ def to_cbor(message: Any) -> dict[str, Any]:
     return {name: write(getattr(message, name)) for name, write in _cbor_plan(message.__class__)}
 
 
-def fields_of(cls: Any) -> list[tuple[str, FieldType]]:
-    """Return the fields of a message class with their types."""
-    definition = definition_of(cls)
-    assert isinstance(definition, MessageDefinition)
-    return [(field.name, field.type) for field in definition.fields]
-
-
 @cache
 def _json_plan(cls: type) -> list[tuple[str, Callable[[Any], Any]]]:
-    return [(name, _json_writer(type_)) for name, type_ in fields_of(cls)]
+    return [(field.name, _json_writer(field.type)) for field in fields_of(cls)]
 
 
 @cache
 def _cbor_plan(cls: type) -> list[tuple[str, Callable[[Any], Any]]]:
-    return [(name, _cbor_writer(type_)) for name, type_ in fields_of(cls)]
+    return [(field.name, _cbor_writer(field.type)) for field in fields_of(cls)]
 
 
 def _json_writer(type_: FieldType) -> Callable[[Any], Any]:
@@ -140,7 +132,7 @@ def from_values(cls: Any, values: object, now: Callable[[], Any], *, has_auto_he
     the field.
     """
     message = cls()
-    fields = dict(fields_of(cls))
+    fields = {field.name: field.type for field in fields_of(cls)}
     if isinstance(values, list | tuple):
         if len(values) > len(fields):
             raise FieldValueError('', f'there are {len(fields)} fields, and {len(values)} values')

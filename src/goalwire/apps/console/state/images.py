@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import struct
-import zlib
 from base64 import b64encode
 from typing import Any
 
 import numpy as np
 
 from goalwire.errors import RemoteError
+from goalwire.observe.png import png
 
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
@@ -73,17 +72,3 @@ def _stretched(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     low, high = float(values[known].min()), float(values[known].max())
     spread = (np.where(known, values, low) - low) / ((high - low) or 1.0)
     return np.where(known, 255 - spread * 215, 0).astype(np.uint8)
-
-
-def png(pixels: np.ndarray[Any, Any]) -> bytes:
-    """Return height x width x (1, 3 or 4) bytes as a PNG file."""
-    height, width, channels = pixels.shape
-    kind = {1: 0, 3: 2, 4: 6}[channels]
-    lines = np.zeros((height, width * channels + 1), np.uint8)  # each line begins with its filter: none
-    lines[:, 1:] = pixels.reshape(height, -1)
-    header = struct.pack('>IIBBBBB', width, height, 8, kind, 0, 0, 0)
-    parts = ((b'IHDR', header), (b'IDAT', zlib.compress(lines.tobytes(), 1)), (b'IEND', b''))
-    return b'\x89PNG\r\n\x1a\n' + b''.join(
-        struct.pack('>I', len(data)) + name + data + struct.pack('>I', zlib.crc32(name + data))
-        for name, data in parts
-    )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-import struct
-import zlib
 from typing import TypeAlias
+
+import numpy as np
+
+from goalwire.observe.png import png
 
 Colour: TypeAlias = tuple[int, int, int]
 
@@ -55,11 +57,4 @@ class Canvas:
 
     def to_png(self) -> bytes:
         """Return the picture as a PNG file."""
-        rows = b''.join(
-            b'\0' + self._pixels[start : start + SIDE * 3] for start in range(0, len(self._pixels), SIDE * 3)
-        )
-        head = struct.pack('>IIBBBBB', SIDE, SIDE, 8, 2, 0, 0, 0)  # 8 bits, true colour
-        return b'\x89PNG\r\n\x1a\n' + b''.join(
-            struct.pack('>I', len(data)) + kind + data + struct.pack('>I', zlib.crc32(kind + data))
-            for kind, data in ((b'IHDR', head), (b'IDAT', zlib.compress(rows)), (b'IEND', b''))
-        )
+        return png(np.frombuffer(self._pixels, np.uint8).reshape(SIDE, SIDE, 3))

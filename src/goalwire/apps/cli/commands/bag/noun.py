@@ -23,7 +23,7 @@ NOUN = Noun(
         ),
         Verb(
             'export',
-            'Write the messages of a bag as CSV or JSON lines',
+            'Write the messages of a bag as CSV, JSON lines, Parquet or pictures',
             *lazy('bag.export'),
             has_json=False,
         ),

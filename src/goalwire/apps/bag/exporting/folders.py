@@ -1,0 +1,43 @@
+"""The files that a bag is exported to: one for each topic, and how many messages each has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from goalwire.errors import BagError
+from goalwire.files import shown
+from goalwire.records import record
+
+
+@record
+class Written:
+    """A file, or a folder of pictures, and how many messages are in it."""
+
+    path: Path
+    count: int
+    left_out: tuple[str, ...] = ()
+    """Why messages are not in it: a sentence for each reason."""
+
+
+def new_folder(path: Path) -> Path:
+    """Make a folder; raises BagError if something of that name exists, OSError."""
+    try:
+        path.mkdir(parents=True)
+    except FileExistsError:
+        raise BagError(f"'{shown(str(path))}' exists already; choose another folder") from None
+    return path
+
+
+def file_stems(topics: Iterable[str]) -> Mapping[str, str]:
+    """Return a file name of its own for each topic, without the suffix: /arm/joints is arm__joints."""
+    stems: dict[str, str] = {}
+    taken: set[str] = set()
+    for topic in topics:
+        plain = topic.strip('/').replace('/', '__')
+        stem, number = plain, 2
+        while stem.lower() in taken:  # some file systems do not tell A from a
+            stem, number = f'{plain}_{number}', number + 1
+        taken.add(stem.lower())
+        stems[topic] = stem
+    return stems
