@@ -17,7 +17,8 @@ _effective: dict[str, LoggingSeverity] = {}
 def set_logger_level(name: str, level: int, detailed_error: bool = False) -> None:
     """Set a logger's level; '' is the root, UNSET returns to the inherited one.
 
-    The root inherits from nobody: at UNSET it lets everything pass, as rcutils does. Raises ValueError for a number that is not a severity; `detailed_error` is rclpy's, without effect here.
+    The root inherits from nobody: at UNSET it lets everything pass, as rcutils does. Raises ValueError for a
+    number that is not a severity; `detailed_error` is rclpy's, without effect here.
     """
     del detailed_error
     severity = LoggingSeverity(level)
