@@ -136,7 +136,8 @@ def test_what_has_no_effect_is_named_in_one_line(profile: Profile, warnings: lis
         + '<propertiesPolicy><properties/></propertiesPolicy>'
     )
     (told,) = warnings
-    assert 'discoveryProtocol CLIENT: discovery servers are not spoken to' in told
+    assert 'discoveryProtocol CLIENT of a discovery server' in told
+    assert 'start the robot without ROS_DISCOVERY_SERVER too' in told
     assert 'builtin/typelookup_config/use_client, propertiespolicy/properties' in told
 
 

@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 
 from goalwire.rtps.io.addresses import MOST_PARTICIPANTS, Reach
-from goalwire.transport.dds.settings.findings import Findings, local_name, within
+from goalwire.transport.dds.settings.findings import DISCOVERY_SERVER, Findings, local_name, within
 from goalwire.xml_tree import Element
 
 VARIABLES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
@@ -187,7 +187,7 @@ def _protocol(findings: Findings, element: Element) -> None:
     if protocol == 'NONE':
         findings.values['reach'] = Reach.OFF
     elif protocol != 'SIMPLE':
-        findings.ignore(f'discoveryProtocol {protocol}: discovery servers are not spoken to')
+        findings.ignore(f'discoveryProtocol {protocol} of {DISCOVERY_SERVER}')
 
 
 def _builtin_transports(findings: Findings, element: Element) -> None:

@@ -11,6 +11,8 @@ from goalwire.xml_tree import Element, XmlError, read
 LARGEST_FILE = 1_000_000
 """Bytes of a file. Real ones have some kB."""
 _LONGEST_QUOTED = 80
+DISCOVERY_SERVER = 'a discovery server'
+"""Stands in the name of each setting that asks for one."""
 
 
 class Findings:

@@ -16,7 +16,7 @@ from goalwire.rtps.io.addresses import STANDARD, Ports, Reach, data_port
 from goalwire.rtps.io.settings import Settings
 from goalwire.transport.dds.environment import Range, discovery_range, static_peers
 from goalwire.transport.dds.peers import Unusable, resolve
-from goalwire.transport.dds.settings.findings import Findings
+from goalwire.transport.dds.settings.findings import DISCOVERY_SERVER, Findings
 
 FAST_DDS, CYCLONE, CONNEXT = 'rmw_fastrtps_cpp', 'rmw_cyclonedds_cpp', 'rmw_connextdds'
 
@@ -26,8 +26,9 @@ _REACH = {
     Range.OFF: Reach.OFF,
     Range.SYSTEM_DEFAULT: Reach.SUBNET,
 }
+_SERVER_VARIABLES = 'ROS_DISCOVERY_SERVER', 'ROS2_EASY_MODE'
 _NOT_READ = {
-    FAST_DDS: ('ROS_DISCOVERY_SERVER', 'FASTDDS_ENVIRONMENT_FILE'),
+    FAST_DDS: (*_SERVER_VARIABLES, 'FASTDDS_ENVIRONMENT_FILE'),
     CYCLONE: (),
     CONNEXT: ('NDDS_QOS_PROFILES', 'NDDS_DISCOVERY_PEERS'),
 }
@@ -147,8 +148,12 @@ def _warn_of_ignored(findings: Findings | None, rmw: str) -> None:
     if not names:
         return
     advice = ''
-    if os.environ.get('ROS_DISCOVERY_SERVER') and rmw == FAST_DDS:
-        advice = '. Discovery servers are not spoken to: name the other machines in ROS_STATIC_PEERS'
+    if any(name in _SERVER_VARIABLES or DISCOVERY_SERVER in name for name in names):
+        advice = (
+            '. Discovery servers are not spoken to, and who uses one is not found without it: start the '
+            'robot without ROS_DISCOVERY_SERVER too, and if multicast does not pass, name the other '
+            'machines in ROS_STATIC_PEERS'
+        )
     _warn(f'set, but without effect on this session: {"; ".join(names)}{advice}')
 
 
