@@ -10,6 +10,7 @@ from random import Random
 
 from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
 from goalwire.rtps.protocol.discovery import ParticipantListener, Settings
+from goalwire.rtps.protocol.identity import RANDOM_SIZE, make_prefix
 from goalwire.rtps.protocol.participant import Participant
 from goalwire.rtps.protocol.primitives import Address
 from goalwire.rtps.protocol.reader import ReaderListener, Sample
@@ -144,7 +145,7 @@ class Network:
         address = host, 7410
         chosen = Settings(
             **{
-                'prefix': bytes((1, 0xE7, *([0] * 8), 0, number)),
+                'prefix': make_prefix(address[1], number.to_bytes(RANDOM_SIZE, 'big')),
                 'metatraffic': (address,),
                 'default': (address,),
                 'peers': tuple(

@@ -215,7 +215,7 @@ def test_early_samples_wait_until_their_writer_is_known() -> None:
     data = Data(reader.entity_id, writer.entity_id, 1, b'', b'\0\1\0\0early')
     beat = Heartbeat(reader.entity_id, writer.entity_id, 1, 1, 1)
     packet = header(one.prefix) + info_dst(other.prefix) + data.encode() + beat.encode()
-    other.receive(packet, ('10.0.0.1', 7411))
+    other.receive(packet, ('10.0.0.1', 7410))
     assert not collector.samples
     assert network.run(0.001, lambda: collector.samples)
     assert [payload and payload[:9] for payload in collector.payloads] == [b'\0\1\0\0early']

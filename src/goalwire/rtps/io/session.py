@@ -21,7 +21,7 @@ from goalwire.rtps.io.settings import Settings
 from goalwire.rtps.io.sockets import Sockets
 from goalwire.rtps.protocol import discovery
 from goalwire.rtps.protocol.discovery import ParticipantListener
-from goalwire.rtps.protocol.messages import VENDOR
+from goalwire.rtps.protocol.identity import RANDOM_SIZE, make_prefix
 from goalwire.rtps.protocol.participant import Participant
 from goalwire.rtps.protocol.primitives import NS, Address
 from goalwire.rtps.protocol.writer import Writer
@@ -71,9 +71,9 @@ class RtpsSession:
         self._settings = settings
         self._is_local = settings.reach is Reach.LOCALHOST and not settings.peers
         self._interfaces, self._own_hosts = self._look_at_interfaces()
-        prefix = VENDOR + os.urandom(10)
-        name = f'goalwire-rtps {prefix.hex()[4:12]}'
         self._sockets = Sockets(settings, self._interfaces)
+        prefix = make_prefix(self._sockets.port, os.urandom(RANDOM_SIZE))
+        name = f'goalwire-rtps {prefix.hex()[8:16]}'
         self._poller = Poller(name, portable=settings.portable, awaited=awaited)
         self.wire_poller = LeaderFollowers(self._poller, name)
         self._timer: Timer | None = None

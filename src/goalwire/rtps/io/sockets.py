@@ -22,6 +22,8 @@ from goalwire.rtps.protocol.primitives import Address
 
 _ALL_GROUPS, _ALL_GROUPS_V6 = (socket.IPPROTO_IP, 49), (socket.IPPROTO_IPV6, 29)
 """IP_MULTICAST_ALL and IPV6_MULTICAST_ALL of Linux, which Python has no names for."""
+_SENDS_BY = socket.IPPROTO_IP, socket.IP_MULTICAST_IF
+_SENDS_BY_V6 = socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF
 _OUT_OF_PORTS = errno.EADDRINUSE, errno.EACCES
 
 
@@ -39,7 +41,8 @@ class Sockets:
         """Packets that could not be sent."""
         self._listeners: list[socket.socket] = []
         """Those of the receivers that hear the groups."""
-        self._multicasters: dict[Interface, socket.socket] = {}
+        self._interfaces: dict[Interface, bytes] = {}
+        """Those by which the groups are sent to, as a socket's option names them."""
         self._ports = 0, 0
         self.metatraffic: tuple[Address, ...] = ()
         self.default: tuple[Address, ...] = ()
@@ -73,12 +76,10 @@ class Sockets:
             return
         used = interfaces or (self._loopback(),)
         if self._groups:
-            for gone in [each for each in self._multicasters if each not in used]:
-                self._multicasters.pop(gone).close()
             for new in used:
-                if new not in self._multicasters:
+                if new not in self._interfaces:
                     self._join(new)
-                    self._multicasters[new] = self._open_multicaster(new)
+            self._interfaces = {each: self._name(each) for each in used}
         if settings.reach is Reach.LOCALHOST:
             used = used[:1]
         discovery, data = self._ports
@@ -142,28 +143,34 @@ class Sockets:
                         request = joined + socket.inet_aton(interface.address)
                         sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, request)
 
-    def _open_multicaster(self, interface: Interface) -> socket.socket:
-        """Return a socket that sends to groups by one interface."""
-        sock = self._open()
-        with suppress(OSError):
-            if self._settings.ipv6:
-                sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, interface.number)
-            else:
-                address = socket.inet_aton(interface.address)
-                sock.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, address)
-        return sock
+    def _name(self, interface: Interface) -> bytes:
+        """Return an interface as the option that chooses where a group is sent to."""
+        if self._settings.ipv6:
+            return struct.pack('@I', interface.number)
+        return socket.inet_aton(interface.address)
+
+    @property
+    def port(self) -> int:
+        """The port that all packets come from; 0 if there are no sockets."""
+        return self._ports[1]
 
     def send(self, packet: bytes, address: Address) -> None:
         """Send a packet; one that the system does not take is lost, and counted."""
         if address[0] in self._groups:
-            for sock in self._multicasters.values():
-                with suppress(OSError):
-                    sock.sendto(packet, address)
+            self._send_to_group(packet, address)
             return
         try:
             self._sender.sendto(packet, address)
         except OSError:
             self.lost += 1
+
+    def _send_to_group(self, packet: bytes, group: Address) -> None:
+        """Send a packet to a group by each interface, from the port that all packets come from."""
+        option = _SENDS_BY_V6 if self._settings.ipv6 else _SENDS_BY
+        for name in self._interfaces.values():
+            with suppress(OSError):
+                self._sender.setsockopt(*option, name)
+                self._sender.sendto(packet, group)
 
     @staticmethod
     def read(sock: socket.socket, most: int) -> list[tuple[bytes, Address]]:
@@ -181,7 +188,7 @@ class Sockets:
 
     def close(self) -> None:
         """Close all."""
-        for sock in (*self.receivers, *self._multicasters.values()):
+        for sock in self.receivers:
             sock.close()
 
     def _open(self) -> socket.socket:

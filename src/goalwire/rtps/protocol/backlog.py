@@ -10,7 +10,7 @@ from goalwire.rtps.protocol.fragments import Partial
 from goalwire.rtps.protocol.messages import DataFrag
 from goalwire.rtps.protocol.parameters import related_sample
 from goalwire.rtps.protocol.primitives import SampleIdentity
-from goalwire.rtps.protocol.wire import Wire
+from goalwire.rtps.protocol.wire import Timer, Wire
 
 
 class Sample(NamedTuple):
@@ -36,7 +36,7 @@ class Sample(NamedTuple):
 class Backlog:
     """The samples of one writer that one reader keeps. All readers of a participant share one bound."""
 
-    __slots__ = ('_wire', 'held', 'partials', 'size')
+    __slots__ = ('_timer', '_wire', 'held', 'partials', 'size')
 
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
@@ -46,6 +46,8 @@ class Backlog:
         """Samples in fragments of which some are missing."""
         self.size = 0
         """Bytes of the samples in `held`."""
+        self._timer: Timer | None = None
+        """Looks for unfinished samples of which nothing more comes."""
 
     def _has_room(self, size: int) -> bool:
         """Whether so many bytes more may be kept; if not, that is counted."""
@@ -109,6 +111,9 @@ class Backlog:
             self.drop_partials(lambda _: True)
             return None
         before = begun.kept
+        begun.heard = self._wire.clock()
+        if self._timer is None:
+            self._timer = self._wire.timers.at(begun.heard + bounds.UNFINISHED_S, self._drop_stale)
         begun.add(fragment)
         self._wire.kept += begun.kept - before
         return begun
@@ -124,6 +129,17 @@ class Backlog:
         for number in [number for number in self.partials if is_dropped(number)]:
             self.drop_partial(number)
 
+    def _drop_stale(self) -> None:
+        """Let go of unfinished samples of which nothing has come for a while, and look again later."""
+        self._timer = None
+        now, kept_s = self._wire.clock(), bounds.UNFINISHED_S
+        for number in [number for number, begun in self.partials.items() if begun.heard + kept_s <= now]:
+            self._wire.refuse('unfinished sample', f'nothing more of it came for {kept_s:g} s')
+            self.drop_partial(number)
+        if self.partials:
+            oldest = min(begun.heard for begun in self.partials.values())
+            self._timer = self._wire.timers.at(oldest + kept_s, self._drop_stale)
+
     # ---- both
 
     def drop_below(self, first: int) -> None:
@@ -137,3 +153,5 @@ class Backlog:
         for number in list(self.held):
             self.take(number)
         self.drop_partials(lambda _: True)
+        if self._timer is not None:
+            self._timer.cancel()

@@ -69,6 +69,8 @@ SAMPLE_SIZE = 1 << 30
 """Bytes of one sample in fragments."""
 MOST_UNFINISHED = 64
 """Unfinished samples of one writer; one more takes the place of the oldest, which can be asked for again."""
+UNFINISHED_S = 10.0
+"""How long an unfinished sample is kept of which nothing more comes. A reliable reader asks for it again."""
 LEAST_FRAGMENT = 64
 """Bytes of a fragment that is not the last: each costs some 100 bytes beside what it holds. The standard's
 smallest are a packet's size."""

@@ -284,6 +284,7 @@ class Discovery:
             return
         remote.data, remote.address = told, address
         remote.hosts = self._hosts_of(told, source)
+        remote.sources.clear()
         remote.addresses.clear()
         known.follow(remote)
         self._wire.tell(self._listener.on_participant, told)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from goalwire.rtps.protocol.fragments import cut, fragment_count
 from goalwire.rtps.protocol.history import Change
 from goalwire.rtps.protocol.messages import HeartbeatFrag, NackFrag, info_ts
-from goalwire.rtps.protocol.primitives import UNKNOWN_ENTITY, encode_time, is_newer
+from goalwire.rtps.protocol.primitives import UNKNOWN_ENTITY, encode_time
 from goalwire.rtps.protocol.reader_proxy import HEARTBEAT_S, ReaderProxy
 from goalwire.rtps.protocol.wire import Timer
 from goalwire.rtps.protocol.writer_output import WriterOutput
@@ -129,7 +129,7 @@ class FragmentWindows:
     def on_nack_frag(self, proxy: ReaderProxy, nack: NackFrag) -> None:
         """Send the fragments that a reader asks for, up to a window. Inside `Wire.run`."""
         output = self._output
-        if not is_newer(nack.counter, proxy.frag_counter):
+        if nack.counter == proxy.frag_counter:
             return
         proxy.frag_counter = nack.counter
         proxy.interval = HEARTBEAT_S

@@ -48,7 +48,7 @@ def cut(before: bytes, change: Change, reader: bytes, writer: bytes, fragment: i
 class Partial:
     """A sample of which not all fragments have come."""
 
-    __slots__ = ('_asked', '_pieces', 'count', 'fragment_size', 'is_key', 'kept', 'qos', 'size')
+    __slots__ = ('_asked', '_pieces', 'count', 'fragment_size', 'heard', 'is_key', 'kept', 'qos', 'size')
 
     def __init__(self, first: DataFrag) -> None:
         """Raises RtpsError for a sample that is too large, or cut too small."""
@@ -61,6 +61,8 @@ class Partial:
         self.is_key = first.is_key
         self.kept = 0
         """Bytes that have come."""
+        self.heard = 0.0
+        """When some of them came last."""
         self._pieces: dict[int, bytes] = {}
         self._asked = (0, 0.0)
         """The first fragment that was asked for last, and when."""

@@ -29,6 +29,7 @@ class RemoteParticipant:
         'is_reached',
         'reached_at',
         'sizes',
+        'sources',
         'watch',
     )
 
@@ -36,6 +37,8 @@ class RemoteParticipant:
         self.data = data
         self.hosts = hosts
         """Where its packets may come from."""
+        self.sources: set[Address] = set()
+        """From where they came, where that is allowed."""
         self.address = address
         """Of its discovery."""
         self.is_near = is_near
@@ -72,7 +75,7 @@ class Matching:
         self.writers: dict[bytes, Writer] = {}
         self.readers: dict[bytes, Reader] = {}
         """The participant's own, by entity id; the built-in ones among them."""
-        self.routes: dict[bytes, list[WriterProxy]] = {}
+        self.routes: dict[bytes, list[tuple[Reader, WriterProxy]]] = {}
         """The readers that get what a writer sends, by its GUID."""
         self.own = RemoteParticipant(own, {LOCAL[0]}, LOCAL, is_near=True)
         """This participant, whose writers and readers match each other, too."""
@@ -183,8 +186,8 @@ class Matching:
     def _unmatch(self, endpoint: EndpointData) -> None:
         """Forget an endpoint where it was matched."""
         if is_writer(endpoint.entity_id):
-            for proxy in self.routes.pop(endpoint.guid, ()):
-                proxy.reader.unmatch(endpoint.guid)
+            for reader, _ in self.routes.pop(endpoint.guid, ()):
+                reader.unmatch(endpoint.guid)
         else:
             for writer in list(self.writers.values()):
                 writer.unmatch(endpoint.guid)
@@ -230,16 +233,17 @@ class Matching:
     def route(self, reader: Reader, writer: EndpointData, address: Address) -> None:
         """Have a reader get what a writer sends."""
         self.unroute(writer.guid, reader.entity_id)
-        self.routes.setdefault(writer.guid, []).append(reader.match(writer, address))
+        self.routes.setdefault(writer.guid, []).append((reader, reader.match(writer, address)))
 
     def unroute(self, writer: bytes, reader_id: bytes) -> None:
         """Have a reader get nothing more of a writer."""
-        proxies = self.routes.get(writer, [])
-        for proxy in tuple(proxies):
-            if proxy.reader.entity_id == reader_id:
-                proxies.remove(proxy)
-                proxy.reader.unmatch(writer)
-        if not proxies:
+        routes = self.routes.get(writer, [])
+        for route in tuple(routes):
+            reader = route[0]
+            if reader.entity_id == reader_id:
+                routes.remove(route)
+                reader.unmatch(writer)
+        if not routes:
             self.routes.pop(writer, None)
 
     # ---- where they are
@@ -270,6 +274,7 @@ class Matching:
         for remote in self.remotes.values():
             if remote.is_near and remote is not self.own:
                 remote.hosts |= own_hosts
+                remote.sources.clear()
 
     def follow(self, remote: RemoteParticipant) -> None:
         """Send to a participant's endpoints at the addresses that it tells now."""
@@ -278,9 +283,9 @@ class Matching:
             for guid, reader in writer.readers.items():
                 if guid.startswith(prefix):
                     writer.move(guid, self._place_of(remote, reader.data) or reader.address)
-        for guid, proxies in self.routes.items():
+        for guid, routes in self.routes.items():
             if guid.startswith(prefix):
-                for proxy in proxies:
+                for _, proxy in routes:
                     proxy.address = self._place_of(remote, proxy.data) or proxy.address
 
     def _place_of(self, remote: RemoteParticipant, endpoint: EndpointData) -> Address | None:

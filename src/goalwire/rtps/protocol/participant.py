@@ -12,6 +12,7 @@ from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
 from goalwire.rtps.protocol.backlog import Sample
 from goalwire.rtps.protocol.discovery import BUILTIN, Discovery, ParticipantListener, Settings
 from goalwire.rtps.protocol.fragments import FRAGMENT_SIZES, PACKET_ROOM, FragmentSizes
+from goalwire.rtps.protocol.identity import may_come_from
 from goalwire.rtps.protocol.matching import Matching, RemoteParticipant
 from goalwire.rtps.protocol.messages import (
     DATA,
@@ -228,14 +229,32 @@ class Participant(Wire):
             check_header(packet)
             prefix = packet[8:HEADER_SIZE]
             remote = self._known.remotes.get(prefix)
-            if remote is None:
-                self._read_stranger(packet, prefix, source)
-            elif source[0] in remote.hosts:
+            if remote is not None and source in remote.sources:
                 self._read(packet, prefix, source, remote)
-            elif prefix != self.prefix:
-                self.refuse('packet in the name of another host', source[0])
+            elif not self._is_from(prefix, remote, source):
+                pass
+            elif remote is None:
+                self._read_stranger(packet, prefix, source)
+            else:
+                self._read(packet, prefix, source, remote)
         except RtpsError as error:
             self.refuse('malformed packet', str(error))
+
+    def _is_from(self, prefix: bytes, remote: RemoteParticipant | None, source: Address) -> bool:
+        """Whether a packet in a participant's name may come from an address; if not, that is counted."""
+        host, port = source
+        if remote is not None and host not in remote.hosts:
+            if remote is not self._known.own:
+                self.refuse('packet in the name of another host', host)
+            return False
+        if host in self._settings.own_hosts and not may_come_from(prefix, port):
+            self.refuse('packet in the name of another program', f'{host}:{port}')
+            return False
+        if remote is not None:
+            if len(remote.sources) >= bounds.MOST_ADDRESSES:
+                remote.sources.clear()
+            remote.sources.add(source)
+        return True
 
     def _read_stranger(self, packet: bytes, prefix: bytes, source: Address) -> None:
         """Look for an announcement in the packet of an unknown participant."""
@@ -277,25 +296,27 @@ class Participant(Wire):
             if isinstance(body, (AckNack, NackFrag)):
                 self._to_writer(prefix, body)
                 continue
-            proxies = routes.get(prefix + body.writer)
-            if proxies is None:
+            readers = routes.get(prefix + body.writer)
+            if readers is None:
                 if isinstance(body, Data) and body.writer == SPDP_WRITER:
                     self._discovery.on_announcement(body, prefix, source, len(packet), whom == self.prefix)
                 elif body.writer[3] & 0xC0 == 0:
                     is_early = True
                 continue
             addressee = body.reader
-            for proxy in tuple(proxies):
-                if addressee in (UNKNOWN_ENTITY, proxy.reader.entity_id):
-                    self._to_reader(proxy, body, time)
+            for reader, proxy in tuple(readers):
+                if addressee in (UNKNOWN_ENTITY, reader.entity_id):
+                    self._to_reader(reader, proxy, body, time)
         if is_early and prefix != self.prefix:
             self._keep_early(remote, packet, source)
 
     @staticmethod
     def _to_reader(
-        proxy: WriterProxy, body: Data | DataFrag | Heartbeat | Gap | HeartbeatFrag, time: int | None
+        reader: Reader,
+        proxy: WriterProxy,
+        body: Data | DataFrag | Heartbeat | Gap | HeartbeatFrag,
+        time: int | None,
     ) -> None:
-        reader = proxy.reader
         if isinstance(body, Data):
             reader.on_data(proxy, body, time)
         elif isinstance(body, Heartbeat):
@@ -378,11 +399,11 @@ class Participant(Wire):
 
     def _note_message(self, prefix: bytes, kind: bytes) -> None:
         liveliness = {_AUTOMATIC_MESSAGE: AUTOMATIC, _MANUAL_MESSAGE: MANUAL_BY_PARTICIPANT}.get(kind)
-        for guid, proxies in self._known.routes.items():
+        for guid, routes in self._known.routes.items():
             if guid[:PREFIX_SIZE] == prefix:
-                for proxy in proxies:
+                for reader, proxy in routes:
                     if proxy.watch is not None and proxy.data.qos.liveliness == liveliness:
-                        proxy.reader.note_alive(proxy)
+                        reader.note_alive(proxy)
 
 
 def _fragment_sizes(packet_size: int | None) -> FragmentSizes:

@@ -68,11 +68,6 @@ def is_keyed(entity_id: bytes) -> bool:
     return entity_id[3] & 0x3F in (0x02, 0x07)
 
 
-def is_newer(counter: int, before: int) -> bool:
-    """Whether a count follows another; counts have 32 bits and begin again."""
-    return 0 < (counter - before) & 0xFFFFFFFF < 0x80000000
-
-
 def encode_duration(ns: int, order: str = '<') -> bytes:
     """Return eight bytes of a duration; INFINITE is the largest of all."""
     if ns >= INFINITE:

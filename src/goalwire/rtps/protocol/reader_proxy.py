@@ -53,8 +53,9 @@ class ReaderProxy:
         self.addressed: deque[Change] = deque()
         self.addressed_size = 0
         """What is meant for it alone and not acknowledged, and the bytes of that."""
-        self.counter = self.frag_counter = 0
-        """Of its last ACKNACK and NACK_FRAG."""
+        self.counter: int | None = None
+        self.frag_counter: int | None = None
+        """Of its last ACKNACK and NACK_FRAG: one that comes twice counts once."""
         self.has_answered = False
         self.interval = FIRST_HEARTBEAT_S
         self.due = FOREVER

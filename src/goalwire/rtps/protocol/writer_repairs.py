@@ -13,7 +13,7 @@ from collections.abc import Callable
 from goalwire.rtps.protocol.announcements import EndpointData
 from goalwire.rtps.protocol.fragment_windows import WINDOW, FragmentWindows
 from goalwire.rtps.protocol.messages import AckNack, Gap
-from goalwire.rtps.protocol.primitives import INFINITE, NumberSet, is_newer
+from goalwire.rtps.protocol.primitives import INFINITE, NumberSet
 from goalwire.rtps.protocol.qos import TRANSIENT_LOCAL, Qos
 from goalwire.rtps.protocol.reader_proxy import HEARTBEAT_S, ReaderProxy
 from goalwire.rtps.protocol.wire import FOREVER, Timer
@@ -91,7 +91,7 @@ class Repairs:
         output = self._output
         base, missing = acknack.missing.base, acknack.missing.numbers()
         has_nothing = base <= max(1, proxy.start) and not missing and not acknack.is_final
-        if not proxy.is_reliable or not (has_nothing or is_newer(acknack.counter, proxy.counter)):
+        if not proxy.is_reliable or not (has_nothing or acknack.counter != proxy.counter):
             return
         proxy.counter = acknack.counter
         if not proxy.has_answered:

@@ -1,0 +1,24 @@
+"""The GUID prefix of goalwire's participants, which names the port that their packets come from.
+
+The system gives a port to one program at a time. So no other program of a host can send packets in the name
+of one of goalwire's participants there: it could not have the port. Participants of other vendors choose
+their prefixes by rules of their own, and send from any port. What another program of their host sends in
+their name cannot be told from what they send.
+"""
+
+from __future__ import annotations
+
+from goalwire.rtps.protocol.messages import VENDOR
+
+RANDOM_SIZE = 8
+"""Random bytes of a prefix, which make it unique among all hosts."""
+
+
+def make_prefix(port: int, random: bytes) -> bytes:
+    """Return the prefix of a participant that sends all its packets from a port."""
+    return VENDOR + port.to_bytes(2, 'big') + random
+
+
+def may_come_from(prefix: bytes, port: int) -> bool:
+    """Whether a packet in the name of a participant of this host may come from a port."""
+    return prefix[:2] != VENDOR or int.from_bytes(prefix[2:4], 'big') == port

@@ -1,0 +1,128 @@
+"""What a reader asks its writers for: the first HEARTBEAT, samples, and fragments of samples.
+
+What is missing is asked for by ACKNACK, and again some time later if it does not come, ever more rarely.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol.messages import AckNack, HeartbeatFrag, NackFrag
+from goalwire.rtps.protocol.primitives import NumberSet
+from goalwire.rtps.protocol.wire import Wire
+from goalwire.rtps.protocol.writer_proxy import WriterProxy
+
+GAP_S = 0.002
+"""How long a sample may be late that others have overtaken, before it is asked for."""
+ASK_AGAIN_S = 0.020
+"""How long what was asked for may take, before it is asked for again; the time doubles each time."""
+ON_THE_WAY_S = 0.002
+"""How long what was asked for may take, before a HEARTBEAT has it asked for again. Without that, two sides
+that disagree about what there is would ask and answer each other without a pause."""
+RAREST_ASK_S = 0.5
+RAREST_FIRST_ASK_S = 1.0
+_MOST_PARTIALS_ASKED = 4
+"""Samples whose fragments are asked for at a time."""
+
+
+class Requests:
+    """Asks the writers of one reader. Inside `Wire.run`."""
+
+    def __init__(self, wire: Wire, entity_id: bytes) -> None:
+        """`entity_id` is the reader's."""
+        self._wire = wire
+        self._entity_id = entity_id
+        self.is_paused = False
+        """Whether what has come is not acknowledged, since the reader's user is slow."""
+
+    def greet(self, proxy: WriterProxy) -> None:
+        """Ask a writer for its first HEARTBEAT."""
+        proxy.sent_counter += 1
+        acknack = AckNack(self._entity_id, proxy.entity_id, NumberSet(1), proxy.sent_counter)
+        self._send(proxy, acknack.encode())
+        self.ask_in(proxy, proxy.interval)
+        proxy.interval = min(2 * proxy.interval, RAREST_FIRST_ASK_S)
+
+    def answer(self, proxy: WriterProxy, *, is_final: bool) -> None:
+        """A HEARTBEAT has come: ask for what is missing, or acknowledge if an answer is expected."""
+        if self._is_missing(proxy):
+            if proxy.asked != proxy.next or self._wire.clock() >= proxy.asked_at + ON_THE_WAY_S:
+                self.ask(proxy)
+            self.ask_in(proxy, ASK_AGAIN_S)
+        elif not is_final:
+            self._acknowledge(proxy, [])
+
+    def ask(self, proxy: WriterProxy) -> None:
+        """Send ACKNACK with what is missing, and again some time later if it does not come."""
+        missing = [
+            number
+            for number in range(proxy.next, min(proxy.known, proxy.next + bounds.SET_BITS - 1) + 1)
+            if number not in proxy.backlog.held
+        ]
+        self._acknowledge(proxy, missing)
+        proxy.asked, proxy.asked_at = proxy.next, self._wire.clock()
+        if missing:
+            self.stop_timer(proxy)
+            proxy.interval = ASK_AGAIN_S
+            self.ask_in(proxy, proxy.interval)
+
+    def ask_in(self, proxy: WriterProxy, delay_s: float) -> None:
+        """Ask after a while, if something is missing then; what was planned before stays."""
+        if proxy.timer is None:
+            proxy.timer = self._wire.timers.at(self._wire.clock() + delay_s, partial(self._on_timer, proxy))
+
+    def stop_timer(self, proxy: WriterProxy) -> None:
+        """Ask no more."""
+        if proxy.timer is not None:
+            proxy.timer.cancel()
+            proxy.timer = None
+
+    def on_heartbeat_frag(self, proxy: WriterProxy, told: HeartbeatFrag) -> None:
+        """Ask for the fragments that are missing of a sample that is being sent."""
+        if not proxy.is_reliable or not proxy.next or told.counter == proxy.frag_counter:
+            return
+        proxy.frag_counter = told.counter
+        begun = proxy.backlog.partials.get(told.number)
+        missing = None if begun is None else begun.to_ask(self._wire.clock(), told.last)
+        if missing is not None:
+            self._send(proxy, self._nack_frag(proxy, told.number, missing))
+
+    def _is_missing(self, proxy: WriterProxy) -> bool:
+        return proxy.next <= proxy.known and not (self.is_paused and proxy.next in proxy.backlog.held)
+
+    def _acknowledge(self, proxy: WriterProxy, missing: list[int]) -> None:
+        partials = proxy.backlog.partials
+        whole = [number for number in missing if number not in partials] if partials else missing
+        proxy.sent_counter += 1
+        acknack = AckNack(
+            self._entity_id,
+            proxy.entity_id,
+            NumberSet.of(proxy.next, whole),
+            proxy.sent_counter,
+            is_final=True,
+        )
+        packet = acknack.encode()
+        for number in list(partials)[:_MOST_PARTIALS_ASKED]:
+            of_it = partials[number].to_ask(self._wire.clock())
+            if of_it is not None:
+                packet += self._nack_frag(proxy, number, of_it)
+        self._send(proxy, packet)
+
+    def _nack_frag(self, proxy: WriterProxy, number: int, missing: NumberSet) -> bytes:
+        proxy.sent_counter += 1
+        return NackFrag(self._entity_id, proxy.entity_id, number, missing, proxy.sent_counter).encode()
+
+    def _send(self, proxy: WriterProxy, submessages: bytes) -> None:
+        self._wire.send(self._wire.head + proxy.asks + submessages, proxy.address)
+
+    def _on_timer(self, proxy: WriterProxy) -> None:
+        proxy.timer = None
+        if not proxy.next:
+            self.greet(proxy)
+        elif self._is_missing(proxy):
+            before = proxy.interval
+            self.ask(proxy)
+            proxy.interval = min(2 * before, RAREST_ASK_S)
+            self.stop_timer(proxy)
+            self.ask_in(proxy, proxy.interval)
