@@ -139,8 +139,7 @@ def test_a_false_heartbeat_starts_no_endless_exchange() -> None:
     reader = other.create_reader('t', 'T', QOS, collector)
     assert network.run(1, lambda: publisher.matched and collector.matched)
     network.run(0.1)
-    (proxy,) = reader.writers.values()
-    false = Heartbeat(reader.entity_id, writer.entity_id, 1, 2**40, proxy.counter + 1)
+    false = Heartbeat(reader.entity_id, writer.entity_id, 1, 2**40, 1_000_000)
     other.receive(header(one.prefix) + false.encode(), ('10.0.0.1', 7410))
     network.keeps = True
     for number in range(5):
