@@ -16,6 +16,10 @@ NOUNS = {
     'completion': ('commands.completion', 'Print what makes a shell complete these commands'),
     'component': ('commands.component.noun', 'Various component related sub-commands'),
     'console': ('commands.console', 'Show the robot in the browser, and operate it there'),
+    'course': (
+        'commands.course.noun',
+        'Learn services and actions: exercises, and checks of your work',
+    ),
     'doctor': ('commands.doctor.noun', 'Check what works here, and say what to do next'),
     'interface': ('commands.interface', 'Show information about ROS interfaces'),
     'launch': ('commands.launch', 'Run a launch file'),

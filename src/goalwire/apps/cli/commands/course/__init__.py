@@ -1,0 +1,1 @@
+"""goalwire course: exercises on services and actions, and their checks."""

@@ -1,0 +1,21 @@
+"""goalwire course solution: one way to do an exercise."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from goalwire.apps.cli.commands.course.choosing import add_exercise_argument, chosen_exercise
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `course solution` takes."""
+    add_exercise_argument(parser)
+
+
+def run(arguments: Namespace, output: Output) -> None:
+    """Print the program, and nothing else: it can be redirected into a file."""
+    output.block(chosen_exercise(arguments).read('solution.py'), end='')

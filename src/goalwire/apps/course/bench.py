@@ -1,0 +1,85 @@
+"""What the checks try a program with: a node of their own beside it, and what they want of its servers."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import goalwire
+from goalwire.apps.course.student import Student, Wrong
+from goalwire.testing.world import World
+
+STARTS_WITHIN = 15.0
+"""s that a program has until its node is there, also on a machine that is busy."""
+SERVES_WITHIN = 5.0
+"""s from then on until its server is there."""
+
+
+@asynccontextmanager
+async def alone() -> AsyncIterator[goalwire.Node]:
+    """Give the check's node, in a world where only the programs are that are started in the block."""
+    with World('zenoh'):
+        async with goalwire.Node('checker') as node:
+            yield node
+
+
+@asynccontextmanager
+async def beside(file: Path) -> AsyncIterator[tuple[goalwire.Node, Student]]:
+    """Run the program in a world of its own; give the check's node beside it."""
+    async with alone() as node, Student(file) as student:
+        yield node, student
+
+
+async def wait_for_node(node: goalwire.Node, student: Student) -> None:
+    """Wait until the program has a node, or has ended; raises Wrong if it makes none."""
+    try:
+        async with asyncio.timeout(STARTS_WITHIN):
+            await student.is_first(asyncio.create_task(_see_another(node)))
+    except TimeoutError:
+        raise Wrong(
+            f'the program runs, and has no node after {STARTS_WITHIN:g} s',
+            'main() makes the node; look at what holds it up before',
+        ) from None
+
+
+async def _see_another(node: goalwire.Node) -> None:
+    """Wait until there is a node beside the check's own."""
+    changes = node.graph.changes()
+    while len(node.graph.nodes()) < 2:
+        await anext(changes)
+
+
+async def wait_for_server(
+    node: goalwire.Node, student: Student, client: Any, kind: str, name: str, wanted: str
+) -> None:
+    """Wait for the program's server; raises Wrong, which names those that are there instead."""
+    await wait_for_node(node, student)
+    try:
+        await student.during(client.wait_for_server(timeout=SERVES_WITHIN), f'serve the {kind} {name!r}')
+    except goalwire.NoServerError:
+        offered = _offered(node, kind)
+    else:
+        return
+    if f'/{name}' in offered:
+        raise Wrong(
+            f'the {kind} {name!r} has the type {offered[f"/{name}"]}',
+            f'the task wants {wanted}: look at the first arguments of your server',
+        )
+    others = ', '.join(f'{each} ({type_name})' for each, type_name in offered.items()) or 'none'
+    raise Wrong(
+        f'the program serves no {kind} {name!r}; what it serves: {others}',
+        'make the server in __init__, and look at its name',
+    )
+
+
+def _offered(node: goalwire.Node, kind: str) -> dict[str, str]:
+    """Return names and types of the program's servers, without those that every node has."""
+    found = node.graph.actions() if kind == 'action' else node.graph.served()
+    return {
+        name: ', '.join(types)
+        for name, types in found
+        if '/_' not in name and not types[0].startswith(('rcl_interfaces/', 'type_description_interfaces/'))
+    }

@@ -1,0 +1,115 @@
+"""Exercise 4: a call with a limit for each attempt, growing pauses, and an end."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from goalwire.apps.course.bench import alone, wait_for_node
+from goalwire.apps.course.student import Student, Wrong
+
+if TYPE_CHECKING:
+    from humanoid_interfaces.srv import GetBatteryStatus
+
+SERVICE = 'get_battery_status'
+ATTEMPTS = 4
+ENDS_WITHIN = 8.0
+"""s from the time when its node is there; what it does takes half of that at most."""
+
+
+class Server:
+    """A service that leaves its first requests without an answer."""
+
+    def __init__(self, deaf: int) -> None:
+        self._deaf = deaf
+        self.times: list[float] = []
+        """When each request came, in s."""
+
+    async def answer(self, _request: GetBatteryStatus.Request) -> GetBatteryStatus.Response:
+        """Answer, unless this is one of the first."""
+        from humanoid_interfaces.srv import GetBatteryStatus
+        from sensor_msgs.msg import BatteryState
+
+        self.times.append(monotonic())
+        if len(self.times) <= self._deaf:
+            await asyncio.Event().wait()
+        return GetBatteryStatus.Response(battery=BatteryState(percentage=0.42, present=True))
+
+    def gaps(self) -> list[float]:
+        """Return the s between one request and the next."""
+        return [later - earlier for earlier, later in zip(self.times, self.times[1:], strict=False)]
+
+
+async def steps(file: Path) -> AsyncIterator[str]:
+    """Yield what the program does as it should; raise Wrong at the first thing that it does not."""
+    async with _served(file, deaf=0) as (server, student):
+        await _insist_on_success(student, 'the service answers at once')
+        _count(server, 1, 'the service answers at once')
+        yield 'it shows the answer, after a single request'
+    async with _served(file, deaf=2) as (server, student):
+        await _insist_on_success(student, 'the third request is answered')
+        _count(server, 3, 'the third request is answered')
+        yield 'it asks again if no answer comes'
+    async with _served(file, deaf=100) as (server, student):
+        await _insist_on_failure(student, 'no request is ever answered')
+        _count(server, ATTEMPTS, 'no request is ever answered')
+        yield f'it gives up after {ATTEMPTS} attempts, and its exit code says so'
+        gaps = server.gaps()
+        if gaps[-1] < 1.3 * gaps[0]:
+            raise Wrong(
+                f'the requests come {", ".join(f"{gap:.2f}" for gap in gaps)} s after one another',
+                'let the pause grow, as by pause *= 2: a server in trouble needs time, not more requests',
+            )
+        yield 'its pauses grow'
+    async with alone() as node, Student(file) as student:
+        await wait_for_node(node, student)
+        await _insist_on_failure(student, 'there is no server at all')
+        yield 'it gives up if there is no server'
+
+
+@asynccontextmanager
+async def _served(file: Path, *, deaf: int) -> AsyncIterator[tuple[Server, Student]]:
+    """Run the program beside a server that leaves the first `deaf` requests without an answer."""
+    from humanoid_interfaces.srv import GetBatteryStatus
+
+    server = Server(deaf)
+    async with alone() as node:
+        node.service(GetBatteryStatus, SERVICE, server.answer)
+        async with Student(file) as student:
+            await wait_for_node(node, student)
+            yield server, student
+
+
+async def _insist_on_success(student: Student, case: str) -> None:
+    code = await _end(student, case)
+    if code != 0:
+        raise Wrong(f'{case}, and the exit code is {code}', f'it should be 0\n{student.last_lines()}')
+    if '42' not in student.output:
+        raise Wrong('the answer says 42 %, and the program does not show it', 'print percentage as percent')
+
+
+async def _insist_on_failure(student: Student, case: str) -> None:
+    if await _end(student, case) == 0:
+        raise Wrong(f'{case}, and the exit code is 0', 'end with sys.exit(1) once all attempts have failed')
+    if not student.output.strip():
+        raise Wrong(f'{case}, and the program says nothing', 'tell the user what was tried, and how often')
+
+
+async def _end(student: Student, case: str) -> int:
+    return await student.wait(
+        ENDS_WITHIN,
+        f'{case}. Every wait needs a limit: wait_for_service(timeout_sec=…), '
+        'spin_until_future_complete(node, future, timeout_sec=…)',
+    )
+
+
+def _count(server: Server, wanted: int, case: str) -> None:
+    if len(server.times) != wanted:
+        raise Wrong(
+            f'{case}, and {len(server.times)} requests came instead of {wanted}',
+            f'the task wants {ATTEMPTS} attempts at most, and none after an answer',
+        )

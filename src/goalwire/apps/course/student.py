@@ -1,0 +1,107 @@
+"""A student's program as a process of its own, on a graph where it meets only the check."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections import deque
+from collections.abc import Coroutine
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, TypeVar
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+T = TypeVar('T')
+
+_KEPT_LINES = 2000
+_SHOWN_LINES = 6
+_LONGEST_LINE = 10_000
+
+
+class Wrong(Exception):
+    """Something in a student's program is not as the task wants it. `advice` says what to look at."""
+
+    def __init__(self, problem: str, advice: str) -> None:
+        super().__init__(problem)
+        self.advice = advice
+
+
+class Student:
+    """`async with Student(file) as student:` runs the program in this block, and kills it at the end."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+        self._output: deque[str] = deque(maxlen=_KEPT_LINES)
+
+    async def __aenter__(self) -> Self:
+        self._process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            self._file.name,
+            cwd=self._file.parent,
+            env={**os.environ, 'PYTHONUNBUFFERED': '1', 'PYTHONIOENCODING': 'utf-8'},
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.STDOUT,
+            limit=_LONGEST_LINE,
+        )
+        self._end = asyncio.create_task(self._follow())
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with suppress(ProcessLookupError):
+            self._process.kill()
+        await self._end
+
+    async def _follow(self) -> int:
+        """Read what the program prints until it has ended; return its exit code."""
+        output = self._process.stdout
+        assert output is not None
+        while chunk := await output.read(_LONGEST_LINE):
+            self._output.append(chunk.decode('utf-8', 'replace'))
+        return await self._process.wait()
+
+    @property
+    def output(self) -> str:
+        """What it has printed so far, errors included; of much output the end."""
+        return ''.join(self._output)
+
+    def last_lines(self) -> str:
+        """Return the end of its output, for a message."""
+        lines = [line for line in self.output.splitlines() if line.strip()]
+        return '\n'.join(f'    | {line}' for line in lines[-_SHOWN_LINES:]) or '    | (it printed nothing)'
+
+    async def during(self, waiting: Coroutine[Any, Any, T], doing: str) -> T:
+        """Return what `waiting` does. Raises Wrong if the program ends first: it should still be `doing`."""
+        task = asyncio.create_task(waiting)
+        if await self.is_first(task):
+            return task.result()
+        raise Wrong(
+            f'the program ended with exit code {self._end.result()} while it should {doing}',
+            f'the end of what it printed:\n{self.last_lines()}',
+        )
+
+    async def is_first(self, task: asyncio.Task[T]) -> bool:
+        """Wait for the task or for the program's end; False, with the task cancelled, if that was first."""
+        try:
+            await asyncio.wait({task, self._end}, return_when=asyncio.FIRST_COMPLETED)
+            return task.done()
+        finally:
+            task.cancel()
+            await asyncio.wait({task})
+
+    async def wait(self, within: float, advice: str) -> int:
+        """Return its exit code. Raises Wrong, with `advice`, if it has not ended `within` s."""
+        done, _ = await asyncio.wait({self._end}, timeout=within)
+        if not done:
+            raise Wrong(f'the program has not ended after {within:g} s', advice)
+        if 'Traceback (most recent call last)' in self.output:
+            raise Wrong(
+                'the program ended with an exception that nothing caught',
+                f'the end of what it printed:\n{self.last_lines()}',
+            )
+        return self._end.result()

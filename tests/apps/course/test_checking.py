@@ -1,0 +1,231 @@
+"""The checks of the exercises: the solutions pass, and each wrong program is told what is wrong with it.
+
+The programs run as processes of their own, as a student's do. A wrong one is the solution with one mistake.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from goalwire.apps.course.checking import Report, check
+from goalwire.apps.course.exercises import EXERCISES, Exercise
+
+
+class Mistake(NamedTuple):
+    """A mistake in a program: `right` of the solution is `wrong` there; `told` is in the message."""
+
+    name: str
+    right: str
+    wrong: str
+    told: str
+
+
+MISTAKES = {
+    'battery_service': [
+        Mistake('another name', "'get_battery_status'", "'battery'", '/battery (humanoid_interfaces'),
+        Mistake(
+            'another type',
+            "GetBatteryStatus, 'get_battery_status', self.answer",
+            "Trigger, 'get_battery_status', lambda request, response: response",
+            'has the type std_srvs/srv/Trigger',
+        ),
+        Mistake('no return', '        return response\n', '', 'got no answer'),
+        Mistake('an error', 'response.battery = state', 'response.batery = state', 'got no answer'),
+        Mistake(
+            'slow',
+            'charge = self.battery.charge()',
+            'charge = self.battery.charge(); time.sleep(3)',
+            'no answer came',
+        ),
+        Mistake(
+            'percent',
+            '= charge / Battery.CAPACITY',
+            '= 100.0 * charge / Battery.CAPACITY',
+            'battery.percentage is',
+        ),
+        Mistake('the sign', '= -Battery.CURRENT', '= Battery.CURRENT', 'current is 2 A'),
+        Mistake('a frozen battery', "float('nan')", '0.0', '0 degrees'),
+        Mistake('no stamp', 'state.header.stamp = self', 'self.now = self', 'header.stamp is empty'),
+        Mistake(
+            'minutes', '* 3600.0)\n        return', '* 60.0)\n        return', 'but charge / current says'
+        ),
+        Mistake(
+            'measured once',
+            'hours = (time.monotonic() - self._began) / 3600.0',
+            'hours = 0.0',
+            'charge is the same',
+        ),
+        Mistake('no spin', 'rclpy.spin(node)', 'node.destroy_node()', 'ended with exit code 0'),
+        Mistake('a syntax error', 'def main():', 'def main()', 'ended with exit code 1'),
+    ],
+    'arm_server': [
+        Mistake(
+            'accepts all',
+            'GoalResponse.ACCEPT if good else GoalResponse.REJECT',
+            'GoalResponse.ACCEPT',
+            'names no joint is accepted',
+        ),
+        Mistake(
+            'refuses all',
+            'GoalResponse.ACCEPT if good else GoalResponse.REJECT',
+            'GoalResponse.REJECT',
+            'a good goal is refused',
+        ),
+        Mistake(
+            'no limits',
+            'LIMITS[name][0] <= position <= LIMITS[name][1]',
+            'position == position',
+            'beyond the limits',
+        ),
+        Mistake(
+            'NaN passes',
+            'LIMITS[name][0] <= position <= LIMITS[name][1]',
+            'not (position < LIMITS[name][0] or position > LIMITS[name][1])',
+            'NaN for a position is accepted',
+        ),
+        Mistake(
+            'no feedback', '            goal_handle.publish_feedback(feedback)\n', '', '0 feedback messages'
+        ),
+        Mistake(
+            'percent', 'fraction_done=fraction', 'fraction_done=100.0 * fraction', 'fraction_done goes from'
+        ),
+        Mistake('no succeed', '        goal_handle.succeed()\n', '', 'a good goal ends ABORTED'),
+        Mistake(
+            'an empty result',
+            "return self.result(goal, True, 'arrived')",
+            'return MoveArm.Result(success=True)',
+            'final_positions is []',
+        ),
+        Mistake('jumps', 'min((time.monotonic() - began) / goal.duration, 1.0)', '1.0', 'ended after 0.'),
+        Mistake(
+            'refuses to cancel',
+            'return CancelResponse.ACCEPT',
+            'return CancelResponse.REJECT',
+            'refuses to cancel',
+        ),
+        Mistake('one thread', ', executor=MultiThreadedExecutor()', '', 'to cancel was not answered'),
+        Mistake('never looks', 'if goal_handle.is_cancel_requested:', 'if False:', 'still runs'),
+        Mistake('abort', 'goal_handle.canceled()', 'goal_handle.abort()', 'a cancelled goal ends ABORTED'),
+        Mistake(
+            'success',
+            "self.result(goal, False, 'stopped on the way')",
+            "self.result(goal, True, 'stopped')",
+            'has success=True',
+        ),
+        Mistake(
+            'from zero',
+            'begin = [self.positions[name] for name in goal.joint_names]',
+            'begin = [0.0 for name in goal.joint_names]',
+            'the next goal begins at',
+        ),
+    ],
+    'mission_client': [
+        Mistake(
+            'spins on',
+            '    arrived = node.run()\n',
+            '    arrived = node.run()\n    rclpy.spin(node)\n',
+            'has not ended',
+        ),
+        Mistake(
+            'no service', 'charge = self.ask_for_charge()', 'charge = 1.0', 'without asking for the battery'
+        ),
+        Mistake('no goal', 'goal_handle = self.send_goal()', 'return True', 'without a goal'),
+        Mistake('no feedback', ', feedback_callback=self.show', '', 'did not show it'),
+        Mistake('an empty battery', 'charge < LEAST_CHARGE', 'charge < 0.0', 'was moved although'),
+        Mistake('always 0', 'sys.exit(0 if arrived else 1)', 'sys.exit(0)', 'and the exit code is 0'),
+        Mistake(
+            'refused',
+            '            return False\n        return self.follow',
+            '            return True\n        return self.follow',
+            'the arm refuses the goal, and the exit code is 0',
+        ),
+        Mistake(
+            'aborted',
+            'return answer.status == GoalStatus.STATUS_SUCCEEDED',
+            'return True',
+            'ends ABORTED, and the exit code is 0',
+        ),
+        Mistake('no limit', 'future, timeout_sec=LIMIT)', 'future)', 'has not ended'),
+        Mistake(
+            'no cancel',
+            'rclpy.spin_until_future_complete(self, goal_handle.cancel_goal_async(), timeout_sec=LIMIT)',
+            'pass',
+            'the arm still moves',
+        ),
+    ],
+    'reliable_client': [
+        Mistake('no limit', ', timeout_sec=ANSWERS_WITHIN', '', 'has not ended'),
+        Mistake('no server', '(timeout_sec=2.0)', '()', 'has not ended'),
+        Mistake('once', 'ATTEMPTS = 4', 'ATTEMPTS = 1', 'the exit code is 1'),
+        Mistake('five times', 'ATTEMPTS = 4', 'ATTEMPTS = 5', '5 requests came instead of 4'),
+        Mistake('the same pause', '                pause *= 2\n', '', 'after one another'),
+        Mistake('always 0', 'sys.exit(1)', 'sys.exit(0)', 'and the exit code is 0'),
+        Mistake(
+            'asks on',
+            'return answer.battery.percentage',
+            'charge = answer.battery.percentage',
+            'and the exit code is 1',
+        ),
+        Mistake(
+            'an exception',
+            "    if charge is None:\n        print('the battery could not be asked')\n        sys.exit(1)\n",
+            '',
+            'exception',
+        ),
+    ],
+}
+"""The mistakes of each exercise."""
+ALL = [(exercise, mistake) for exercise in EXERCISES for mistake in MISTAKES[exercise.name]]
+
+
+def _check_wrong(exercise: Exercise, mistake: Mistake, folder: Path) -> Report:
+    solution = exercise.read('solution.py')
+    assert mistake.right in solution
+    text = solution.replace(mistake.right, mistake.wrong)
+    if 'Trigger' in text:
+        text = f'from std_srvs.srv import Trigger\n{text}'
+    file = folder / exercise.program
+    file.write_text(text, encoding='utf-8')
+    return check(exercise, file)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('exercise', EXERCISES, ids=lambda exercise: exercise.name)
+def test_the_solution_passes(exercise: Exercise, tmp_path: Path) -> None:
+    file = tmp_path / exercise.program
+    file.write_text(exercise.read('solution.py'), encoding='utf-8')
+    told: list[str] = []
+    report = check(exercise, file, told.append)
+    assert (report.problem, report.advice) == ('', '')
+    assert told == report.passed
+
+
+def _names(value: object) -> str:
+    return value.name.replace(' ', '-') if isinstance(value, (Exercise, Mistake)) else ''
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('exercise', 'mistake'), ALL[:3], ids=_names)
+def test_a_wrong_program_is_told_what_is_wrong(exercise: Exercise, mistake: Mistake, tmp_path: Path) -> None:
+    report = _check_wrong(exercise, mistake, tmp_path)
+    assert mistake.told in report.problem
+    assert report.advice
+
+
+@pytest.mark.long
+@pytest.mark.slow
+@pytest.mark.parametrize(('exercise', 'mistake'), ALL[3:], ids=_names)
+def test_each_mistake_is_told(exercise: Exercise, mistake: Mistake, tmp_path: Path) -> None:
+    test_a_wrong_program_is_told_what_is_wrong(exercise, mistake, tmp_path)
+
+
+@pytest.mark.long
+@pytest.mark.slow
+@pytest.mark.parametrize('exercise', EXERCISES, ids=lambda exercise: exercise.name)
+def test_the_file_to_begin_with_is_not_enough(exercise: Exercise, tmp_path: Path) -> None:
+    file = tmp_path / exercise.program
+    file.write_text(exercise.read('start.py'), encoding='utf-8')
+    assert check(exercise, file).problem
