@@ -5,7 +5,8 @@
 - A block of the language `console` is a terminal: lines that begin with `$ ` are typed, the others must
   appear in this order. `…` stands for whatever comes; times of log lines may differ. After a last line `^C`
   the program stays while the later blocks are played: its first line must appear at once, the others until
-  the page's end. Then it is stopped by Ctrl-C, and must end with 0. What shows an error must end otherwise.
+  the page's end. Then Ctrl-C stops it: it must end with 0, or by that signal. What shows an error must end
+  otherwise.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from goalwire.apps.cli.framework.outcome import Outcome
 _LOG_TIME = re.compile(r'\\\[\d+\\\.\d+\\\]')
 _COMMAND_ENDS = {0, Outcome.CANCELED, Outcome.INTERRUPTED}
 """How a command may end by Ctrl-C, or before it."""
-_ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b|(goalwire|ros2)( \w+)*: |no: ')
+_ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b|(goalwire|ros2)( \w+)*: |no: |wrong  ')
 
 
 def play(page: Path, folder: Path) -> int:
@@ -39,7 +40,7 @@ def play(page: Path, folder: Path) -> int:
             _expect(program, output)
             program.send_signal(signal.SIGINT)
             code = program.wait()
-            ends = _COMMAND_ENDS if program in player.commands else {0}
+            ends = _COMMAND_ENDS if program in player.commands else {0, -signal.SIGINT}
             assert code in ends, f'ended with code {code}\n{program.output}'
         return player.count
 
