@@ -1,5 +1,7 @@
 """Reading files that others wrote: no named pipe hangs, and no endless or huge file fills the memory.
 
+And where files of one's own go that can be made again.
+
 The import hook uses it, so it imports nothing that Python has not loaded at its start.
 """
 
@@ -68,6 +70,15 @@ def _is_own_group(gid: int) -> bool:
     except KeyError:  # a container's user without a name: the groups of single users have their numbers
         return uid == gid
     return group.gr_name == user and set(group.gr_mem) <= {user}
+
+
+def cache_folder(name: str) -> str:
+    """Return the user's own folder for what can be made again. Raises OSError if the user has no home."""
+    own = os.environ.get('LOCALAPPDATA' if os.name == 'nt' else 'XDG_CACHE_HOME', '')
+    base = own if os.path.isabs(own) else os.path.join(os.path.expanduser('~'), '.cache')
+    if not os.path.isabs(base):
+        raise OSError(errno.ENOENT, 'the user has no home', base)
+    return os.path.join(base, 'goalwire', name)
 
 
 def shown(path: str, longest: int = 500) -> str:

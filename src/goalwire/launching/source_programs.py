@@ -18,7 +18,7 @@ import tomllib
 from hashlib import sha256
 from pathlib import Path
 
-from goalwire.files import read_regular
+from goalwire.files import cache_folder, read_regular
 
 LARGEST = 2**20
 _ENTRY = re.compile(r'\s*([\w.:-]+)\s*=\s*([\w.]+)\s*:\s*([\w.]+)\s*')
@@ -42,10 +42,10 @@ def starters(package: str, folder: str) -> list[str]:
         return []
     digest = sha256('\0'.join([folder, *texts.values()]).encode()).hexdigest()[:16]
     try:
-        place = _cache() / f'{package}-{digest}'
+        place = Path(cache_folder('sources')) / f'{package}-{digest}'
         place.mkdir(parents=True, exist_ok=True)
         return [_write(place / name, text) for name, text in sorted(texts.items())]
-    except (OSError, RuntimeError):  # nowhere to write, or no home
+    except OSError:  # nowhere to write, or no home
         return []
 
 
@@ -128,8 +128,3 @@ def _write(place: Path, text: str) -> str:
         Path(temporary).chmod(0o755)
         Path(temporary).replace(place)  # another process may have been faster: it wrote the same
     return str(place)
-
-
-def _cache() -> Path:
-    own = os.environ.get('XDG_CACHE_HOME', '')
-    return (Path(own) if Path(own).is_absolute() else Path.home() / '.cache') / 'goalwire' / 'sources'

@@ -18,6 +18,7 @@ import sysconfig
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from goalwire.files import cache_folder
 from goalwire.idl.entry_points import GROUP
 
 if TYPE_CHECKING:
@@ -99,10 +100,10 @@ def _make(package: str, share: Path, programs: list[Path]) -> str | None:
     digest = sha256(os.fsencode(names)).hexdigest()[:16]
     links = {f'share/{package}': share, **{f'lib/{package}/{file.name}': file for file in programs}}
     try:
-        prefix = _cache() / f'{package}-{digest}'
+        prefix = Path(cache_folder('prefixes')) / f'{package}-{digest}'
         for name, target in links.items():
             _link(prefix / name, target)
-    except (OSError, RuntimeError):  # nowhere to write, no links on this system, or no home
+    except OSError:  # nowhere to write, no links on this system, or no home
         return None
     return str(prefix)
 
@@ -112,9 +113,3 @@ def _link(place: Path, target: Path) -> None:
         place.parent.mkdir(parents=True, exist_ok=True)
         with contextlib.suppress(FileExistsError):  # another process was faster
             place.symlink_to(target, target_is_directory=target.is_dir())
-
-
-def _cache() -> Path:
-    """The user's own folder for what can be made again. Raises RuntimeError if there is none."""
-    own = os.environ.get('LOCALAPPDATA' if os.name == 'nt' else 'XDG_CACHE_HOME', '')
-    return (Path(own) if Path(own).is_absolute() else Path.home() / '.cache') / 'goalwire' / 'prefixes'
