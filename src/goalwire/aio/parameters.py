@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from goalwire.aio.entity import Entity
 from goalwire.entities.parameters.events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
@@ -77,7 +77,7 @@ class Parameters(Mapping[str, Any]):
             if name not in self and self._checks.get(name) is check:
                 self._checks.pop(name, None)
             raise
-        return cast('ValueT', declared.value)
+        return declared.value
 
     def __getitem__(self, name: str) -> Any:
         """Return a value; raises KeyError for a parameter that is not declared."""

@@ -45,7 +45,7 @@ class Simulation(Node):
         super().__init__('simulation')
         home = {joint.name: joint.home for joint in JOINT_BY_NAME.values()}
         seed = self.declare_parameter('seed', 0).value
-        self.world = world = World(urdf_text(), home, seed if isinstance(seed, int) else 0)
+        self.world = world = World(urdf_text(), home, seed)
         self.failure: str | None = None
         self._pace: Pace | None = None
         self._told_factor, self._told_energy = 0.0, world.energy

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from goalwire.entities.parameters.declaration import Described, declarations, described
 from goalwire.errors import (
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.parameters.events import ParameterEvents
 
+DefaultT = TypeVar('DefaultT')
+
 
 class NodeParameters:
     """Mixed into Node. The values live in a ParameterTable; what callers see is rclpy's."""
@@ -70,10 +72,26 @@ class NodeParameters:
 
     # -- declaring -----------------------------------------------------------------------------------------
 
+    @overload
     def declare_parameter(
         self,
         name: str,
-        value: Any = None,
+        value: Type | ParameterValueMessage | None = None,
+        descriptor: Described | None = None,
+        ignore_override: bool = False,
+    ) -> Parameter: ...
+    @overload
+    def declare_parameter(
+        self,
+        name: str,
+        value: DefaultT,
+        descriptor: Described | None = None,
+        ignore_override: bool = False,
+    ) -> Parameter[DefaultT]: ...
+    def declare_parameter(
+        self,
+        name: str,
+        value: object = None,
         descriptor: Described | None = None,
         ignore_override: bool = False,
     ) -> Parameter:

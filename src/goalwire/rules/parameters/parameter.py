@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from array import array
 from enum import Enum
-from types import GenericAlias
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Generic, TypeAlias
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from rcl_interfaces.msg import Parameter as ParameterMessage
     from rcl_interfaces.msg import ParameterValue as ParameterValueMessage
+    from typing_extensions import TypeVar  # type checkers have it
+
+    ValueT_co = TypeVar('ValueT_co', default=Any, covariant=True)
+else:
+    from typing import TypeVar
+
+    ValueT_co = TypeVar('ValueT_co', covariant=True)
 
 ParameterScalar: TypeAlias = bool | int | float | str
 ParameterValue: TypeAlias = (
@@ -110,8 +118,8 @@ _INT64 = range(-(2**63), 2**63)
 _Type: TypeAlias = Type  # inside Parameter the name is an attribute
 
 
-class Parameter:
-    """A name, a type and a value."""
+class Parameter(Generic[ValueT_co]):
+    """A name, a type and a value; `Parameter[str]` in annotations, as in newer rclpy."""
 
     Type = Type
 
@@ -125,11 +133,7 @@ class Parameter:
             raise ValueError(f"Type '{type_}' and value '{value!s}' do not agree")
         self._name = name
         self._type = type_
-        self._value = value
-
-    def __class_getitem__(cls, item: object) -> GenericAlias:
-        """`Parameter[str]` in annotations, as newer rclpy allows."""
-        return GenericAlias(cls, item)
+        self._value: Any = value
 
     @property
     def name(self) -> str:
@@ -142,9 +146,10 @@ class Parameter:
         return self._type
 
     @property
-    def value(self) -> ParameterValue:
+    def value(self) -> ValueT_co:
         """The parameter's value; None if it has none."""
-        return self._value
+        found: ValueT_co = self._value
+        return found
 
     @classmethod
     def from_parameter_msg(cls, param_msg: ParameterMessage) -> Parameter:
