@@ -20,13 +20,13 @@ from sensor_msgs.msg import CompressedImage, Image, JointState
 import goalwire
 from goalwire.apps.cli.framework.values import fill, read_values
 from goalwire.apps.console.state.graph_layout import HEIGHT, WIDTH, arrange
-from goalwire.apps.console.state.images import as_data_url
 from goalwire.apps.console.state.sending import Target
 from goalwire.apps.console.state.series import Series, as_csv, numbers_in, signed
 from goalwire.apps.console.state.snippets import as_command, as_python
 from goalwire.errors import RemoteError
+from goalwire.idl.pictures import as_data_url
+from goalwire.idl.png import png
 from goalwire.idl.registry import register_definitions
-from goalwire.observe.png import png
 
 # -- series --------------------------------------------------------------------------------------------------
 

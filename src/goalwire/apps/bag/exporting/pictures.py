@@ -16,7 +16,7 @@ from cv_bridge.encodings import encoding_of
 
 from goalwire.apps.bag.exporting.folders import Written, file_stems, new_folder
 from goalwire.errors import peer_text
-from goalwire.observe.png import png
+from goalwire.idl.png import png
 from goalwire.rosbag2.reader import Reader
 
 IMAGE = 'sensor_msgs/msg/Image'

@@ -19,12 +19,12 @@ from goalwire.apps.console.page.recording_plots import RecordingPlots
 from goalwire.apps.console.page.robot_view import RobotScene
 from goalwire.apps.console.page.site import install_site
 from goalwire.apps.console.page.theme import ask_for_dark, keep_dark, set_colours
-from goalwire.apps.console.state.images import COMPRESSED, IMAGE, as_data_url
 from goalwire.apps.console.state.playhead import Playhead
 from goalwire.apps.console.state.recorded_moment import Moment, Moments
 from goalwire.apps.console.state.robot_model import Meshes, scene_of
 from goalwire.apps.console.state.series import signed
 from goalwire.errors import RemoteError
+from goalwire.idl.pictures import COMPRESSED, IMAGE, as_data_url
 from goalwire.observe.messages import as_data
 
 if TYPE_CHECKING:

@@ -11,10 +11,10 @@ from goalwire.apps.console.page.charts import PALETTE, background, plot_line, pl
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View
-from goalwire.apps.console.state.images import COMPRESSED, IMAGE, as_data_url
 from goalwire.apps.console.state.series import Series, as_csv, numbers_in
 from goalwire.apps.console.state.topics import Reading
 from goalwire.errors import GoalwireError, RemoteError, peer_text
+from goalwire.idl.pictures import COMPRESSED, IMAGE, as_data_url
 from goalwire.observe.clock import wall_offset
 from goalwire.observe.messages import as_data
 from goalwire.records import record

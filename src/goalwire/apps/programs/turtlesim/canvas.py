@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from goalwire.observe.png import png
+from goalwire.idl.png import png
 
 Colour: TypeAlias = tuple[int, int, int]
 

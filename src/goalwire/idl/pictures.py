@@ -1,4 +1,7 @@
-"""Pictures of sensor_msgs as browsers know them: PNG is made here, JPEG and PNG are passed on."""
+"""Pictures of sensor_msgs as browsers know them: PNG is made here, JPEG and PNG are passed on.
+
+Imported where a picture is shown: in a notebook, and on the console's page.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from goalwire.errors import RemoteError
-from goalwire.observe.png import png
+from goalwire.idl.png import png
 
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
@@ -16,18 +19,25 @@ _WIDEST = 640
 """Pixels; of a wider picture each second, third, … pixel is shown."""
 _MOST_COMPRESSED = 4 << 20
 _CHANNELS = {'rgb8': 3, 'bgr8': 3, 'rgba8': 4, 'bgra8': 4, 'mono8': 1, '8UC1': 1, '8UC3': 3}
-_MAGIC = {b'\x89PNG\r\n\x1a\n': 'image/png', b'\xff\xd8\xff': 'image/jpeg'}
+PNG, JPEG = 'image/png', 'image/jpeg'
+_MAGIC = {b'\x89PNG\r\n\x1a\n': PNG, b'\xff\xd8\xff': JPEG}
 
 
 def as_data_url(message: Any) -> str:
     """Return an Image or CompressedImage as an address that holds it. Raises RemoteError."""
-    if hasattr(message, 'format'):
-        data = bytes(message.data)
-        for magic, kind in _MAGIC.items():
-            if data.startswith(magic) and len(data) <= _MOST_COMPRESSED:
-                return f'data:{kind};base64,{b64encode(data).decode()}'
-        raise RemoteError('only JPEG and PNG pictures of up to 4 MB are shown')
-    return f'data:image/png;base64,{b64encode(png(_pixels(message))).decode()}'
+    kind, data = as_file(message)
+    return f'data:{kind};base64,{b64encode(data).decode()}'
+
+
+def as_file(message: Any) -> tuple[str, bytes]:
+    """Return an Image or CompressedImage as a file, with its media type before it. Raises RemoteError."""
+    if not hasattr(message, 'format'):
+        return PNG, png(_pixels(message))
+    data = bytes(message.data)
+    for magic, kind in _MAGIC.items():
+        if data.startswith(magic) and len(data) <= _MOST_COMPRESSED:
+            return kind, data
+    raise RemoteError('only JPEG and PNG pictures of up to 4 MB are shown')
 
 
 def _pixels(message: Any) -> np.ndarray[Any, Any]:
