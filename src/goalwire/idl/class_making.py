@@ -6,23 +6,35 @@ import builtins
 import linecache
 import os
 from array import array
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from types import MappingProxyType
+from typing import Protocol
 
-from goalwire.idl.checks import checked, find_checks
+from goalwire.idl.checks import checked, find_checks, python_type
 from goalwire.idl.class_source import class_source, copied_default
-from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition, module_name
+from goalwire.idl.model import (
+    ActionDefinition,
+    Definition,
+    Field,
+    MessageDefinition,
+    ServiceDefinition,
+    Shape,
+    module_name,
+)
 from goalwire.idl.runtime import (
     DTYPES,
     TYPECODES,
     arrays_equal,
     message_repr,
+    reduce_message,
     to_array,
     to_fixed,
     unpack_array,
 )
 from goalwire.idl.slot_types import to_slot_type, type_text
+
+_PICTURES = frozenset({'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'})
 
 
 class InterfaceMeta(type):
@@ -47,17 +59,33 @@ class InterfaceMeta(type):
         """rosidl loads its C code here; there is none."""
 
 
-class _SlotTypes:
-    """SLOT_TYPES, made when first read: most programs never do."""
+class _Printer(Protocol):
+    """As IPython's."""
 
-    def __init__(self, message: MessageDefinition) -> None:
-        self._message = message
-        self._types: tuple[object, ...] | None = None
+    def text(self, text: str) -> None: ...
 
-    def __get__(self, instance: object, owner: type) -> tuple[object, ...]:
-        if self._types is None:
-            self._types = tuple(to_slot_type(field.type) for field in self._message.fields)
-        return self._types
+
+class _Made:
+    """A class attribute that is made when it is first read: most programs read none of them."""
+
+    def __init__(self, make: Callable[[], object]) -> None:
+        self._make = make
+        self._made: object = None
+
+    def __get__(self, instance: object, owner: type) -> object:
+        if self._made is None:
+            self._made = self._make()
+        return self._made
+
+
+class _Documentation(_Made):
+    """A docstring of a class and its instances. It stands in the metaclass, too: pydoc looks there."""
+
+    def __get__(self, instance: object, owner: type) -> object:
+        return self if instance is None else super().__get__(instance, owner)
+
+    def __set__(self, _owner: object, text: object) -> None:
+        self._made = text
 
 
 def make_message_class(message: MessageDefinition, nested: dict[str, type]) -> type:
@@ -75,9 +103,11 @@ def make_message_class(message: MessageDefinition, nested: dict[str, type]) -> t
         for field in message.fields
         if field.default is not None
     }
+    metaclass = _metaclass(message, constants, defaults)
     names |= {
         '__name__': module_of(message),
-        '_Metaclass': _metaclass(message, constants, defaults),
+        '_Metaclass': metaclass,
+        '_documentation': vars(metaclass)['__doc__'],
         '_CHECK_FIELDS': checks,
         '_array': array,
         '_arrays_equal': arrays_equal,
@@ -93,7 +123,7 @@ def make_message_class(message: MessageDefinition, nested: dict[str, type]) -> t
         '_unpack_array': unpack_array,
     }
     cls = _compile(message, source, names)
-    _finish(cls, message)
+    _finish(cls, message, nested)
     return cls
 
 
@@ -109,9 +139,9 @@ def make_holder_class(
         **parts,
         '__init__': refuse,
         '__module__': module_of(defined),
-        '__doc__': f'{kind} class {defined.name!r}.',
     }
-    return _metaclass(defined)(defined.name, (), namespace)
+    metaclass = _metaclass(defined)
+    return metaclass(defined.name, (), {**namespace, '__doc__': vars(metaclass)['__doc__']})
 
 
 def module_of(defined: Definition) -> str:
@@ -129,11 +159,14 @@ def _metaclass(
     name = f'Metaclass_{defined.name}'
     namespace: dict[str, object] = {
         '__module__': module_of(defined),
+        '__doc__': _Documentation(partial(_document, defined)),
         '__prepare__': staticmethod(lambda *_: dict(attributes)),
         '_TYPE_SUPPORT': defined.full_name,
         f'_{name}__constants': dict(constants),  # rosidl's private name, which `ros2 service echo` reads
         '_covered': {},
     }
+    if isinstance(defined, MessageDefinition):
+        namespace['__signature__'] = _Made(partial(_sign, defined))  # help() would list the class's own
     for attribute, value in attributes.items():
         namespace[attribute] = property(partial(_constant, value))
     return type(name, (InterfaceMeta,), namespace)
@@ -153,7 +186,7 @@ def _compile(message: MessageDefinition, source: str, names: dict[str, object]) 
     return cls
 
 
-def _finish(cls: type, message: MessageDefinition) -> None:
+def _finish(cls: type, message: MessageDefinition, nested: Mapping[str, type]) -> None:
     """Add what is the same for every message class."""
     texts = {field.name: type_text(field.type) for field in message.fields}
 
@@ -161,11 +194,61 @@ def _finish(cls: type, message: MessageDefinition) -> None:
         return dict(texts)
 
     attributes = {
-        '__doc__': f'Message class {message.name!r}.' + (f'\n\n{message.comment}' if message.comment else ''),
+        '__reduce_ex__': reduce_message,
         '__repr__': message_repr,
         '_fields_and_field_types': texts,
+        '_repr_pretty_': _print_shortened,
         'get_fields_and_field_types': classmethod(get_fields_and_field_types),
-        'SLOT_TYPES': _SlotTypes(message),
+        'SLOT_TYPES': _Made(partial(_slot_types, message)),
     }
+    if message.full_name in _PICTURES:
+        attributes |= {'_repr_png_': _show_png, '_repr_jpeg_': _show_jpeg}
     for name, value in attributes.items():
         setattr(cls, name, value)
+    for field in message.fields:
+        _describe(vars(cls)[field.name], field, nested)
+
+
+def _describe(attribute: property, field: Field, nested: Mapping[str, type]) -> None:
+    """Give a field its comment, and its type to IPython, which completes what follows it."""
+    if field.comment:
+        attribute.__doc__ = f'Message field {field.name!r}: {field.comment}'
+    if field.type.shape is Shape.SINGLE and attribute.fget is not None:
+        attribute.fget.__annotations__['return'] = python_type(field.type, nested.get(field.type.base))
+
+
+def _slot_types(message: MessageDefinition) -> tuple[object, ...]:
+    return tuple(to_slot_type(field.type) for field in message.fields)
+
+
+def _document(defined: Definition) -> str:
+    from goalwire.idl.showing import document
+
+    return document(defined)
+
+
+def _sign(message: MessageDefinition) -> object:
+    from goalwire.idl.showing import signature
+
+    return signature(message)
+
+
+# What IPython asks of an object that it shows.
+
+
+def _print_shortened(message: object, printer: _Printer, cycle: bool) -> None:  # noqa: ARG001 - IPython's
+    from goalwire.idl.showing import shorten
+
+    printer.text(shorten(message))
+
+
+def _show_png(message: object) -> bytes | None:
+    from goalwire.idl.showing import picture
+
+    return picture(message, 'image/png')
+
+
+def _show_jpeg(message: object) -> bytes | None:
+    from goalwire.idl.showing import picture
+
+    return picture(message, 'image/jpeg')

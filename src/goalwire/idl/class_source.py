@@ -49,6 +49,7 @@ def class_source(
     slot_names = [*(f'_{slot.name}' for slot in slots), '_check_fields']
     lines = [
         f'class {message.name}(metaclass=_Metaclass):',
+        '    __doc__ = _documentation',
         f'    __slots__ = {slot_names!r}',
         '',
         *_constructor(slots, checks=checks),

@@ -12,7 +12,7 @@ import struct
 import sys
 from array import array
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, SupportsIndex
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -117,6 +117,11 @@ def _refusal(field: str, value: object, code: str, error: Exception) -> Exceptio
                 break
     shown = reprlib.repr(wrong)
     return kind(f"The '{field}' field: {error}; {place} is {shown}" if field else str(error))
+
+
+def reduce_message(message: object, protocol: SupportsIndex) -> str | tuple[object, ...]:
+    """Take a message apart as protocol 2 of pickle does, which knows slots; 0 and 1 write its parts, too."""
+    return object.__reduce_ex__(message, max(int(protocol), 2))
 
 
 def message_repr(message: Message) -> str:

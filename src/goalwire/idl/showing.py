@@ -1,0 +1,123 @@
+"""How a message class explains itself, and how a notebook shows a message: made only when somebody asks.
+
+help() and `?` show the definition, with its comments and units. A notebook shows the beginning of long
+sequences, and an Image or CompressedImage as a picture.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator
+from inspect import Parameter, Signature
+from typing import Any
+
+from goalwire.errors import InterfaceError, RemoteError
+from goalwire.idl import registry
+from goalwire.idl.class_source import copied_default, single_default
+from goalwire.idl.model import (
+    ActionDefinition,
+    Definition,
+    Field,
+    MessageDefinition,
+    ServiceDefinition,
+    Shape,
+)
+from goalwire.idl.runtime import TYPECODES
+
+_PARTS = {'srv': ('Request', 'Response'), 'action': ('Goal', 'Result', 'Feedback')}
+"""The parts that the file of a service or an action defines, in its order; the rest is derived from them."""
+_SEPARATOR = '---'
+_LONGEST = 8
+"""Elements of a sequence that a notebook shows."""
+_LONGEST_TEXT = 200
+
+
+def document(defined: Definition) -> str:
+    """Return the docstring of a class: its kind, and the text that defines it."""
+    kinds = {ServiceDefinition: 'Service', ActionDefinition: 'Action'}
+    head = f'{kinds.get(type(defined), "Message")} class {defined.name!r}.'
+    text = _definition_text(defined)
+    return f'{head}\n\n{text}' if text else head
+
+
+def _definition_text(defined: Definition) -> str:
+    owner, _, part = defined.name.partition('_')
+    parts = _PARTS.get(defined.kind, ())
+    if not part or part in parts:
+        try:
+            lines = registry.definition_text(f'{defined.package}/{defined.kind}/{owner}').splitlines()
+        except InterfaceError:  # the file is gone: what was read of it is left
+            pass
+        else:
+            return '\n'.join(_part_of(lines, parts.index(part)) if part else lines).strip('\n')
+    fields = defined.fields if isinstance(defined, MessageDefinition) else ()
+    return '\n'.join(f'{field.type.text} {field.name}' for field in fields)
+
+
+def _part_of(lines: list[str], number: int) -> Iterator[str]:
+    at = 0
+    for line in lines:
+        if line.strip() == _SEPARATOR:
+            at += 1
+        elif at == number:
+            yield line
+
+
+class _Written:
+    """A default that is made anew for each message, as its expression."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def __repr__(self) -> str:
+        return self._text
+
+
+def signature(message: MessageDefinition) -> Signature:
+    """Return the signature of a message's constructor, with the defaults as somebody would write them."""
+    defaults = {field.name: _default(field) for field in message.fields} | {'check_fields': False}
+    return Signature(
+        [Parameter(name, Parameter.KEYWORD_ONLY, default=value) for name, value in defaults.items()]
+    )
+
+
+def _default(field: Field) -> object:
+    if field.default is not None:
+        return copied_default(field)
+    if field.type.shape is Shape.SINGLE and not field.type.is_message:
+        return single_default(field)
+    if field.type.shape is Shape.SINGLE:
+        return _Written(f'{field.type.base.rpartition("/")[2]}()')
+    if field.type.shape is not Shape.ARRAY:
+        return array(TYPECODES[field.type.base]) if field.type.is_number else []
+    element = 0 if field.type.is_number else _Written('…')
+    return _Written(f'[{element!r}] * {field.type.capacity}')
+
+
+def shorten(value: object, level: int = 0) -> str:
+    """Return a value as a notebook shows it: as its repr, of long sequences and texts the beginning."""
+    fields = getattr(type(value), '_fields_and_field_types', None)
+    if isinstance(fields, dict):
+        kept = ', '.join(f'{name}={shorten(getattr(value, name), level + 1)}' for name in fields)
+        name = type(value).__name__
+        return f'{name}({kept})' if level else f'{type(value).__module__.rpartition(".")[0]}.{name}({kept})'
+    if isinstance(value, str | bytes):
+        end = f'… ({len(value):,} in all)' if len(value) > _LONGEST_TEXT else ''
+        return f'{value[:_LONGEST_TEXT]!r}{end}'
+    if hasattr(value, 'tolist') or isinstance(value, list | tuple):
+        sequence: Any = value
+        shown = [shorten(item, level + 1) for item in list(sequence[:_LONGEST])]
+        more = [f'… {len(sequence):,} in all'] if len(sequence) > _LONGEST else []
+        return f'[{", ".join([*shown, *more])}]'
+    return repr(value)
+
+
+def picture(message: object, kind: str) -> bytes | None:
+    """Return an image message as a file of this media type; None if it is of another, or cannot be shown."""
+    from goalwire.idl.pictures import as_file
+
+    try:
+        found, data = as_file(message)
+    except RemoteError:
+        return None
+    return data if found == kind else None
