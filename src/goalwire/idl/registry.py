@@ -54,7 +54,7 @@ def definition(full_name: str) -> Definition:
     found = _parsed.get(full_name)
     if found is None:
         package, kind, name = split_name(full_name)
-        parsed = _parse(package, kind, name.partition('_')[0])
+        parsed = parse(package, kind, name.partition('_')[0])
         with _lock:
             for item in with_derived(parsed):
                 _parsed.setdefault(item.full_name, item)
@@ -98,7 +98,8 @@ def with_derived(parsed: Definition) -> Iterator[Definition]:
         yield parsed.get_result
 
 
-def _parse(package: str, kind: str, name: str) -> Definition:
+def parse(package: str, kind: str, name: str) -> Definition:
+    """Return what defines a type now: its file may have changed since. Raises as `definition`."""
     text, source = _text(package, kind, name)
     return _PARSERS[kind](text, package, name, source=source)
 

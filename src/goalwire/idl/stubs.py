@@ -1,5 +1,6 @@
 """Type stubs (.pyi) for interface packages, made from their definitions.
 
+    goalwire stubs                                     into the active environment, where all checkers look
     python -m goalwire.idl.stubs typings               every package found that goalwire does not ship
     python -m goalwire.idl.stubs typings my_msgs …     these packages
 
@@ -52,14 +53,20 @@ _WIDTH = 110
 _INDENT = '    '
 
 
-def write_stubs(folder: Path, packages: Iterable[str], *, suffix: str = '') -> list[Path]:
+def write_stubs(
+    folder: Path,
+    packages: Iterable[str],
+    *,
+    suffix: str = '',
+    broken: list[InterfaceError] | None = None,
+) -> list[Path]:
     """Write <folder>/<package><suffix>/…/__init__.pyi for each package; return the files.
 
-    Raises UnknownInterfaceError for a missing package, InterfaceSyntaxError for a malformed one.
+    Raises UnknownInterfaceError for a missing package. For `broken` see `package_stubs`.
     """
     written = []
     for package in packages:
-        for name, text in package_stubs(package).items():
+        for name, text in package_stubs(package, broken).items():
             file = folder / f'{package}{suffix}' / name
             file.parent.mkdir(parents=True, exist_ok=True)
             new = file.with_name(f'{file.name}.{os.getpid()}')
@@ -69,18 +76,32 @@ def write_stubs(folder: Path, packages: Iterable[str], *, suffix: str = '') -> l
     return written
 
 
-def package_stubs(package: str) -> dict[str, str]:
-    """The stub files of one package by their path inside it."""
+def package_stubs(package: str, broken: list[InterfaceError] | None = None) -> dict[str, str]:
+    """The stub files of one package by their path inside it.
+
+    A definition that cannot be read is passed over, and its error is added to `broken`; without that list
+    the error is raised.
+    """
     found = search_path.find_package(package)
     if found is None:
         raise UnknownInterfaceError(search_path.explain_missing(package))
     files = {'__init__.pyi': _HEADER.format(package)}
     names = list(found.files())
     for kind in KINDS:
-        defined = [registry.definition(f'{package}/{name}') for name in names if name.startswith(f'{kind}/')]
-        if defined:
+        inside = [f'{package}/{name}' for name in names if name.startswith(f'{kind}/')]
+        if defined := list(_read(inside, broken)):
             files[f'{kind}/__init__.pyi'] = _module(package, kind, defined)
     return files
+
+
+def _read(names: Iterable[str], broken: list[InterfaceError] | None) -> Iterator[Definition]:
+    for name in names:
+        try:
+            yield registry.parse(*registry.split_name(name))
+        except InterfaceError as error:
+            if broken is None:
+                raise
+            broken.append(error)
 
 
 def _module(package: str, kind: str, defined: list[Definition]) -> str:
@@ -230,7 +251,7 @@ def _indent(lines: Iterable[str]) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Write stubs. Returns 1 if a package is missing or malformed."""
+    """Write stubs. Returns 1 if a package is missing, or a definition is malformed."""
     parser = argparse.ArgumentParser(
         prog='python -m goalwire.idl.stubs', description='Write type stubs for interface packages.'
     )
@@ -243,15 +264,19 @@ def main(arguments: list[str]) -> int:
     )
     options = parser.parse_intermixed_args(arguments)
     packages = options.packages or own_packages()
+    broken: list[InterfaceError] = []
+    suffix = '-stubs' if options.stub_packages else ''
     try:
-        written = write_stubs(options.folder, packages, suffix='-stubs' if options.stub_packages else '')
+        written = write_stubs(options.folder, packages, suffix=suffix, broken=broken)
     except InterfaceError as error:
         print(f'goalwire.idl.stubs: {error}', file=sys.stderr)
         return 1
+    for each in broken:
+        print(f'goalwire.idl.stubs: passed over: {each}', file=sys.stderr)
     print(
         f'{len(written)} files in {options.folder}, for: {", ".join(packages) or "no package (none found)"}'
     )
-    return 0
+    return 1 if broken else 0
 
 
 def own_packages() -> list[str]:

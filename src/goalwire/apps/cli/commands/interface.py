@@ -223,26 +223,13 @@ def _stubs_arguments(parser: ArgumentParser) -> None:
     )
 
 
-def _stubs(arguments: Namespace, output: Output) -> None:
-    from goalwire.errors import InterfaceError
-    from goalwire.idl.stubs import own_packages, write_stubs
+def _stubs(arguments: Namespace, output: Output) -> Outcome:
+    from goalwire.apps.cli.commands.stubs import STUB_PACKAGE, write_into
+    from goalwire.idl.stubs import own_packages
 
     packages = arguments.packages or own_packages()
-    suffix = '-stubs' if arguments.stub_packages else ''
-    try:
-        written = write_stubs(Path(arguments.folder), packages, suffix=suffix)
-    except InterfaceError as error:
-        raise CommandError(Outcome.NOT_FOUND, str(error), 'see: ros2 interface packages') from None
-    except OSError as error:
-        raise CommandError(
-            Outcome.FAILED, f"cannot write to '{arguments.folder}': {error.strerror}", 'name another folder'
-        ) from None
-    if output.json:
-        output.data({'packages': list(packages), 'files': sorted(map(str, written))})
-        return
-    output.line(
-        f'{len(written)} files in {arguments.folder}, for: {", ".join(packages) or "no package (none found)"}'
-    )
+    suffix = STUB_PACKAGE if arguments.stub_packages else ''
+    return write_into(Path(arguments.folder), packages, output, suffix=suffix)
 
 
 NOUN = Noun(

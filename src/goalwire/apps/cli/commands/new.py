@@ -82,8 +82,27 @@ def _run(arguments: Namespace, output: Output) -> None:
     for folder in folders:
         inside = sorted(name.partition('/')[2] for name in files if name.startswith(f'{folder.name}/'))
         output.line(f'made {folder}: {", ".join(inside)}')
+    if arguments.interfaces:
+        _write_stubs(place / f'{package}_interfaces', output)
     first = '' if str(place) == '.' else f'cd {place}; '
     output.line(f'next: {first}python -m pytest {package}; ros2 run {package} {package}_{kinds[0].program}')
+
+
+def _write_stubs(folder: Path, output: Output) -> None:
+    """Write the stubs of a new package of interfaces; where that cannot be, say how it is done."""
+    from goalwire.apps.cli.commands.stubs import environment_folder, write_into
+    from goalwire.idl import search_path
+
+    search_path.discard()  # it was not there before
+    found = search_path.find_package(folder.name)
+    if found is not None and found.path.resolve() == folder.resolve():
+        found.trusted = True  # it was made just now
+        try:
+            write_into(environment_folder(), [folder.name], output)
+        except CommandError as error:
+            output.line(str(error))
+    else:
+        output.line(f'types for editors: start `goalwire stubs` in {folder.parent}')
 
 
 def _check_name(prog: str, package: str) -> None:

@@ -32,6 +32,7 @@ NOUNS = {
     'run': ('commands.run', 'Run a package specific executable'),
     'secure': ('commands.secure.noun', 'Keep strangers out: keys, certificates, and who may do what'),
     'service': ('commands.service.noun', 'Various service related sub-commands'),
+    'stubs': ('commands.stubs', 'Write type stubs of your own packages into the active environment'),
     'top': ('top.noun', 'Show nodes, topics, services, goals and log lines on one screen'),
     'topic': ('commands.topic.noun', 'Various topic related sub-commands'),
     'version': ('commands.version', 'Show which version this is'),
