@@ -6,7 +6,8 @@ import rclpy.
 PYTEST_DONT_REWRITE: the .pth imports this before pytest could, which would say so in every project's tests.
 """
 
-TYPE_CHECKING = False  # typing's, which this module does not wait for
+# typing's, which this module does not wait for. The annotation keeps jedi from taking it for False.
+TYPE_CHECKING: bool = False
 
 if TYPE_CHECKING:
     from goalwire.aio import ActionClient as ActionClient

@@ -59,7 +59,7 @@ def test_each_package_is_looked_for_once(tmp_path: Path) -> None:
         from collections import Counter
         from goalwire.idl import search_path
         asked, find = Counter(), search_path.find_package
-        search_path.find_package = lambda name: asked.update([name]) or find(name)
+        search_path.find_package = lambda name, **how: asked.update([name]) or find(name, **how)
         from control_msgs.action import FollowJointTrajectory
         from geometry_msgs.msg import PoseStamped
         FollowJointTrajectory.Goal(), FollowJointTrajectory.Impl.SendGoalService.Request(), PoseStamped()
@@ -376,3 +376,42 @@ def test_definitions_without_package_xml_are_named_with_what_to_write(
 def test_a_folder_of_modules_beside_definitions_stays_a_namespace_package(tmp_path: Path) -> None:
     write_files(tmp_path / 'lamp' / 'msg', {'Foo.msg': 'int32 x', 'inner.py': 'x = 1'})
     assert output_of('import lamp.msg.inner; print(lamp.msg.inner.x)', cwd=tmp_path) == '1'
+
+
+WITHOUT_A_WALK = """\
+    import sys
+    from goalwire.idl import workspace
+    asked, scan = [], workspace.scan
+    workspace.scan = lambda root, **how: asked.append(root) or scan(root, **how)
+    try:
+        {statement}
+    except ImportError:
+        pass
+    print(len(asked))
+"""
+
+
+@pytest.mark.parametrize(
+    ('statement', 'walks'),
+    [
+        ('import lamp', 0),
+        ('from lamp import helper', 0),
+        ('import lamp.helper', 0),
+        ('import importlib; importlib.import_module("lamp")', 0),
+        ('from lamp import msg', 1),
+        ('from lamp.srv import SetLight', 1),
+        ('import lamp_interfaces', 1),
+        ('import importlib; importlib.import_module("lamp.msg")', 1),
+    ],
+)
+def test_folders_are_walked_over_for_those_alone_who_ask_for_interfaces(
+    tmp_path: Path, statement: str, walks: int
+) -> None:
+    assert output_of(WITHOUT_A_WALK.format(statement=statement), cwd=tmp_path) == str(walks)
+
+
+def test_a_broken_manifest_warns_nobody_who_asks_for_no_interfaces(tmp_path: Path) -> None:
+    write_package(tmp_path / 'lamp', 'lamp', {'msg/A.msg': ''}, manifest='<package>')
+    program = 'try:\n    import lump\nexcept ImportError:\n    pass\n'
+    assert run_python(program, cwd=tmp_path).stderr == ''
+    assert 'is not well-formed' in run_python('import lump.msg', cwd=tmp_path).stderr

@@ -299,7 +299,7 @@ def test_registrations_that_lead_in_a_circle_end(tmp_path: Path) -> None:
 def test_a_fault_of_the_search_itself_is_a_warning(tmp_path: Path) -> None:
     program = """\
         from goalwire.idl import search_path
-        search_path.find_package = lambda name: 1 / 0
+        search_path.find_package = lambda name, **_: 1 / 0
         try:
             import try_nothing
         except ModuleNotFoundError as error:

@@ -23,7 +23,7 @@ TYPE_CHECKING = False  # typing would cost 5 ms
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from importlib.machinery import ModuleSpec
-    from types import ModuleType
+    from types import FrameType, ModuleType
 
     from goalwire.idl.search_path import InterfacePackage
 
@@ -38,6 +38,15 @@ NEVER_PACKAGES = sys.stdlib_module_names | {
     'java',
 }
 KINDS = ('msg', 'srv', 'action')
+# Where the frames of an import lie between the statement and this module.
+_IMPORTERS = frozenset(
+    {
+        __file__,
+        PathFinder.find_spec.__code__.co_filename,
+        PathFinder.find_spec.__code__.co_filename.replace('_external', ''),
+        os.path.join(os.path.dirname(os.__file__), 'importlib', '__init__.py'),
+    }
+)
 TELLING_ENDINGS = ('_msgs', '_srvs', '_interfaces', '_actions')
 
 
@@ -60,7 +69,7 @@ class InterfaceFinder:
         if path is not None:
             package, _, rest = fullname.partition('.')
             if package in self._served or fullname.rpartition('.')[0] in self._served:
-                return _search_carefully(self._inner_spec, fullname)
+                return _search_carefully(lambda name: self._inner_spec(name, path), fullname)
             if rest not in KINDS or _is_regular(self._ask_behind(fullname, target, path)):
                 return None
             return _search_carefully(lambda name: self._kind_spec(name, path), fullname)
@@ -102,14 +111,14 @@ class InterfaceFinder:
 
         if not workspace.is_package_name(name) or self._real_rclpy():
             return None
-        found = search_path.find_package(name)
+        found = search_path.find_package(name, walk=_wants_interfaces(name))
         if found and (beside := _python_beside(found, namespace)):
             return beside
         if found or _is_registered(name):
             from goalwire.idl import modules
 
             self._served.add(name)
-            return modules.package_spec(name, found)
+            return modules.package_spec(name, found, _stubs_of(found) if found else '')
         if name.endswith(TELLING_ENDINGS) and _asked_by_import_statement():
             text = f'No module named {name!r}, and {search_path.explain_missing(name)}'
             raise ModuleNotFoundError(text, name=name)
@@ -131,15 +140,15 @@ class InterfaceFinder:
             return None
         from goalwire.idl import modules
 
-        spec = modules.inner_spec(fullname, found)
+        spec = modules.inner_spec(fullname, path, found)
         if spec is not None:
             self._served.add(fullname)
         return spec
 
-    def _inner_spec(self, fullname: str) -> 'ModuleSpec | None':
+    def _inner_spec(self, fullname: str, path: 'Sequence[str]') -> 'ModuleSpec | None':
         from goalwire.idl import modules
 
-        spec = modules.inner_spec(fullname)
+        spec = modules.inner_spec(fullname, path)
         if spec is None and _asked_by_import_statement() and (text := modules.explain_unknown(fullname)):
             # For a name in a from-import importlib drops a ModuleNotFoundError, and its text.
             of_a_type = fullname.count('.') > 1 or fullname.rpartition('.')[2][0].isupper()
@@ -203,6 +212,15 @@ def _overlay_finder() -> 'FileFinder | None':
     return None
 
 
+def _stubs_of(found: 'InterfacePackage') -> str:
+    """The folder of a package's type stubs: beside the overlay, or where an editor has them written."""
+    from goalwire.idl import editor_stubs, search_path
+
+    if found.origin == search_path.SHIPPED_ORIGIN:
+        return os.path.join(OVERLAY, found.name)
+    return editor_stubs.prepare(found)
+
+
 def _python_beside(found: 'InterfacePackage', namespace: 'ModuleSpec | None') -> 'ModuleSpec | None':
     """The Python package that lies in a source folder beside the interfaces: my_robot/my_robot/__init__.py.
 
@@ -258,6 +276,23 @@ def _not_ours(fullname: str, found: 'ModuleSpec') -> 'ModuleSpec | None':
 def _regular(fullname: str, path: list[str]) -> 'ModuleSpec | None':
     spec = PathFinder.find_spec(fullname, path)
     return spec if spec is not None and spec.loader is not None else None
+
+
+def _wants_interfaces(name: str) -> bool:
+    """Whether it is worth to walk over folders for a package: libraries try many imports that may fail.
+
+    True if its name says so, if msg, srv or action is asked of it, or if no import statement asks.
+    """
+    if name.endswith(TELLING_ENDINGS) or not _asked_by_import_statement():
+        return True
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None and frame.f_code.co_filename in _IMPORTERS:
+        if frame.f_code.co_name == '_find_and_load_unlocked':  # of `name`, then of `name.msg` around it
+            _, _, rest = frame.f_locals['name'].partition('.')
+            if rest.partition('.')[0] in KINDS:
+                return True
+        frame = frame.f_back
+    return frame is not None and not set(KINDS).isdisjoint(frame.f_code.co_names)  # from name import msg
 
 
 def _asked_by_import_statement() -> bool:

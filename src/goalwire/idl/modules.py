@@ -8,7 +8,8 @@ Each type is read when it is asked for, so a malformed file fails only where its
 """
 
 import os
-from functools import lru_cache
+import sys
+from functools import lru_cache, partial
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from types import ModuleType
@@ -19,103 +20,185 @@ from goalwire.idl.search_path import InterfacePackage
 
 TYPE_CHECKING = False  # typing would cost 5 ms, importlib.abc 14 ms
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
     from importlib.abc import Loader
+    from pathlib import Path
 else:
     Loader = object
 
 
+REGISTERED = 'register_definitions'
 _SHOWN = 30  # types that a message lists
 
 
-class PackageModule(ModuleType):
-    """<package>: it has no names of its own, and says where a type is that was looked for in it."""
-
-    def __getattr__(self, name: str) -> object:
-        explained = None if name.startswith('_') else _explain_misplaced(self.__name__, name)
-        raise AttributeError(
-            f'module {self.__name__!r} has no attribute {name!r}{f": {explained}" if explained else ""}',
-            name=name,
-            obj=self,
-        )
-
-
-class KindModule(ModuleType):
-    """<package>.msg, .srv or .action: its attributes are the types, and those derived from them."""
-
-    def __getattr__(self, name: str) -> object:
-        package, _, kind = self.__name__.partition('.')
-        if name.startswith('__') and name != '__all__':  # Python asks for these, and no type has such a name
-            raise _no_attribute(self, name)
-        known = type_names(package, kind)
-        if name == '__all__':
-            return known
-        if name in _by_module(tuple(known)):
-            return import_module(f'{self.__name__}.{name}')
-        if name in known:
-            found = _build(f'{package}/{kind}/{name}')
-        elif owner := next((own for own in known if name.startswith(f'{own}_')), None):
-            found = getattr(import_module(f'{self.__name__}.{module_name(owner)}'), name)
-        else:
-            raise _no_attribute(self, name)
-        setattr(self, name, found)
-        return found
-
-    def __dir__(self) -> list[str]:
-        package, _, kind = self.__name__.partition('.')
-        return sorted({*super().__dir__(), *type_names(package, kind), *_modules(package, kind)})
-
-
-class TypeModule(ModuleType):
-    """<package>.<kind>._<type>: the type of one file, the types derived from it, and their metaclasses."""
-
-    def __getattr__(self, name: str) -> object:
-        wanted = name.removeprefix('Metaclass_')
-        if wanted not in self._names():
-            raise _no_attribute(self, name)
-        package, kind, _ = self.__name__.split('.')
-        found = _build(f'{package}/{kind}/{wanted}') if wanted == name else type(getattr(self, wanted))
-        setattr(self, name, found)
-        return found
-
-    def __dir__(self) -> list[str]:
-        names = self._names()
-        return sorted({*super().__dir__(), *names, *(f'Metaclass_{name}' for name in names)})
-
-    def _names(self) -> list[str]:
-        package, kind, own = self.__name__.split('.')
-        defined = registry.definition(f'{package}/{kind}/{_modules(package, kind)[own]}')
-        names = [defined.name]
-        if isinstance(defined, ServiceDefinition | ActionDefinition):
-            names += [message.name for message in defined.messages]
-        if isinstance(defined, ActionDefinition):
-            names += [defined.send_goal.name, defined.get_result.name]
-        return names
-
-
 class InterfaceLoader(Loader):
-    """Makes the modules; they fill themselves as their names are asked for."""
+    """Makes the modules; they fill themselves as their names are asked for.
 
-    def create_module(self, spec: ModuleSpec) -> ModuleType:
-        kinds = {0: PackageModule, 1: KindModule, 2: TypeModule}
-        return kinds[spec.name.count('.')](spec.name, f'Interfaces from {spec.origin}.')
+    They are plain modules: jedi takes an instance of any other class for a value, not for a module.
+    """
+
+    def __init__(self, folder: str | None, stubs: str | None) -> None:
+        self._folder = folder
+        self._stubs = stubs
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Leave it to Python."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Nothing to run: a package is empty, the others look things up."""
+        """Nothing to run: a package is empty, the others look things up (PEP 562)."""
+        find, names = _CONTENTS[module.__name__.count('.')]
+        module.__doc__ = f'Interfaces from {self._folder or REGISTERED}.'
+        module.__dict__['__getattr__'] = partial(find, module)
+        if names is not None:
+            module.__dict__['__dir__'] = partial(names, module)
+
+    def is_package(self, _fullname: str) -> bool:
+        """True for a package and its kinds."""
+        return self._stubs is not None
+
+    def get_filename(self, fullname: str) -> str:
+        """Return the file that a stub stands in for; jedi looks beside it. Raises ImportError if none."""
+        if not self._stubs:
+            raise ImportError('it is made of definitions, and has no file', name=fullname)
+        return os.path.join(self._stubs, '__init__.py')
+
+    def get_source(self, _fullname: str) -> str:
+        """Return what is in that file: nothing. jedi asks for it."""
+        return ''
+
+    def get_resource_reader(self, _fullname: str) -> 'DefinitionFiles | None':
+        """Part of importlib.resources: files() of a package is the folder of its definitions."""
+        return DefinitionFiles(self._folder) if self._folder else None
 
 
-def package_spec(package: str, found: InterfacePackage | None) -> ModuleSpec:
-    """The spec of a package that is there, or that register_definitions made known."""
-    return _spec(package, found, is_package=True)
+class DefinitionFiles:
+    """The definitions of a package, as importlib.resources wants to read them."""
+
+    def __init__(self, folder: str) -> None:
+        self._folder = folder
+
+    def files(self) -> 'Path':
+        from pathlib import Path
+
+        return Path(self._folder)
 
 
-def inner_spec(fullname: str, found: InterfacePackage | None = None) -> ModuleSpec | None:
-    """The spec of std_msgs.msg or std_msgs.msg._string, None for all else; `found` is where std_msgs is."""
+class InnerModules:
+    """Finds what is in a package or a kind, for tools that search its `__path__` (pkgutil, jedi)."""
+
+    def __init__(self, fullname: str, folder: str) -> None:
+        self._fullname = fullname
+        self._folder = folder
+
+    def find_spec(self, fullname: str, _target: ModuleType | None = None) -> ModuleSpec | None:
+        """Find `msg` for jedi, which asks without the package's name: a folder without code, with stubs."""
+        if '.' in self._fullname or fullname not in workspace.KINDS:
+            return None
+        spec = ModuleSpec(fullname, None, is_package=True)
+        spec.submodule_search_locations = [os.path.join(self._folder, fullname)]
+        return spec
+
+    def iter_modules(self, prefix: str = '') -> 'Iterator[tuple[str, bool]]':
+        """Yield the name of each module, and whether it is a package."""
+        package, _, kind = self._fullname.partition('.')
+        if kind:
+            yield from ((prefix + name, False) for name in _modules(package, kind))
+        else:
+            yield from ((prefix + each, True) for each in workspace.KINDS if type_names(package, each))
+
+
+def _find_misplaced(module: ModuleType, name: str) -> object:
+    """Refuse a name of <package>, which has none of its own, and say where a type of that name is."""
+    explained = None if name.startswith('_') else _explain_misplaced(module.__name__, name)
+    raise AttributeError(
+        f'module {module.__name__!r} has no attribute {name!r}{f": {explained}" if explained else ""}',
+        name=name,
+        obj=module,
+    )
+
+
+def _find_type(module: ModuleType, name: str) -> object:
+    """Return a type of <package>.msg, .srv or .action, or one derived from it; it becomes an attribute."""
+    package, _, kind = module.__name__.partition('.')
+    if name.startswith('__') and name != '__all__':  # Python asks for these, and no type has such a name
+        raise _no_attribute(module, name)
+    known = type_names(package, kind)
+    if name == '__all__':
+        return known
+    if name in _by_module(tuple(known)):
+        return import_module(f'{module.__name__}.{name}')
+    if name in known:
+        found: object = _build(f'{package}/{kind}/{name}')
+    elif owner := next((own for own in known if name.startswith(f'{own}_')), None):
+        found = getattr(import_module(f'{module.__name__}.{module_name(owner)}'), name)
+    else:
+        raise _no_attribute(module, name)
+    setattr(module, name, found)
+    return found
+
+
+def _list_types(module: ModuleType) -> list[str]:
+    package, _, kind = module.__name__.partition('.')
+    return sorted({*vars(module), *type_names(package, kind), *_modules(package, kind)})
+
+
+def _find_part(module: ModuleType, name: str) -> object:
+    """Return a type of <package>.<kind>._<type>: that of the file, one derived from it, or a metaclass."""
+    wanted = name.removeprefix('Metaclass_')
+    if name.startswith('__') or wanted not in _part_names(module):
+        raise _no_attribute(module, name)
+    package, kind, _ = module.__name__.split('.')
+    found = _build(f'{package}/{kind}/{wanted}') if wanted == name else type(getattr(module, wanted))
+    setattr(module, name, found)
+    return found
+
+
+def _list_parts(module: ModuleType) -> list[str]:
+    names = _part_names(module)
+    return sorted({*vars(module), *names, *(f'Metaclass_{name}' for name in names)})
+
+
+def _part_names(module: ModuleType) -> list[str]:
+    package, kind, own = module.__name__.split('.')
+    defined = registry.definition(f'{package}/{kind}/{_modules(package, kind)[own]}')
+    names = [defined.name]
+    if isinstance(defined, ServiceDefinition | ActionDefinition):
+        names += [message.name for message in defined.messages]
+    if isinstance(defined, ActionDefinition):
+        names += [defined.send_goal.name, defined.get_result.name]
+    return names
+
+
+_CONTENTS: 'tuple[tuple[Callable[..., object], Callable[..., list[str]] | None], ...]' = (
+    (_find_misplaced, None),
+    (_find_type, _list_types),
+    (_find_part, _list_parts),
+)
+"""What answers for a name, and lists the names, by how deep a module lies."""
+
+
+def package_spec(package: str, found: InterfacePackage | None, stubs: str) -> ModuleSpec:
+    """The spec of a package that is there, or that register_definitions made known.
+
+    `stubs` is the folder of its type stubs, if it has any: editors look for them on its `__path__`.
+    """
+    return _spec(package, found, stubs)
+
+
+def inner_spec(
+    fullname: str, path: 'Sequence[str]', found: InterfacePackage | None = None
+) -> ModuleSpec | None:
+    """The spec of std_msgs.msg or std_msgs.msg._string, None for all else.
+
+    `path` is that of the package around it; `found` is where std_msgs is.
+    """
     package, kind, *rest = fullname.split('.')
     found = found or search_path.imported_package(package, kind)
     if not rest:
-        return _spec(fullname, found, is_package=True) if _names_in(found, package, kind) else None
+        stubs = os.path.join(path[0], kind) if path else ''
+        return _spec(fullname, found, stubs) if _names_in(found, package, kind) else None
     if len(rest) == 1 and rest[0] in _by_module(tuple(_names_in(found, package, kind))):
-        return _spec(fullname, found, is_package=False)
+        return _spec(fullname, found, None)
     return None
 
 
@@ -189,17 +272,27 @@ def _by_module(names: tuple[str, ...]) -> dict[str, str]:
     return {module_name(name): name for name in names}
 
 
-def _spec(name: str, found: InterfacePackage | None, *, is_package: bool) -> ModuleSpec:
-    """The spec of one module, which keeps where its package was found (see imported_package)."""
-    origin = found.folder if found else 'register_definitions'
-    return ModuleSpec(name, InterfaceLoader(), origin=origin, loader_state=found, is_package=is_package)
+def _spec(name: str, found: InterfacePackage | None, stubs: str | None) -> ModuleSpec:
+    """The spec of one module, which keeps where its package was found (see imported_package).
+
+    `stubs` is the folder of its stubs; None for a module that is no package.
+    """
+    folder = found.folder if found else None
+    loader = InterfaceLoader(folder, stubs)
+    spec = ModuleSpec(
+        name, loader, origin=folder or REGISTERED, loader_state=found, is_package=stubs is not None
+    )
+    if stubs:
+        spec.submodule_search_locations = [stubs]
+        sys.path_importer_cache[stubs] = InnerModules(name, stubs)
+    return spec
 
 
 def folder_of(package: str, kind: str = 'msg') -> str | None:
     """Where a package's definitions are, or 'register_definitions'; None for a package without interfaces."""
     if found := search_path.imported_package(package, kind):
         return found.folder
-    return 'register_definitions' if registry.registered_types(package) else None
+    return REGISTERED if registry.registered_types(package) else None
 
 
 def _build(full_name: str) -> type:

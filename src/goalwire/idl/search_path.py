@@ -70,11 +70,12 @@ _Key = tuple[str, str | None, str | None, tuple[tuple[str, bool], ...], tuple[st
 _found: dict[_Key, InterfacePackage | None] = {}
 
 
-def find_package(package: str) -> InterfacePackage | None:
+def find_package(package: str, *, walk: bool = True) -> InterfacePackage | None:
     """Find a package's definition files; None if there are none.
 
-    Answers are kept until an environment variable, the working directory, the program or sys.path changes,
-    or importlib.invalidate_caches() is called. Raises UnknownInterfaceError for a name that no package has.
+    Without `walk` only those below the working directory are found that an earlier walk came by. Answers are
+    kept until an environment variable, the working directory, the program or sys.path changes, or
+    importlib.invalidate_caches() is called. Raises UnknownInterfaceError for a name that no package has.
     """
     if not workspace.is_package_name(package):
         raise UnknownInterfaceError(
@@ -84,9 +85,12 @@ def find_package(package: str) -> InterfacePackage | None:
     variables = os.environ.get(INTERFACE_PATH), os.environ.get(PREFIX_PATH)
     roots = tuple((root.folder, root.trusted) for root in workspace_roots.find_roots())
     key = (package, *variables, roots, entry_points.python_path())
-    if key not in _found:
-        _found[key] = _search(package)
-    return _found[key]
+    if key in _found:
+        return _found[key]
+    found = _search(package, walk=walk)
+    if found or walk:
+        _found[key] = found
+    return found
 
 
 def imported_package(package: str, kind: str) -> InterfacePackage | None:
@@ -181,7 +185,7 @@ def discard() -> None:
     entry_points.discard()
 
 
-def _search(package: str) -> InterfacePackage | None:
+def _search(package: str, *, walk: bool) -> InterfacePackage | None:
     for entry in _entries(INTERFACE_PATH):
         for folder in (os.path.join(entry, package), entry):
             if workspace.holds_definitions(folder) and package in _names_of(folder):
@@ -194,7 +198,7 @@ def _search(package: str) -> InterfacePackage | None:
         _search_registered(package)
         or _search_python(package)
         or _search_shipped(package)
-        or _search_workspaces(package)
+        or _search_workspaces(package, walk=walk)
     )
 
 
@@ -242,10 +246,10 @@ def _search_python(package: str) -> InterfacePackage | None:
     return None
 
 
-def _search_workspaces(package: str) -> InterfacePackage | None:
+def _search_workspaces(package: str, *, walk: bool) -> InterfacePackage | None:
     for root in workspace_roots.find_roots():
-        here = workspace_roots.walk(root)
-        if package in here.packages:
+        here = workspace_roots.walk(root) if walk else workspace_roots.walked(root)
+        if here is not None and package in here.packages:
             for remark in here.remarks:
                 if f'second package named {package};' in remark:
                     workspace_roots.warn_once(remark)

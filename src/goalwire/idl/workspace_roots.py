@@ -56,6 +56,11 @@ def walk(root: Root) -> workspace.Workspace:
     return _walks[key]
 
 
+def walked(root: Root) -> workspace.Workspace | None:
+    """Return what an earlier walk below a root found, None if there was none."""
+    return _walks.get((root.folder, root.trusted))
+
+
 def tell_origin(package: str, folder: str) -> None:
     """Say once on standard error that a package was taken from below a working directory not trusted."""
     if package in _told or sys.stderr is None:
