@@ -21,7 +21,7 @@ from weakref import WeakSet
 
 from goalwire.concurrency.exits import Stage, at_exit, perform
 from goalwire.concurrency.forks import ForkGuard, in_child, leak
-from goalwire.errors import ClosedError
+from goalwire.errors import ClosedError, LocalError
 from goalwire.reports import LOGGER
 from goalwire.transport.contract import NodePort, Port, Session
 
@@ -92,6 +92,11 @@ class EndpointState:
                 failure = failure or error
         if failure is not None:
             raise failure
+
+
+def answered_before(state: EndpointState) -> LocalError:
+    """Return the error of a server's second reply to one request."""
+    return LocalError(f'{state.title}: this request was answered before; answer it once')
 
 
 class Child(Protocol):

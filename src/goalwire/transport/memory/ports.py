@@ -15,11 +15,10 @@ from threading import Lock, RLock
 from time import time_ns
 
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
-from goalwire.errors import LocalError
 from goalwire.reports import report_failure
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import ClientPort, GraphEntity, PublisherPort, Request, Sample
-from goalwire.transport.endpoint import EndpointState, OpenPort
+from goalwire.transport.endpoint import EndpointState, OpenPort, answered_before
 
 _DEFAULT_DEPTH = 42
 """The depth that rmw_zenoh uses where 0 is given."""
@@ -195,7 +194,7 @@ class MemoryRequest(Request):
     def reply(self, payload: bytes) -> None:
         """Answer on this thread. Raises LocalError the second time; a caller that has gone gets nothing."""
         if self._is_answered:
-            raise LocalError(f'{self._server.state.title}: this request was answered before; answer it once')
+            raise answered_before(self._server.state)
         self._is_answered = True
         if self._server.discard(self):
             now = time_ns()

@@ -10,10 +10,10 @@ from itertools import count
 from threading import RLock
 from time import time_ns
 
-from goalwire.errors import LocalError, RemoteError, TransportError, peer_text
+from goalwire.errors import RemoteError, TransportError, peer_text
 from goalwire.rules.reasons import CLOSING
 from goalwire.transport.contract import ClientPort, Request, Sample
-from goalwire.transport.endpoint import EndpointState, OpenPort
+from goalwire.transport.endpoint import EndpointState, OpenPort, answered_before
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode, sample_of
 from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.wire import Declared, Message, Querier
@@ -130,7 +130,7 @@ class ZenohRequest(Request):
         """Answer on the server's own key. Raises LocalError the second time, ForkedError after a fork."""
         service = self._service
         if self._is_answered:
-            raise LocalError(f'{service.state.title}: this request was answered before; answer it once')
+            raise answered_before(service.state)
         self._is_answered = True
         if not service.discard(self):
             return  # the server has closed or the request was dropped: the client was told

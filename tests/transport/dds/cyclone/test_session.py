@@ -33,7 +33,7 @@ from goalwire.transport.contract import Endpoint, EndpointKind, Request, Sample,
 from goalwire.transport.dds import TRANSPORT
 from goalwire.transport.dds.cyclone.abi import BuiltinEndpoint
 from goalwire.transport.dds.cyclone.qos import read_user_data
-from goalwire.transport.dds.cyclone.services import DdsClient, DdsService
+from goalwire.transport.dds.cyclone.services import CycloneClient, CycloneService
 from goalwire.transport.dds.cyclone.session import CycloneSession
 from goalwire.transport.dds.cyclone.wire import Reader, Writer
 from goalwire.transport.dds.description import (
@@ -296,8 +296,8 @@ def test_each_end_of_a_service_announces_the_hash_of_what_it_carries(dds_sides: 
         for kind in (EndpointKind.SERVICE, EndpointKind.CLIENT)
     )
     server, client = beta.node.service(offered, lambda _: None), alpha.node.client(used)
-    assert isinstance(server, DdsService)
-    assert isinstance(client, DdsClient)
+    assert isinstance(server, CycloneService)
+    assert isinstance(client, CycloneClient)
     alpha.graph.wait_for(client.reaches_server)
     announced = [hash_opposite(end) for end in (server.reader, client._writer, server._writer, client.reader)]
     assert announced == [HASH, HASH, OTHER_HASH, OTHER_HASH]
@@ -326,7 +326,7 @@ def test_nothing_is_kept_of_a_call_that_one_server_refuses_and_another_answers(d
     alpha.service('/add', refusing)
     beta.service('/add', answering)
     client, answers = alpha.client('/add').port, Answers()
-    assert isinstance(client, DdsClient)
+    assert isinstance(client, CycloneClient)
     alpha.graph.wait_for(lambda: len(client._requested) == len(client._answering) == 2)
     sequence = client.request(message(b'request'), answers.replies, answers.on_end)
     refusing.expect(1)[0].cancel('no time')
@@ -348,5 +348,5 @@ def test_a_refusal_bears_the_id_of_the_client_that_it_is_for(dds_sides: Sides, s
     answers.expect(replies=0)
     assert answers.reasons == ['no time']
     _, taken = reader.take()
-    assert isinstance(client.port, DdsClient)
+    assert isinstance(client.port, CycloneClient)
     assert [unwrap(each.payload)[0] for each in taken] == [Header(client.port._writer.instance, -1)]

@@ -12,9 +12,9 @@ from functools import partial
 from itertools import count
 from threading import Lock
 from time import monotonic_ns, time_ns
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple, NoReturn, TypeAlias
 
-from goalwire.errors import LocalError, RemoteError, TransportError
+from goalwire.errors import RemoteError, TransportError
 from goalwire.records import replace
 from goalwire.reports import log_rejected, report_failure
 from goalwire.rules.qos import HistoryPolicy
@@ -26,6 +26,7 @@ from goalwire.transport.dds.cyclone.status import PUBLICATION_MATCHED, SUBSCRIPT
 from goalwire.transport.dds.cyclone.wire import RawSample, Reader, Writer
 from goalwire.transport.dds.description import EndpointData, Role, dds_topic, dds_type, encode_endpoint
 from goalwire.transport.dds.environment import CHOICE
+from goalwire.transport.dds.server import DdsRequest, DdsServer
 from goalwire.transport.dds.service_header import (
     Header,
     refusal,
@@ -34,7 +35,6 @@ from goalwire.transport.dds.service_header import (
     wrap,
 )
 from goalwire.transport.dds.session import ClientEnd
-from goalwire.transport.endpoint import OpenPort
 
 _FOREIGN = (
     'its server runs on Fast DDS, whose services take requests of another form than libddsc sends: '
@@ -104,7 +104,7 @@ def make_reader(
     return reader
 
 
-class DdsCall(NamedTuple):
+class Call(NamedTuple):
     """One request on its way, and the servers that may still answer."""
 
     servers: set[str]
@@ -112,13 +112,13 @@ class DdsCall(NamedTuple):
     on_end: Callable[[str], None]
 
 
-_new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], None]]], DdsCall] = partial(
-    tuple.__new__, DdsCall
+_new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], None]]], Call] = partial(
+    tuple.__new__, Call
 )
 """Makes one as its class does, without a call of Python code."""
 
 
-class DdsClient(ClientEnd):
+class CycloneClient(ClientEnd):
     """A declared service client."""
 
     def __init__(self, context: CycloneContext, new: EndpointBuilder, endpoint: Endpoint) -> None:
@@ -129,7 +129,7 @@ class DdsClient(ClientEnd):
         super().__init__(new.state, self._writer.guid)
         self._next_sequence = count(1).__next__
         self._lock = Lock()
-        self._calls: dict[int, DdsCall] = {}
+        self._calls: dict[int, Call] = {}
         self._refusals: dict[int, str] = {}
         """Why one of several servers has refused a call that others may still answer."""
         self._local = context.local_readers.by_topic
@@ -189,7 +189,7 @@ class DdsClient(ClientEnd):
         with self._lock:
             self._pop(sequence)
 
-    def _pop(self, sequence: int) -> DdsCall | None:
+    def _pop(self, sequence: int) -> Call | None:
         self._refusals.pop(sequence, None)
         return self._calls.pop(sequence, None)
 
@@ -299,45 +299,14 @@ _FROM_FAST_DDS = 'request from Fast DDS'
 _REACHED_LIMIT = 10_000
 
 
-class DdsRequest(Request):
-    """One request waiting for its reply."""
-
-    __slots__ = ('_header', '_is_answered', '_service', 'client', 'sample', 'writer')
-
-    def __init__(
-        self, service: DdsService, header: Header, client: Peer, writer: int, sample: Sample
-    ) -> None:
-        self.sample = sample
-        self.client = client
-        self.writer = writer
-        """The instance handle of the client's request writer."""
-        self._service = service
-        self._header = header
-        self._is_answered = False
-
-    def reply(self, payload: bytes) -> None:
-        """Answer. Raises LocalError the second time, ForkedError after a fork."""
-        service = self._service
-        state = service.state
-        if state.guard.is_forked:
-            state.check()
-        if self._is_answered:
-            raise LocalError(f'{state.title}: this request was answered before; answer it once')
-        self._is_answered = True
-        if service.waiting.pop(self, False):
-            service.send(self, wrap(self._header, payload))
-
-    def cancel(self, reason: str = '') -> None:
-        """End the request. A client that is not goalwire's is not told: its call ends with the server."""
-        service = self._service
-        if service.state.is_forked:
-            service.state.check()
-        if service.waiting.pop(self, False) and self.client.takes_refusals:
-            service.send(self, refusal(self._header, reason))
+CycloneRequest: TypeAlias = DdsRequest[Peer, Header, bytes]
 
 
-class DdsService(OpenPort):
+class CycloneService(DdsServer[Peer, Header, bytes]):
     """A declared service server."""
+
+    write_reply = staticmethod(wrap)
+    write_refusal = staticmethod(refusal)
 
     def __init__(
         self,
@@ -352,15 +321,9 @@ class DdsService(OpenPort):
         self.reader = make_reader(context, Role.REQUEST, endpoint, data, new.undo)
         super().__init__(new.state, self.reader.guid)
         self._deliver = deliver
-        self.waiting: dict[DdsRequest, bool] = {}
-        """The requests that are neither answered nor cancelled: True for who takes one out.
-
-        Closing clears it: who has sent them learns of the server's end from the graph.
-        """
         self._local = context.local_readers.by_topic
         self._known = context.peers.known
         self._reached: set[str] = set()
-        new.undo.append(self.waiting.clear)
         new.take_in(self.reader.topic, ReaderDispatcher(self.reader, new.state.title, self._on_message))
 
     def _on_message(self, message: RawSample) -> None:
@@ -380,7 +343,7 @@ class DdsService(OpenPort):
             self._context.rejects.add('request', error, self.state)
             return
         sample = new_sample((payload, header[1], sent, time_ns(), peer.gid))
-        request = DdsRequest(self, header, peer, publication, sample)
+        request = DdsRequest(self, peer, header, sample)
         self.waiting[request] = True
         try:
             self._deliver(request)
@@ -397,10 +360,10 @@ class DdsService(OpenPort):
             f'what libddsc does not send: unset {CHOICE} here',
         )
 
-    def send(self, request: DdsRequest, reply: bytes) -> None:
+    def send(self, request: CycloneRequest, reply: bytes) -> None:
         """Send one reply, once its client can hear it; what cannot be sent is counted."""
         client = request.client.client_id
-        if client and client not in self._reached and not self._reaches(client, request.writer):
+        if client and client not in self._reached and not self._reaches(request.client):
             return
         result = self._writer.write(reply)
         if result and not self.state.closed:
@@ -409,22 +372,22 @@ class DdsService(OpenPort):
         if self._writer.topic in self._local:
             self._context.local_readers.drain(self._writer.topic)
 
-    def _reaches(self, client: str, request_writer: int) -> bool:
+    def _reaches(self, client: Peer) -> bool:
         """Wait until the client's reader is matched with our writer."""
-        if not self._wait_for_match(client, request_writer):
-            if self._context.peers.is_matched(self.reader.handle, request_writer):
+        if not self._wait_for_match(client):
+            if self._context.peers.is_matched(self.reader.handle, client.handle):
                 self._context.rejects.add('reply', 'its client does not listen to replies', self.state)
             return False
         if len(self._reached) >= _REACHED_LIMIT:
             self._reached.clear()
-        self._reached.add(client)
+        self._reached.add(client.client_id)
         return True
 
-    def _is_matched(self, client: str) -> bool:
+    def _is_matched(self, client: Peer) -> bool:
         readers = self._context.peers.subscriptions(self._writer.handle)
-        return any(peer.client_id == client for peer in readers)
+        return any(peer.client_id == client.client_id for peer in readers)
 
-    def _wait_for_match(self, client: str, request_writer: int) -> bool:
+    def _wait_for_match(self, client: Peer) -> bool:
         if self._is_matched(client):
             return True
         library, writer = self._context.library, self._writer.handle
@@ -435,7 +398,7 @@ class DdsService(OpenPort):
         try:
             while not self._is_matched(client):
                 left = deadline - monotonic_ns()
-                if left <= 0 or not self._context.peers.is_matched(self.reader.handle, request_writer):
+                if left <= 0 or not self._context.peers.is_matched(self.reader.handle, client.handle):
                     return False
                 library.dds_waitset_wait(waiting, (c_ssize_t * 1)(), 1, left)
                 self._context.statuses.reset(writer, PUBLICATION_MATCHED)

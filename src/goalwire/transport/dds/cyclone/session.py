@@ -8,7 +8,7 @@ from goalwire.concurrency.descriptors import require_free
 from goalwire.transport.contract import Endpoint, Request, Sample, SessionOptions
 from goalwire.transport.dds.cyclone.context import CycloneContext, EndpointBuilder
 from goalwire.transport.dds.cyclone.library import load
-from goalwire.transport.dds.cyclone.services import DdsClient, DdsService
+from goalwire.transport.dds.cyclone.services import CycloneClient, CycloneService
 from goalwire.transport.dds.cyclone.topics import DdsPublisher, DdsSubscription
 from goalwire.transport.dds.session import ClientEnd, DdsSession, EndpointFactory, Made, PublisherEnd
 from goalwire.transport.endpoint import EndpointState, OpenPort
@@ -34,12 +34,12 @@ class _Endpoints(EndpointFactory):
         self, state: EndpointState, endpoint: Endpoint, deliver: Callable[[Request], None]
     ) -> Made[OpenPort]:
         new = EndpointBuilder(self._context, state)
-        port = DdsService(self._context, new, endpoint, deliver)
+        port = CycloneService(self._context, new, endpoint, deliver)
         return Made(port, *port.gids, new.begin)
 
     def client(self, state: EndpointState, endpoint: Endpoint) -> Made[ClientEnd]:
         new = EndpointBuilder(self._context, state)
-        port = DdsClient(self._context, new, endpoint)
+        port = CycloneClient(self._context, new, endpoint)
         return Made(port, *port.gids, new.begin)
 
 

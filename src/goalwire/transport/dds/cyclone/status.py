@@ -37,6 +37,8 @@ _FAST_DDS = b'\x01\x0f'
 class Peer(NamedTuple):
     """A matched endpoint."""
 
+    handle: int
+    """The library's number of it."""
     gid: bytes
     service_id: str
     client_id: str
@@ -47,8 +49,9 @@ class Peer(NamedTuple):
     """The id that the two ends of one server share."""
 
 
-def _peer(gid: bytes, data: EndpointData) -> Peer:
+def _peer(handle: int, gid: bytes, data: EndpointData) -> Peer:
     return Peer(
+        handle,
         gid,
         data.service_id,
         data.client_id,
@@ -97,7 +100,8 @@ class Peers:
             return None
         try:
             endpoint = ctypes.cast(address, ctypes.POINTER(BuiltinEndpoint)).contents
-            peer = _peer(bytes(endpoint.key), decode_endpoint(read_user_data(self._library, endpoint.qos)))
+            told = decode_endpoint(read_user_data(self._library, endpoint.qos))
+            peer = _peer(handle, bytes(endpoint.key), told)
         finally:
             self._library.dds_builtintopic_free_endpoint(address)
         if len(self.known) >= _CACHE_LIMIT:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from time import time_ns
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
-from goalwire.errors import LocalError, RemoteError
+from goalwire.errors import RemoteError
 from goalwire.reports import report_failure
 from goalwire.rtps.protocol.announcements import EndpointData as RtpsEndpoint
 from goalwire.rtps.protocol.reader import ReaderListener
 from goalwire.rtps.protocol.reader import Sample as RtpsSample
 from goalwire.rtps.protocol.writer import WriterListener
-from goalwire.transport.contract import Endpoint, Request, Sample, new_sample
+from goalwire.transport.contract import Endpoint, Request, new_sample
 from goalwire.transport.dds.description import EndpointData, Role, decode_endpoint
 from goalwire.transport.dds.native.context import NativeContext
 from goalwire.transport.dds.native.dialects import (
@@ -24,7 +24,8 @@ from goalwire.transport.dds.native.dialects import (
     write_reply,
 )
 from goalwire.transport.dds.native.ends import WaitingSamples, make_ends, side_of
-from goalwire.transport.endpoint import EndpointState, OpenPort
+from goalwire.transport.dds.server import DdsRequest, DdsServer
+from goalwire.transport.endpoint import EndpointState
 
 MATCHING_S = 0.1
 """How long a reply waits for its client's reader, as in rmw_cyclonedds and rmw_fastrtps."""
@@ -39,39 +40,7 @@ class Client(NamedTuple):
     takes_refusals: bool
 
 
-class NativeRequest(Request):
-    """One request waiting for its reply."""
-
-    __slots__ = ('_is_answered', '_service', 'address', 'client', 'sample')
-
-    def __init__(
-        self, service: NativeService, address: ReturnAddress, client: Client, sample: Sample
-    ) -> None:
-        self.sample = sample
-        self.client = client
-        self.address = address
-        self._service = service
-        self._is_answered = False
-
-    def reply(self, payload: bytes) -> None:
-        """Answer. Raises LocalError the second time, ForkedError after a fork."""
-        service = self._service
-        state = service.state
-        if state.guard.is_forked:
-            state.check()
-        if self._is_answered:
-            raise LocalError(f'{state.title}: this request was answered before; answer it once')
-        self._is_answered = True
-        if service.waiting.pop(self, False):
-            service.send(self, *write_reply(self.address, payload))
-
-    def cancel(self, reason: str = '') -> None:
-        """End the request. A client that is not goalwire's is not told: its call ends with the server."""
-        service = self._service
-        if service.state.is_forked:
-            service.state.check()
-        if service.waiting.pop(self, False) and self.client.takes_refusals:
-            service.send(self, *write_refusal(self.address, reason))
+NativeRequest: TypeAlias = DdsRequest[Client, ReturnAddress, tuple[bytes, bytes]]
 
 
 class _Outgoing:
@@ -87,8 +56,11 @@ class _Outgoing:
         """Whether it has waited for long enough."""
 
 
-class NativeService(OpenPort):
+class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
     """A declared service server."""
+
+    write_reply = staticmethod(write_reply)
+    write_refusal = staticmethod(write_refusal)
 
     def __init__(
         self,
@@ -99,11 +71,6 @@ class NativeService(OpenPort):
     ) -> None:
         self._context = context
         self._deliver = deliver
-        self.waiting: dict[NativeRequest, bool] = {}
-        """The requests that are neither answered nor cancelled: True for who takes one out.
-
-        Closing clears it: who has sent them learns of the server's end from the graph.
-        """
         self._clients: dict[bytes, Client] = {}
         """By the GUID of its request writer."""
         self._unsent = WaitingSamples()
@@ -115,7 +82,6 @@ class NativeService(OpenPort):
         listeners = _WriterEvents(self), _ReaderEvents(self)
         self._ends = ends = make_ends(context, state, endpoint, data, Role.REPLY, listeners)
         super().__init__(state, ends.reader.data.guid)
-        state.undo.append(self.waiting.clear)
 
     def begin(self) -> None:
         """Take requests from now on, and those that have come already."""
@@ -148,8 +114,8 @@ class NativeService(OpenPort):
             self._context.rejects.add('request', error, self.state)
             return
         now = time_ns()
-        request = NativeRequest(
-            self, address, client, new_sample((message, sequence, sample.time or now, now, writer))
+        request = DdsRequest(
+            self, client, address, new_sample((message, sequence, sample.time or now, now, writer))
         )
         self.waiting[request] = True
         try:
@@ -175,9 +141,9 @@ class NativeService(OpenPort):
 
     # ---- replies
 
-    def send(self, request: NativeRequest, payload: bytes, qos: bytes) -> None:
+    def send(self, request: NativeRequest, reply: tuple[bytes, bytes]) -> None:
         """Send one reply, once its client can hear it."""
-        self._context.participant.run(partial(self._send, _Outgoing(request, payload, qos)), None)
+        self._context.participant.run(partial(self._send, _Outgoing(request, *reply)), None)
 
     def _send(self, reply: _Outgoing) -> None:
         """Send a reply, or have it wait for its reader, or for room. Inside `Wire.run`."""
