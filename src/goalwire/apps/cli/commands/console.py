@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 from goalwire.apps.cli.framework.live import live, until_signal
 from goalwire.apps.cli.framework.numbers import port
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.serving import NOT_ENCRYPTED, add_access_options, read_access
 from goalwire.apps.cli.framework.verbs import Noun, Verb
 
 if TYPE_CHECKING:
@@ -30,19 +31,7 @@ def _arguments(parser: ArgumentParser) -> None:
     ports.add_argument(
         '--prefer-port', metavar='N', type=port, help='TCP port; if it is taken, any that is free'
     )
-    parser.add_argument(
-        '--host',
-        metavar='ADDRESS',
-        default='127.0.0.1',
-        help='Where to listen (127.0.0.1: this machine alone); elsewhere browsers need a token',
-    )
-    parser.add_argument(
-        '--token',
-        metavar='TEXT',
-        help=f'What browsers must show, as ?token=TEXT; better in {TOKEN}, which other users do not see',
-    )
-    parser.add_argument('--tls-cert', metavar='FILE', help='Certificate, for https')
-    parser.add_argument('--tls-key', metavar='FILE', help='Its key')
+    add_access_options(parser, 'browsers', TOKEN, 'https')
     parser.add_argument(
         '--bag', metavar='FOLDER', help='Show this recording, a folder or a file, in place of what is live'
     )
@@ -62,28 +51,19 @@ def _arguments(parser: ArgumentParser) -> None:
 
 
 def _settings(arguments: Namespace) -> Settings:
-    from goalwire.admission import is_loopback, is_usable_token, new_token
     from goalwire.apps.console.settings import VIEWS, Settings
 
-    token = arguments.token if arguments.token is not None else os.environ.get(TOKEN, '')
-    if not is_loopback(arguments.host):
-        token = token or new_token()
-    if bool(arguments.tls_cert) != bool(arguments.tls_key):
-        raise CommandError(Outcome.USAGE, 'a certificate needs its key', 'give both --tls-cert and --tls-key')
-    if not is_usable_token(token):
-        raise CommandError(
-            Outcome.BAD_VALUE, 'a token is made of letters, digits and -_.~', 'leave it out, and one is made'
-        )
+    access = read_access(arguments, TOKEN)
     if arguments.view and arguments.view not in VIEWS:
         raise CommandError(
             Outcome.BAD_VALUE, f"there is no page '{arguments.view}'", f'--view takes: {", ".join(VIEWS)}'
         )
     return Settings(
-        arguments.host,
+        access.host,
         arguments.port if arguments.prefer_port is None else arguments.prefer_port,
-        token,
-        arguments.tls_cert or '',
-        arguments.tls_key or '',
+        access.token,
+        access.tls_cert,
+        access.tls_key,
         arguments.read_only,
         tuple(arguments.allow),
         takes_any_port=arguments.prefer_port is not None,
@@ -139,7 +119,7 @@ def _tell_where(urls: list[str], settings: Settings, output: Output) -> None:
     if is_every_interface(settings.host) and not urls[1:]:
         output.line('no other machine reaches it yet: no network interface has an address')
     if not settings.is_loopback and not settings.tls_cert:
-        output.line('it is not encrypted: give --tls-cert and --tls-key')
+        output.line(NOT_ENCRYPTED)
 
 
 def _open(url: str) -> None:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import os
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Awaitable, Callable
 from typing import TypeAlias
 
 import goalwire
-from goalwire.admission import is_loopback, is_usable_token, new_token
 from goalwire.apps.bridge.settings import Patterns, Permissions, Settings, check_pattern
 from goalwire.apps.cli.framework.live import live
-from goalwire.apps.cli.framework.numbers import port
+from goalwire.apps.cli.framework.numbers import count, port, positive
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import Output
+from goalwire.apps.cli.framework.serving import NOT_ENCRYPTED, add_access_options, read_access
 
 TOKEN = 'GOALWIRE_BRIDGE_TOKEN'  # noqa: S105 - the name of the variable
 _LISTS = {
@@ -23,6 +23,7 @@ _LISTS = {
     'actions': 'Actions to which clients may send goals, and that they may serve',
     'parameters': "Parameters that clients may read and set, as '/node:parameter'",
 }
+_LONGEST_CALL_S = 1_000_000
 Serve: TypeAlias = Callable[['goalwire.Node', Settings, Callable[[str], object]], Awaitable[None]]
 
 
@@ -35,19 +36,7 @@ def add_options(parser: ArgumentParser, default_port: int) -> None:
         default=default_port,
         help=f'TCP port ({default_port}); 0: any that is free',
     )
-    parser.add_argument(
-        '--host',
-        metavar='ADDRESS',
-        default='127.0.0.1',
-        help='Where to listen (127.0.0.1: this machine alone); elsewhere clients need a token',
-    )
-    parser.add_argument(
-        '--token',
-        metavar='TEXT',
-        help=f'What clients must show, as ?token=TEXT; better in {TOKEN}, which other users do not see',
-    )
-    parser.add_argument('--tls-cert', metavar='FILE', help='Certificate, for wss')
-    parser.add_argument('--tls-key', metavar='FILE', help='Its key')
+    add_access_options(parser, 'clients', TOKEN, 'wss')
     parser.add_argument(
         '--origin',
         metavar='SITE',
@@ -67,19 +56,19 @@ def add_options(parser: ArgumentParser, default_port: int) -> None:
     parser.add_argument(
         '--backlog',
         metavar='BYTES',
-        type=_size,
+        type=count,
         default=10_000_000,
         help='What may wait for one client; beyond it the oldest messages are dropped (10000000)',
     )
     parser.add_argument(
         '--max-message-size',
         metavar='BYTES',
-        type=_size,
+        type=count,
         default=64_000_000,
         help='The longest message that a client may send (64000000)',
     )
     parser.add_argument(
-        '--max-clients', metavar='N', type=_size, default=100, help='How many clients may be connected (100)'
+        '--max-clients', metavar='N', type=count, default=100, help='How many clients may be connected (100)'
     )
     parser.add_argument(
         '--call-timeout',
@@ -93,38 +82,23 @@ def add_options(parser: ArgumentParser, default_port: int) -> None:
     )
 
 
-def _size(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise ValueError(text)
-    return number
-
-
 def _time(text: str) -> float:
-    number = float(text)
-    if not 0 < number < 1e6:
-        raise ValueError(text)
+    number = positive(text)
+    if number > _LONGEST_CALL_S:
+        raise ArgumentTypeError(f"'{text}' is too long: {_LONGEST_CALL_S} s at most")
     return number
 
 
 def settings_of(arguments: Namespace) -> Settings:
     """Return what the options say. Raises CommandError."""
-    token = arguments.token if arguments.token is not None else os.environ.get(TOKEN, '')
-    if not is_loopback(arguments.host):
-        token = token or new_token()
-    if bool(arguments.tls_cert) != bool(arguments.tls_key):
-        raise CommandError(Outcome.USAGE, 'a certificate needs its key', 'give both --tls-cert and --tls-key')
-    if not is_usable_token(token):
-        raise CommandError(
-            Outcome.BAD_VALUE, 'a token is made of letters, digits and -_.~', 'leave it out, and one is made'
-        )
+    access = read_access(arguments, TOKEN)
     lists = {name: _patterns(name, getattr(arguments, name)) for name in _LISTS}
     return Settings(
         arguments.port,
-        arguments.host,
-        token,
-        arguments.tls_cert or '',
-        arguments.tls_key or '',
+        access.host,
+        access.token,
+        access.tls_cert,
+        access.tls_key,
         tuple(arguments.origin),
         Permissions(**lists, read_only=arguments.read_only),
         arguments.backlog,
@@ -163,7 +137,7 @@ def run_bridge(name: str, arguments: Namespace, output: Output, serve: Serve) ->
         else:
             output.line(f'{name} is served at {url}; Ctrl-C ends it')
             if not settings.is_loopback and not settings.tls_cert:
-                output.line('it is not encrypted: give --tls-cert and --tls-key')
+                output.line(NOT_ENCRYPTED)
         output.flush()
 
     async def run(node: goalwire.Node) -> None:

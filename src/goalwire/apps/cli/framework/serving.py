@@ -1,0 +1,62 @@
+"""The options of commands that serve browsers or other clients: where they listen, who may connect, TLS."""
+
+from __future__ import annotations
+
+import os
+from argparse import ArgumentParser, Namespace
+
+from goalwire.admission import is_loopback, is_usable_token, new_token
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.records import record
+
+NOT_ENCRYPTED = 'it is not encrypted: give --tls-cert and --tls-key'
+
+
+@record
+class Access:
+    """Where a command listens, and who may connect."""
+
+    host: str
+    token: str
+    """'' if everybody who reaches the port may connect: only on loopback."""
+    tls_cert: str
+    tls_key: str
+    """The paths of both files; '' without TLS."""
+
+
+def add_access_options(parser: ArgumentParser, clients: str, variable: str, scheme: str) -> None:
+    """Add --host, --token, --tls-cert and --tls-key.
+
+    `clients` is the help's word for those who connect. The environment's `variable` may hold the token.
+    `scheme` is that of addresses with TLS, such as 'https'.
+    """
+    parser.add_argument(
+        '--host',
+        metavar='ADDRESS',
+        default='127.0.0.1',
+        help=f'Where to listen (127.0.0.1: this machine alone); elsewhere {clients} need a token',
+    )
+    parser.add_argument(
+        '--token',
+        metavar='TEXT',
+        help=f'What {clients} must show, as ?token=TEXT; better in {variable}, which other users do not see',
+    )
+    parser.add_argument('--tls-cert', metavar='FILE', help=f'Certificate, for {scheme}')
+    parser.add_argument('--tls-key', metavar='FILE', help='Its key')
+
+
+def read_access(arguments: Namespace, variable: str) -> Access:
+    """Return the values of the options; a token is made if one is needed and none is given.
+
+    Raises CommandError for a certificate without its key, and for a token that no address can hold.
+    """
+    token = arguments.token if arguments.token is not None else os.environ.get(variable, '')
+    if not is_loopback(arguments.host):
+        token = token or new_token()
+    if bool(arguments.tls_cert) != bool(arguments.tls_key):
+        raise CommandError(Outcome.USAGE, 'a certificate needs its key', 'give both --tls-cert and --tls-key')
+    if not is_usable_token(token):
+        raise CommandError(
+            Outcome.BAD_VALUE, 'a token is made of letters, digits and -_.~', 'leave it out, and one is made'
+        )
+    return Access(arguments.host, token, arguments.tls_cert or '', arguments.tls_key or '')
