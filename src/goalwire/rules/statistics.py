@@ -11,7 +11,7 @@ from goalwire.records import record
 
 if TYPE_CHECKING:
     from goalwire.rules.goals.client import SentGoals
-    from goalwire.rules.goals.server import ServedGoals
+    from goalwire.rules.goals.goal_book import ServedGoals
 
 
 @record

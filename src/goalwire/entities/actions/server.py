@@ -8,24 +8,21 @@ the goal handles.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from functools import partial
 from threading import Lock
-from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
 from goalwire.cdr import codec
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints, LostClients
+from goalwire.entities.actions.server_decisions import ServerDecisions
 from goalwire.entities.actions.server_goal import (
     ActionCallbacks,
-    CancelResponse,
     Execution,
     Failure,
-    GoalResponse,
     ServerGoalHandle,
 )
-from goalwire.entities.coroutines import Enclosing
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import (
@@ -43,8 +40,9 @@ from goalwire.execution.weak_methods import weakly
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
+from goalwire.rules.goals.goal_book import ServerGoal
 from goalwire.rules.goals.ids import GoalId
-from goalwire.rules.goals.server import GoalServer, ServerGoal
+from goalwire.rules.goals.server import GoalServer
 from goalwire.rules.goals.table import GoalEvent, GoalStatus
 from goalwire.rules.latencies import Latencies
 from goalwire.rules.reasons import described
@@ -53,7 +51,7 @@ from goalwire.transport.contract import Payload, Request
 if TYPE_CHECKING:
     from goalwire.rules.statistics import ActionServerStatistics
 
-Effects = list[effect.ServerEffect[Request, bytes]]
+Effects = effect.ServerEffects[Request, bytes]
 _USERS = (effect.AskGoal, effect.Accepted, effect.AskCancel, effect.StoppedByServer)
 """The effects that call the user: the method that feeds the reactor performs these itself."""
 
@@ -96,7 +94,8 @@ class ActionServerCore:
         self.durations = Latencies()
         """How long execute callbacks took."""
         self.steady_clock = node.context.shutdown_signal.clock
-        self._lost_clients: LostClients | None = None
+        self.lost_clients: LostClients | None = None
+        self._decisions = ServerDecisions(self)
         self._open(qos or ActionQoS(), group)
 
     def _open(self, qos: ActionQoS, group: CallbackGroup) -> None:
@@ -105,17 +104,19 @@ class ActionServerCore:
         names = node.resolve_action(self.name)
         self._endpoints = ActionServerEndpoints(node, self.support, names, qos, group)
         if self.reactor.watches_clients:
-            self._lost_clients = LostClients(node.graph, names.send_goal, self._on_client_lost)
+            self.lost_clients = LostClients(node.graph, names.send_goal, self._on_client_lost)
         try:
-            self._endpoints.open(self._on_goal, self._on_result, self._on_cancel, self._split_goal)
+            self._endpoints.open(
+                self._decisions.on_goal, self._on_result, self._decisions.on_cancel, self._split_goal
+            )
         except BaseException:
-            if self._lost_clients is not None:
-                self._lost_clients.close()
+            if self.lost_clients is not None:
+                self.lost_clients.close()
             raise
         for server in self._endpoints.servers:
             server.entity = self
-        if self._lost_clients is not None:
-            node.remains.add(self._lost_clients.close)
+        if self.lost_clients is not None:
+            node.remains.add(self.lost_clients.close)
         node.own(self)
 
     def _split_goal(self, payload: Payload) -> tuple[GoalId, Any]:
@@ -174,90 +175,6 @@ class ActionServerCore:
 
     def _on_result(self, request: Request, goal_id: GoalId) -> None:
         self.dispatch(self.reactor.on_result_request, goal_id, request, self.now())
-
-    # -- what the user decides; a callback that fails has refused, and its error goes on -------------------
-
-    def _on_goal(self, request: Request, message: tuple[GoalId, Any]) -> object:
-        """A goal has come."""
-        goal_id, goal = message
-        client = request.sample.gid
-        if not self.dispatch(self.reactor.on_goal_request, goal_id, request, self.now(), client):
-            return None
-        if self._lost_clients is not None and client in self._lost_clients:
-            self.end_goals_of(client)  # it has gone while its goal waited for the executor
-            return None
-        try:
-            decision = self.callbacks.goal(goal)
-        except BaseException:
-            self._decide(goal_id, goal, GoalResponse.REJECT)
-            raise
-        if isinstance(decision, CoroutineType):
-            return Enclosing(self._decide_later(goal_id, goal, decision), [decision])
-        return self._decide(goal_id, goal, decision)
-
-    async def _decide_later(self, goal_id: GoalId, goal: Any, decision: Coroutine[Any, Any, Any]) -> None:
-        try:
-            response = await decision
-        except BaseException:
-            self._decide(goal_id, goal, GoalResponse.REJECT)
-            raise
-        outcome = self._decide(goal_id, goal, response)
-        if isinstance(outcome, CoroutineType):
-            await outcome
-
-    def _decide(self, goal_id: GoalId, message: Any, response: object) -> object:
-        if not isinstance(response, GoalResponse):
-            self.logger.warning('Goal request callback did not return a GoalResponse type. Rejecting goal.')
-        goal = self.reactor.deciding.get(goal_id)  # None: its client has gone, or the server was destroyed
-        handle = None if goal is None else ServerGoalHandle(self, goal, message)
-        is_accepted = response is GoalResponse.ACCEPT
-        asked = self.dispatch(self.reactor.on_goal_decision, goal_id, is_accepted, self.now(), handle)
-        if handle is None or not asked:
-            return None  # it was refused, by the user or the policy
-        return self.callbacks.accepted(handle)
-
-    def _on_cancel(self, request: Request, message: tuple[GoalId, int]) -> Coroutine[Any, Any, None] | None:
-        """A cancel request has come; it may mean many goals, and the user is asked once about each."""
-        goal_id, stamp_ns = message
-        asked = self.dispatch(self.reactor.on_cancel_request, goal_id, stamp_ns, request, self.now())
-        pending: list[tuple[effect.AskCancel, Coroutine[Any, Any, Any]]] = []
-        failures: list[BaseException] = []
-        for ask in asked:
-            assert isinstance(ask, effect.AskCancel)
-            goal = self.reactor.goals.get(ask.goal_id)
-            answer: object = CancelResponse.REJECT
-            try:
-                if goal is not None and goal.handle is not None:  # else it has ended since
-                    answer = self.callbacks.cancel(goal.handle)
-            except BaseException as error:
-                failures.append(error)
-            if isinstance(answer, CoroutineType):
-                pending.append((ask, answer))
-            else:
-                self._decide_cancel(ask, answer)
-        if pending:
-            later = self._decide_cancels_later(pending, failures)
-            return Enclosing(later, [coroutine for _, coroutine in pending])
-        if failures:
-            raise failures[0]
-        return None
-
-    def _decide_cancel(self, ask: effect.AskCancel, answer: object) -> None:
-        is_accepted = answer is CancelResponse.ACCEPT
-        self.dispatch(self.reactor.on_cancel_decision, ask.cancellation, ask.goal_id, is_accepted, self.now())
-
-    async def _decide_cancels_later(
-        self, pending: list[tuple[effect.AskCancel, Coroutine[Any, Any, Any]]], failures: list[BaseException]
-    ) -> None:
-        for ask, coroutine in pending:
-            answer: object = CancelResponse.REJECT
-            try:
-                answer = await coroutine
-            except BaseException as error:
-                failures.append(error)
-            self._decide_cancel(ask, answer)
-        if failures:
-            raise failures[0]
 
     # -- what goal handles ask for -------------------------------------------------------------------------
 
@@ -413,9 +330,9 @@ class ActionServerCore:
         self.destroyed = True
         self.node.disown(self)
         self._alarm.cancel()
-        if self._lost_clients is not None:
-            self.node.remains.discard(self._lost_clients.close)
-            self._lost_clients.close()
+        if self.lost_clients is not None:
+            self.node.remains.discard(self.lost_clients.close)
+            self.lost_clients.close()
         self._endpoints.take_result_requests()
         self.dispatch(self.reactor.on_close)
         self._endpoints.close()

@@ -11,7 +11,7 @@ from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT, goal_id_b
 from goalwire.entities.coroutines import Enclosing
 from goalwire.errors import ShutDownError, peer_text
 from goalwire.execution.ready_queue import CallbackSource
-from goalwire.rules.goals.server import ServerGoal
+from goalwire.rules.goals.goal_book import ServerGoal
 from goalwire.rules.goals.table import GoalEvent, GoalStatus
 
 if TYPE_CHECKING:

@@ -2,9 +2,10 @@
 
 from goalwire.rules.goals.cancel import CancelCode
 from goalwire.rules.goals.client import GoalClient, SentGoals
+from goalwire.rules.goals.goal_book import RESULT_TIMEOUT_NS, ServedGoals
 from goalwire.rules.goals.ids import NO_ID, GoalId, new_goal_id
 from goalwire.rules.goals.policy import GoalPolicy, OnClientLost, parallel, preempt, queue, single
-from goalwire.rules.goals.server import RESULT_TIMEOUT_NS, GoalServer, ServedGoals
+from goalwire.rules.goals.server import GoalServer
 from goalwire.rules.goals.status import decode_status_array
 from goalwire.rules.goals.table import TABLE, GoalEvent, GoalStatus
 

@@ -71,6 +71,38 @@ class Cancellation(Generic[RequestT]):
         """The code of the answer, once nothing is undecided any more."""
         return CancelCode.GOAL_TERMINATED if self.is_for_one and self.came_too_late else CancelCode.NONE
 
+    @property
+    def granted(self) -> tuple[tuple[GoalId, int], ...]:
+        """The goals that are being cancelled, with the stamps of their acceptance, in the order of asking."""
+        return tuple((id_, self.canceling[id_]) for id_ in self.goals if id_ in self.canceling)
+
+
+class Cancellations(Generic[RequestT]):
+    """The cancel requests of one server about whose goals the user is being asked."""
+
+    def __init__(self) -> None:
+        self.open: dict[int, Cancellation[RequestT]] = {}
+        """By their numbers."""
+        self._next = 0
+
+    def add(self, cancellation: Cancellation[RequestT]) -> int:
+        """Number one more request, and return the number."""
+        number = self._next
+        self._next += 1
+        self.open[number] = cancellation
+        return number
+
+    def take_decision(self, number: int, goal_id: GoalId) -> Cancellation[RequestT] | None:
+        """Take the user's decision about one goal off a request, and return that.
+
+        None if no decision about the goal is awaited.
+        """
+        cancellation = self.open.get(number)
+        if cancellation is None or goal_id not in cancellation.undecided:
+            return None
+        cancellation.undecided.remove(goal_id)
+        return cancellation
+
 
 def read_stamp(stamp: object) -> int:
     """Return the time of a cancel request in ns.

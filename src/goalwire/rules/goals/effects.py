@@ -121,6 +121,7 @@ ServerEffect: TypeAlias = (
     | AssumedAborted
     | WakeAt
 )
+ServerEffects: TypeAlias = list[ServerEffect[RequestT, ResultT]]
 
 # ---- the client's ----
 

@@ -1,0 +1,187 @@
+"""The goals that an action server holds, and the one place where their states change.
+
+The reactor (server.py) decides what happens to a goal. This module keeps the record of it, the serialised
+array of all statuses, the counters, and the results until they expire.
+"""
+
+from __future__ import annotations
+
+from heapq import heappop, heappush
+from typing import TYPE_CHECKING, Any, Generic
+
+from goalwire.records import record
+from goalwire.rules.goals.effects import RequestT, ResultT
+from goalwire.rules.goals.policy import GoalPolicy, Places
+from goalwire.rules.goals.status import StatusArray
+from goalwire.rules.goals.table import GoalEvent, GoalStatus, after
+
+if TYPE_CHECKING:
+    from goalwire.rules.goals.ids import GoalId
+
+RESULT_TIMEOUT_NS = 10_000_000_000
+"""How long results are kept (rcl_action's default)."""
+
+
+class ServerGoal(Generic[RequestT, ResultT]):
+    """One goal of a server. Only the reactor changes it; a user's handle may outlive its place there."""
+
+    __slots__ = (
+        'client',
+        'ended',
+        'execution',
+        'goal_id',
+        'handle',
+        'request',
+        'result',
+        'stamp_ns',
+        'started',
+        'status',
+        'waiting',
+    )
+
+    def __init__(self, goal_id: GoalId, client: bytes = b'', request: RequestT | None = None) -> None:
+        self.goal_id = goal_id
+        self.client = client
+        """The client that has sent it, as on_client_lost knows it."""
+        self.request = request
+        """The request for it, until that is answered."""
+        self.status = GoalStatus.UNKNOWN
+        """UNKNOWN until it is accepted, and once it is discarded."""
+        self.stamp_ns = 0
+        """When it was accepted (ROS time)."""
+        self.started = False
+        """True once it has been handed to the execute callback."""
+        self.ended = False
+        """True once status and result are both final."""
+        self.result: ResultT | None = None
+        self.waiting: list[RequestT] = []
+        """The requests for its result that are to be answered."""
+        self.handle: Any = None
+        """The caller's handle of the goal, for its callbacks; None once the goal has ended."""
+        self.execution: Any = None
+        """The caller's execution, until the goal's turn has come; None before and after that."""
+
+
+@record
+class ServedGoals:
+    """How much a server holds at the moment, and how many goals it has had."""
+
+    deciding: int
+    active: int
+    running: int
+    """Handed to the execute callback, which has not returned yet."""
+    waiting: int
+    """Accepted, their turn to come."""
+    retained: int
+    cancellations: int
+    waiting_for_results: int
+    accepted: int
+    refused: int
+    succeeded: int
+    canceled: int
+    aborted: int
+
+
+class GoalBook(Generic[RequestT, ResultT]):
+    """Every goal of one action server, from its request until its result is discarded.
+
+    `result_timeout_ns` after its end a goal is discarded: at once for 0 (clients that wait already get the
+    result), never for a negative one.
+    """
+
+    def __init__(self, result_timeout_ns: int, policy: GoalPolicy) -> None:
+        self._result_timeout_ns = result_timeout_ns
+        self.places: Places[ServerGoal[RequestT, ResultT]] = Places(policy)
+        """Which of the accepted goals run, and which wait for their turn."""
+        self.deciding: dict[GoalId, ServerGoal[RequestT, ResultT]] = {}
+        """Goals about which the user has been asked."""
+        self.goals: dict[GoalId, ServerGoal[RequestT, ResultT]] = {}
+        """Those that were accepted, in this order, until their results expire."""
+        self._reached = [0] * len(GoalStatus)
+        """How many goals have reached each status; UNKNOWN counts those refused."""
+        self._statuses = StatusArray()
+        self.take_status = self._statuses.take
+        """Return the serialised status array to publish; None if nothing has changed since the last."""
+        self.expiring: list[tuple[int, GoalId]] = []
+        """When each result is discarded. It is a heap: simulated time may go back, so the oldest result need
+        not be the first to go."""
+
+    def status(self, goal_id: GoalId) -> GoalStatus:
+        """Return a goal's status; UNKNOWN if it is not retained."""
+        goal = self.goals.get(goal_id)
+        return GoalStatus.UNKNOWN if goal is None else goal.status
+
+    def refuse(self) -> None:
+        """Count a goal that was refused."""
+        self._reached[GoalStatus.UNKNOWN] += 1
+
+    def accept(self, goal: ServerGoal[RequestT, ResultT], stamp_ns: int, handle: object) -> None:
+        """Hold a goal that was accepted at a time (ROS time); `handle` is the caller's."""
+        self._statuses.add(goal.goal_id, stamp_ns, GoalStatus.ACCEPTED)
+        goal.status, goal.stamp_ns, goal.handle = GoalStatus.ACCEPTED, stamp_ns, handle
+        self.places.unfinished[goal.goal_id] = goal
+        self.goals[goal.goal_id] = goal
+        self._reached[GoalStatus.ACCEPTED] += 1
+
+    def move(self, goal: ServerGoal[RequestT, ResultT], event: GoalEvent) -> None:
+        """Change a goal's state. Raises InvalidTransition if the table does not allow that."""
+        goal.status = status = after(goal.status, event)
+        self._reached[status] += 1
+        self._statuses.update(goal.goal_id, status)
+
+    def abort(self, goal: ServerGoal[RequestT, ResultT]) -> None:
+        """Move a goal that has not ended to ABORTED."""
+        if goal.status is GoalStatus.ACCEPTED:  # the table knows no shorter way
+            self.move(goal, GoalEvent.EXECUTE)
+        self.move(goal, GoalEvent.ABORT)
+
+    def finish(self, goal: ServerGoal[RequestT, ResultT], result: ResultT | None, now: int) -> int | None:
+        """Keep the final result, and free the goal's place.
+
+        Returns when to call `expire`, if that is earlier than was said before; else None.
+        """
+        places = self.places
+        places.unfinished.pop(goal.goal_id, None)
+        if goal.started:
+            places.running -= 1
+        else:
+            places.waiting.pop(goal.goal_id, None)
+        goal.ended, goal.result, goal.handle, goal.execution = True, result, None, None
+        if self._result_timeout_ns == 0:
+            self.discard(goal)
+        elif self._result_timeout_ns > 0:
+            expiry = (now + self._result_timeout_ns, goal.goal_id)
+            heappush(self.expiring, expiry)
+            if self.expiring[0] is expiry:
+                return expiry[0]
+        return None
+
+    def expire(self, now: int) -> None:
+        """Discard the goals whose results were kept for long enough."""
+        while self.expiring and self.expiring[0][0] <= now:
+            self.discard(self.goals[heappop(self.expiring)[1]])
+
+    def discard(self, goal: ServerGoal[RequestT, ResultT]) -> None:
+        """Remove a goal: a handle of it that is left then has the status UNKNOWN."""
+        del self.goals[goal.goal_id]
+        self._statuses.remove(goal.goal_id)
+        goal.status, goal.handle, goal.execution = GoalStatus.UNKNOWN, None, None
+
+    def statistics(self, cancellations: int) -> ServedGoals:
+        """Count the goals; the caller knows how many cancel requests are open."""
+        goals = self.goals.values()
+        reached = self._reached
+        return ServedGoals(
+            deciding=len(self.deciding),
+            active=sum(goal.status.is_active for goal in goals),
+            running=self.places.running,
+            waiting=len(self.places.waiting),
+            retained=len(goals),
+            cancellations=cancellations,
+            waiting_for_results=sum(len(goal.waiting) for goal in goals),
+            accepted=reached[GoalStatus.ACCEPTED],
+            refused=reached[GoalStatus.UNKNOWN],
+            succeeded=reached[GoalStatus.SUCCEEDED],
+            canceled=reached[GoalStatus.CANCELED],
+            aborted=reached[GoalStatus.ABORTED],
+        )
