@@ -93,7 +93,7 @@ def send_goal(asker: Asker) -> str:
 
 
 def get_result(asker: Asker) -> str:
-    handle = asker.moving.wait_for(lambda: asker.moving.send_goal_async(Fibonacci.Goal()))
+    handle = asker.moving.blocking.wait_for(lambda: asker.moving.send_goal_async(Fibonacci.Goal()))
     assert handle.get_result() is not None
     assert handle.cancel_goal() is not None
     return ANSWER

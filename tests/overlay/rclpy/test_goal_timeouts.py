@@ -230,6 +230,7 @@ def test_a_client_has_so_many_goals_and_no_more(
     client: FibonacciClient, arm: Arm, spin: Spin, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr('goalwire.entities.actions.client.PENDING_LIMIT', 3)
+    monkeypatch.setattr('goalwire.entities.actions.requests.PENDING_LIMIT', 3)
     client.call_timeout = PATIENCE
     sent = [client.send_goal_async(Goal()) for _ in range(3)]
     with pytest.raises(

@@ -14,18 +14,16 @@ from goalwire.entities.call_context import CallContext
 from goalwire.errors import CallError, InvalidHandle
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.monotonic import timeout_ns
-from goalwire.rules.goals.cancel import CancelCode
-from goalwire.rules.goals.ids import read_goal_id
+from goalwire.rules.goals.cancel import CancelCode, read_stamp
+from goalwire.rules.goals.ids import NO_ID, read_goal_id
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from uuid import UUID
 
     from builtin_interfaces.msg import Time as StampMessage
 
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
-    from goalwire.execution.future import Future
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.statistics import ActionClientStatistics
     from goalwire.rules.time import Time
@@ -162,7 +160,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         Raises NoServerError or DeadlineError at the end of `timeout` s, if it is given, ServerLostError,
         ServerFailedError; InvalidHandle once closed, ShutDownError.
         """
-        return await self._cancel(self._core.cancel_all_goals_async, timeout)
+        return await self._cancel(0, timeout)
 
     async def cancel_goals_before(
         self, stamp: Time | StampMessage, *, timeout: float | None = None
@@ -171,12 +169,13 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
 
         Raises as `cancel_all_goals` does, and ValueError for a time that is not above 0.
         """
-        return await self._cancel(lambda: self._core.cancel_goals_before_async(stamp), timeout)
+        return await self._cancel(read_stamp(stamp), timeout)
 
-    async def _cancel(self, ask: Callable[[], Future[Any]], timeout: float | None) -> CancelAnswer:
+    async def _cancel(self, stamp_ns: int, timeout: float | None) -> CancelAnswer:
+        """Ask for all goals that were accepted by a time; 0 stands for every goal."""
         attempt = CallContext(self._core.node.context, 'action', self.name, timeout)
         await attempt.until(self._core.server_is_there, self._core.goal_service)
-        asked = ask()
+        asked = self._core.cancel_goal(NO_ID, stamp_ns)
         try:
             await attempt.settle(asked)
             response: Any = asked.result()

@@ -107,7 +107,7 @@ class _Inquiry:
             answered, response = await self._ask()
             if response is None:
                 silences += answered
-                status = self._core.published_status(self._goal_id)
+                status = self._core.streams.published_status(self._goal_id)
                 if silences >= _SILENCES or (silences and status.is_active):
                     why = 'the server answers at once for another id, and keeps this request until the end'
                     return GoalProbe(GoalState.RUNNING, status, None, why)
@@ -125,10 +125,10 @@ class _Inquiry:
 
     def cannot_tell(self, why: str) -> GoalProbe[Any]:
         """Return that there is no conclusion."""
-        return GoalProbe(GoalState.CANNOT_TELL, self._core.published_status(self._goal_id), None, why)
+        return GoalProbe(GoalState.CANNOT_TELL, self._core.streams.published_status(self._goal_id), None, why)
 
     def _unknown(self) -> GoalProbe[Any]:
-        status = self._core.published_status(self._goal_id)
+        status = self._core.streams.published_status(self._goal_id)
         if status.is_terminal:
             why = 'the status array says that it ended, and the server has no result of it'
             return GoalProbe(GoalState.RESULT_GONE, status, None, why)
@@ -143,8 +143,8 @@ class _Inquiry:
 
         The former's response is None if there was none.
         """
-        ours = self._core.ask_result_once(self._goal_id, self._limit)
-        control = self._core.ask_result_once(new_goal_id(), self._limit)
+        ours = self._core.results.ask_once(self._goal_id, self._limit)
+        control = self._core.results.ask_once(new_goal_id(), self._limit)
         try:
             if not await self._wait(control, ASK_AGAIN_S) and ours.pending():
                 return False, None

@@ -317,7 +317,7 @@ def _refuse_known_id(core: ActionClientCore, goal_id: GoalId) -> None:
     whose result has expired would run the goal a second time.
     """
     known = core.goals.find(goal_id)
-    if core.published_status(goal_id) or (known is not None and (known.sent_at or known.status)):
+    if core.streams.published_status(goal_id) or (known is not None and (known.sent_at or known.status)):
         raise GoalIdTaken(goal_id, 'was sent before: follow it with attach(), or send under another id')
 
 

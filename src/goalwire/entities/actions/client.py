@@ -12,10 +12,11 @@ from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from functools import partial
 from threading import Lock
-from typing import TYPE_CHECKING, Any, NoReturn, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from goalwire.cdr import codec
 from goalwire.entities.actions.acceptances import Acceptances
+from goalwire.entities.actions.blocking_calls import BlockingCalls
 from goalwire.entities.actions.client_goal import ClientGoalHandle, ResultFuture
 from goalwire.entities.actions.client_results import GoalResults
 from goalwire.entities.actions.client_streams import ClientStreams
@@ -25,32 +26,24 @@ from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.graph_waiting import ServerWaitQueue, tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
-from goalwire.entities.pending_call import PENDING_LIMIT, PendingCall, end_with, unanswered
+from goalwire.entities.pending_call import PENDING_LIMIT, unanswered
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import (
     ClosedError,
     InvalidHandle,
-    ShutDownError,
     TooManyCallsError,
 )
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue, ResponseTicks
-from goalwire.execution.future import Future, block_on, cancel_quietly
+from goalwire.execution.future import Future
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
-from goalwire.rules.goals.cancel import read_stamp
 from goalwire.rules.goals.client import ClientGoal, GoalClient
-from goalwire.rules.goals.ids import NO_ID, GoalId, new_goal_id
-from goalwire.rules.goals.status import statuses_of
-from goalwire.rules.goals.table import GoalStatus
-from goalwire.rules.time import Time
+from goalwire.rules.goals.ids import GoalId, new_goal_id
 from goalwire.transport.contract import Payload, Sample
 
 if TYPE_CHECKING:
-    from action_msgs.srv import CancelGoal
-    from builtin_interfaces.msg import Time as StampMessage
-
     from goalwire.rules.goals.client import FeedbackQueue
     from goalwire.rules.statistics import ActionClientStatistics
 
@@ -78,8 +71,7 @@ class ActionClientCore(TimedCalls):
         self.destroyed = False
         self.goals: GoalClient[ResultFuture, Payload] = GoalClient()
         """The rules, and the record of each goal."""
-        self.blocking: dict[Future[Any], None] = {}
-        """The futures for which threads wait in a blocking call."""
+        self.blocking = BlockingCalls(self)
         self.lock = Lock()
         """Guards `goals`: the rules take no lock themselves."""
         self.logger: RcutilsLogger = get_logger(node.logger_name).get_child('action_client')
@@ -92,7 +84,7 @@ class ActionClientCore(TimedCalls):
         self._wait_queue: ServerWaitQueue | None = None
         self.arrivals = ResponseTicks(node.work_queue, self)
         self._names = node.resolve_action(name)
-        self._acceptances = Acceptances(node, self._names.send_goal, self.blocking)
+        self.acceptances = Acceptances(node, self._names.send_goal, self.blocking.futures)
         take_statuses = partial(self.dispatch, self.goals.on_status)
         self.streams = ClientStreams(self, support, group, self.goals, take_statuses)
         with ExitStack() as undo:
@@ -109,7 +101,7 @@ class ActionClientCore(TimedCalls):
             self, 'result', names.get_result, support.get_result, qos.result
         )
         undo.callback(self.result_requests.close)
-        self._results = GoalResults(self, self.result_requests)
+        self.results = GoalResults(self, self.result_requests)
         self.cancel_requests = ActionRequests(
             self, 'cancel request', names.cancel_goal, support.cancel_goal, qos.cancel
         )
@@ -130,11 +122,11 @@ class ActionClientCore(TimedCalls):
                     if goal is not None and goal.heard is not None:
                         goal.heard()
                 case effect.RequestResult(goal_id):
-                    self._results.request(goal_id)
+                    self.results.request(goal_id)
                 case effect.DeliverResult(future, _, payload):
-                    self._results.deliver(future, payload)
+                    self.results.deliver(future, payload)
                 case effect.FailResult(future, error):
-                    self._results.fail(future, error)
+                    self.results.fail(future, error)
 
     def goal(self, goal_id: GoalId) -> ClientGoal[ResultFuture]:
         """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
@@ -191,12 +183,7 @@ class ActionClientCore(TimedCalls):
 
     def _make_room(self) -> None:
         """Put a goal away if need be. Raises TooManyCallsError if too many requests or goals wait."""
-        requests = self.goal_requests
-        if len(requests.pending) >= PENDING_LIMIT or len(requests.timed) >= PENDING_LIMIT:
-            raise TooManyCallsError(
-                f"cannot use the action '{self.full_name}': {PENDING_LIMIT} requests of this client wait for "
-                'answers already; give goals a timeout, or wait for some of them first'
-            )
+        self.goal_requests.check_room()
         if len(self.goals.active) < PENDING_LIMIT:
             return
         with self.lock:
@@ -230,7 +217,7 @@ class ActionClientCore(TimedCalls):
             )
             return
         self.goal_requests.latencies.add(sample.received_timestamp - goal.sent_at)
-        self._acceptances.take(call, payload)
+        self.acceptances.take(call, payload)
 
     def discard_goal(self, goal: ClientGoal[ResultFuture], reason: str) -> None:
         """Keep nothing of a goal that no server has accepted."""
@@ -256,28 +243,13 @@ class ActionClientCore(TimedCalls):
             self.dispatch(self.goals.on_status, self.streams.latest_statuses)
         return record
 
-    def published_status(self, goal_id: GoalId) -> GoalStatus:
-        """Return a goal's status in the array that came last, whoever sent the goal; UNKNOWN if not there."""
-        latest = self.streams.latest_statuses
-        found = statuses_of([goal_id], latest) if latest else []
-        return found[0][1] if found else GoalStatus.UNKNOWN
-
-    def ask_result_once(self, goal_id: GoalId, call_context: CallContext) -> Future[Any]:
-        """Send one request for a goal's result, beside those of who follows it; for probing."""
-        if self.destroyed:
-            raise InvalidHandle
-        decode = self.support.get_result.decode_response
-        call = PendingCall(self.result_requests, lambda raw: decode(wire.split_reason(raw)[0]))
-        self.result_requests.start(call, wire.encode_result_request(goal_id), call_context)
-        return call
-
     # -- results -------------------------------------------------------------------------------------------
 
     def get_result(self, goal_id: GoalId, call_context: CallContext | None = None) -> Future[Any]:
         """Ask for a goal's result; the future gives the action's GetResult response."""
         if self.destroyed:
             raise InvalidHandle
-        return self._results.ask(goal_id, call_context)
+        return self.results.ask(goal_id, call_context)
 
     def note_failure(self, goal_id: GoalId, reason: str) -> None:
         """Log why a goal was aborted: programs written for rclpy know of no reason, and show none."""
@@ -302,51 +274,7 @@ class ActionClientCore(TimedCalls):
             asked = self.cancel_goal(goal_id, call_context=self._new_context(LATE_S))
             asked.add_waker(lambda: cast('None', asked.exception()))  # looked at
 
-    def cancel_all_goals_async(self) -> Future[CancelGoal.Response]:
-        """Ask the server to cancel every goal, whoever has sent it; the future tells which it does."""
-        return self.cancel_goal(NO_ID)
-
-    def cancel_goals_before_async(self, stamp: Time | StampMessage) -> Future[CancelGoal.Response]:
-        """Ask the server to cancel the goals that it accepted at or before a time of its clock.
-
-        Raises TypeError for what is no time, ValueError for one not above 0, which would stand for all goals.
-        """
-        return self.cancel_goal(NO_ID, read_stamp(stamp))
-
-    def cancel_all_goals(self) -> CancelGoal.Response | None:
-        """Ask as `cancel_all_goals_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
-        answer: CancelGoal.Response | None = self.wait_for(self.cancel_all_goals_async)
-        return answer
-
-    def cancel_goals_before(self, stamp: Time | StampMessage) -> CancelGoal.Response | None:
-        """Ask as `cancel_goals_before_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
-        answer: CancelGoal.Response | None = self.wait_for(lambda: self.cancel_goals_before_async(stamp))
-        return answer
-
     # -- waiting -------------------------------------------------------------------------------------------
-
-    def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
-        """Ask the server, block until the answer is there and return it; needs no executor.
-
-        Raises WouldDeadlockError, with nothing asked, if the answer needs the thread that would wait;
-        ShutDownError and InvalidHandle if the context ends, or this is destroyed, before it is there.
-        """
-        self.node.context.deadlock_detector.check(self.node.graph, self.goal_service)
-        future = ask()
-        self.blocking[future] = None
-        self._acceptances.complete_waiting()
-        try:
-            if self.destroyed or not block_on(future, None, self.node.context.shutdown_signal):
-                self._refuse_after_the_end()
-        except BaseException:
-            cancel_quietly(future)
-            raise
-        finally:
-            self.blocking.pop(future, None)
-        try:
-            return future.result()
-        finally:
-            del future  # its exception's traceback holds this frame
 
     def server_is_there(self) -> bool:
         """True while the graph shows all five parts of a server; False once destroyed.
@@ -402,16 +330,11 @@ class ActionClientCore(TimedCalls):
             self.streams.feedback,
             dropped,
             self.goal_requests.latencies.histogram(),
-            self._results.latencies.histogram(),
+            self.results.latencies.histogram(),
             self.streams.rejected,
         )
 
     # -- the end -------------------------------------------------------------------------------------------
-
-    def _refuse_after_the_end(self) -> NoReturn:
-        if self.destroyed:
-            raise InvalidHandle
-        raise ShutDownError(f"action '{self.full_name}'")
 
     def destroy(self) -> None:
         """Undeclare; futures that are pending stay so, as in ROS 2, but for those with a time. Idempotent."""
@@ -422,9 +345,7 @@ class ActionClientCore(TimedCalls):
         self.streams.close()
         for requests in (self.goal_requests, self.result_requests, self.cancel_requests):
             requests.close()
-        for future in (*self.blocking,):
-            if future.pending():
-                end_with(future, InvalidHandle())
+        self.blocking.end()
         queues = self.goals.feedback_queues()
         self.dispatch(self.goals.on_close, InvalidHandle())
         for queue in queues:

@@ -33,16 +33,24 @@ FEEDBACK_LIMIT = 1000
 """Feedback messages that may wait for one goal's callback; the oldest is dropped and counted."""
 
 
+class AnswerWaiting(Protocol):
+    """The blocking calls of an action client as its goals see them (BlockingCalls)."""
+
+    def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
+        """Ask the server, block until the answer is there and return it."""
+
+
 class GoalSending(Protocol):
     """An action client as its goals see it (ActionClientCore)."""
 
     node: NodeCore
 
+    @property
+    def blocking(self) -> AnswerWaiting:
+        """Its blocking calls."""
+
     def goal(self, goal_id: GoalId) -> ClientGoal[Any]:
         """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
-
-    def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
-        """Ask the server, block until the answer is there and return it."""
 
     def cancel_goal(self, goal_id: GoalId) -> Future[Any]:
         """Ask for cancellation."""
@@ -111,7 +119,7 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     def cancel_goal(self) -> CancelGoal.Response | None:
         """Ask for cancellation and wait for the answer; raises ShutDownError or InvalidHandle at the end."""
-        answer: CancelGoal.Response | None = self._action_client.wait_for(self.cancel_goal_async)
+        answer: CancelGoal.Response | None = self._action_client.blocking.wait_for(self.cancel_goal_async)
         return answer
 
     def cancel_goal_async(self) -> Future[CancelGoal.Response]:
@@ -120,7 +128,7 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     def get_result(self) -> ResultResponse[ResultT] | None:
         """Wait for the end and return status and result. Raises as cancel_goal does."""
-        answer: ResultResponse[ResultT] | None = self._action_client.wait_for(self.get_result_async)
+        answer: ResultResponse[ResultT] | None = self._action_client.blocking.wait_for(self.get_result_async)
         return answer
 
     def get_result_async(self) -> Future[ResultResponse[ResultT]]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from goalwire.entities.actions.client_goal import GoalFeedback, ResultFuture
 from goalwire.entities.actions.requests import ActionRequests, ResultCall
 from goalwire.entities.call_context import CallContext
-from goalwire.entities.pending_call import end_with, unanswered
+from goalwire.entities.pending_call import PendingCall, end_with, unanswered
 from goalwire.errors import CallError, InvalidHandle, ShutDownError, peer_text
 from goalwire.rules.goals import wire
 from goalwire.rules.latencies import Latencies
@@ -80,6 +80,18 @@ class GoalResults:
         future = ResultFuture(self, client.node.work_queue, goal_id, decode, call_context, feedback)
         client.dispatch(client.goals.on_result_request, goal_id, future)
         return future
+
+    def ask_once(self, goal_id: GoalId, call_context: CallContext) -> Future[Any]:
+        """Send one request for a goal's result, beside those of the goal's followers; for probing.
+
+        Raises InvalidHandle if the client is destroyed.
+        """
+        if self._client.destroyed:
+            raise InvalidHandle
+        decode = self._client.support.get_result.decode_response
+        call = PendingCall(self._requests, lambda raw: decode(wire.split_reason(raw)[0]))
+        self._requests.start(call, wire.encode_result_request(goal_id), call_context)
+        return call
 
     def request(self, goal_id: GoalId) -> None:
         """Send the request for a result that somebody waits for."""

@@ -12,6 +12,8 @@ from goalwire.errors import RemoteError
 from goalwire.execution.callbacks import advise_callback
 from goalwire.execution.event_queue import EventQueue
 from goalwire.reports import log_rejected
+from goalwire.rules.goals.status import statuses_of
+from goalwire.rules.goals.table import GoalStatus
 from goalwire.transport.contract import EndpointKind, Sample
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from goalwire.entities.type_support import ActionSupport, MessageSupport
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.rules.goals.client import GoalClient
+    from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.qos import QoS
     from goalwire.transport.contract import Payload, Port
 
@@ -76,6 +79,11 @@ class ClientStreams:
     def rejected(self) -> int:
         """How many messages of either stream could not be decoded."""
         return self._feedback_rejected + self._statuses_rejected
+
+    def published_status(self, goal_id: GoalId) -> GoalStatus:
+        """Return a goal's status in the array that came last, whoever sent the goal; UNKNOWN if not there."""
+        found = statuses_of([goal_id], self.latest_statuses) if self.latest_statuses else []
+        return found[0][1] if found else GoalStatus.UNKNOWN
 
     def catch_up(self) -> None:
         """Read the feedback that the transport has received and not delivered yet."""

@@ -13,6 +13,7 @@ from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.pending_call import (
     MARGIN_S,
     NO_REASON,
+    PENDING_LIMIT,
     REASONS_LIMIT,
     PendingCall,
     RequestClient,
@@ -20,7 +21,7 @@ from goalwire.entities.pending_call import (
 )
 from goalwire.entities.recorded_calls import watch_recorders
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
-from goalwire.errors import DeadlineError, GoalwireError
+from goalwire.errors import DeadlineError, GoalwireError, TooManyCallsError
 from goalwire.execution.future import Future
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.rules import reasons
@@ -61,6 +62,10 @@ class ActionSide(Protocol):
     @property
     def default_timeout(self) -> float | None:
         """How long calls may take, in s; None: as in ROS 2."""
+
+    @property
+    def full_name(self) -> str:
+        """The action's fully-qualified name."""
 
     def server_is_there(self) -> bool:
         """True while there is a server that can be called."""
@@ -139,6 +144,14 @@ class ActionRequests(RequestClient, Introspected):
             f"Action '{action.name}': no server answered the {self.what} ({reason or NO_REASON}). The "
             'future stays pending, as in ROS 2: call wait_for_server() first, and wait with a timeout'
         )
+
+    def check_room(self) -> None:
+        """Raise TooManyCallsError if too many requests wait for answers."""
+        if len(self.pending) >= PENDING_LIMIT or len(self.timed) >= PENDING_LIMIT:
+            raise TooManyCallsError(
+                f"cannot use the action '{self.action.full_name}': {PENDING_LIMIT} requests of this client "
+                'wait for answers already; give goals a timeout, or wait for some of them first'
+            )
 
     def what_fails(self) -> str:
         return f"cannot use the action '{self.action.name}'"

@@ -19,6 +19,8 @@ from goalwire.entities.actions.types import (
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import check_group
 from goalwire.execution.waitable import EventQueueWaitable
+from goalwire.rules.goals.cancel import read_stamp
+from goalwire.rules.goals.ids import NO_ID
 from rclpy._reexports import reexport
 from rclpy.action._making import action_qos, refusing_bad_names
 from rclpy.callback_groups import CallbackGroup
@@ -28,10 +30,12 @@ from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal
+    from builtin_interfaces.msg import Time as StampMessage
     from unique_identifier_msgs.msg import UUID
 
     from goalwire.execution.waitable import WaitSet
     from rclpy.impl.base_node import BaseNode
+    from rclpy.time import Time
 
 __all__ = ['ActionClient', 'ClientGoalHandle', 'FeedbackMessage', 'ResultResponse']
 
@@ -116,8 +120,31 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         Takes the keyword arguments of send_goal_async. Raises ShutDownError if the context ends before
         that, InvalidHandle where the client is destroyed.
         """
-        handle = self.wait_for(lambda: self.send_goal_async(goal, **kwargs))
+        handle = self.blocking.wait_for(lambda: self.send_goal_async(goal, **kwargs))
         return None if handle is None else handle.get_result()
+
+    def cancel_all_goals_async(self) -> Future[CancelGoal.Response]:
+        """Ask the server to cancel every goal, whoever has sent it; the future tells which it does."""
+        return self.cancel_goal(NO_ID)
+
+    def cancel_goals_before_async(self, stamp: Time | StampMessage) -> Future[CancelGoal.Response]:
+        """Ask the server to cancel the goals that it accepted at or before a time of its clock.
+
+        Raises TypeError for what is no time, ValueError for one not above 0, which would stand for all goals.
+        """
+        return self.cancel_goal(NO_ID, read_stamp(stamp))
+
+    def cancel_all_goals(self) -> CancelGoal.Response | None:
+        """Ask as `cancel_all_goals_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
+        answer: CancelGoal.Response | None = self.blocking.wait_for(self.cancel_all_goals_async)
+        return answer
+
+    def cancel_goals_before(self, stamp: Time | StampMessage) -> CancelGoal.Response | None:
+        """Ask as `cancel_goals_before_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
+        answer: CancelGoal.Response | None = self.blocking.wait_for(
+            lambda: self.cancel_goals_before_async(stamp)
+        )
+        return answer
 
     # rclpy's own names for these, which tf2_ros and smach_ros call
 
