@@ -642,7 +642,7 @@ def test_a_rate_has_a_turn_of_the_executor_in_each_period(late_ms: int) -> None:
     due = timer.next_call_ns
     timer.take_over()
     world.time.time += (10 + late_ms) * MS
-    assert timer._next_turn() - due == max(0, late_ms // 10 + 1) * 10 * MS
+    assert timer._schedule.next_turn() - due == max(0, late_ms // 10 + 1) * 10 * MS
     assert world.at(10.0 + late_ms) == []
     assert timer.next_call_ns == due  # whoever sleeps at this rhythm calls it
 

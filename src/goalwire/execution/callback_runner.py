@@ -1,4 +1,4 @@
-"""Runs one callback that is ready: the part that executors of rclpy and of asyncio share."""
+"""Runs one callback, plain or a coroutine, as its group allows. All executors share it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,10 @@ from contextvars import copy_context
 from functools import partial
 from types import CoroutineType
 from typing import TYPE_CHECKING, Any
-from weakref import ref
 
 from goalwire.concurrency.forks import reset_in_children
 from goalwire.execution.current import held_groups
-from goalwire.execution.fd_selector import FdSelector
-from goalwire.execution.ready_queue import NodeWorkQueue, ReadyQueue
-from goalwire.execution.timer_heap import TimerHeap
-from goalwire.execution.weak_methods import weakly
+from goalwire.execution.next_callback import CallbackChooser
 
 if TYPE_CHECKING:
     from goalwire.execution.asyncio.coroutine_runner import CoroutineRunner, RunnerPool
@@ -25,67 +21,27 @@ if TYPE_CHECKING:
     from goalwire.execution.waiting import ShutdownSignal
 
 
-class CallbackRunner:
-    """Finds ready work and runs it on the calling thread. The executor decides which threads call."""
+class CallbackRunner(CallbackChooser):
+    """Runs callbacks on the calling thread. The executor decides which threads call."""
 
     _spread_runners = False
 
     def __init__(self, shutdown_signal: ShutdownSignal) -> None:
-        self._shutdown_signal = shutdown_signal
-        self._clock = shutdown_signal.clock
-        # The wire holds these two, through nodes' queues. They must not hold the executor, and so its nodes.
-        self._ready = ReadyQueue(ref(self))
-        self._timer_heap = TimerHeap(weakly(self._look_again), self._ready.wakers)
-        self._fd_selector = FdSelector(self._look_again)
+        super().__init__(shutdown_signal)
         self._failures: deque[BaseException] = deque()
         self._refused: deque[CallbackSource] = deque()
         self._asking: object = object()
         """Another one with each callback's end: unlike a count, a change of it cannot be lost."""
         self._runners: RunnerPool | None = None
         self._runners_lock = allocate_lock()
-        self._is_shutdown = False
-        self.work_queue = NodeWorkQueue()
-        """Where the executor's own tasks are posted."""
-        self.work_queue.attach(self._ready, self._timer_heap)
         reset_in_children(self)
 
     def reset_in_child(self) -> None:
         """In a forked child: threads that spin this are not there, and coroutines are the parent's."""
         self._runners_lock = allocate_lock()
-        self._timer_heap.reset_in_child()
-        self._fd_selector.reset_in_child()
+        super().reset_in_child()
         if self._runners is not None:
             self._runners.reset_in_child()
-
-    def is_driven(self) -> bool:
-        """Whether somebody spins this, as far as it knows: an executor that a program has written may."""
-        return not self._is_shutdown
-
-    def _look_again(self) -> None:
-        """Wake a sleeper: there is an earlier timer, or a descriptor to watch."""
-        self._ready.wake_one()
-
-    def _next(self) -> CallbackSource | None:
-        """The next ready work, or None; timers, file descriptors and waitables are looked at first."""
-        ready = self._ready
-        if self._timer_heap.earliest is not None or self._fd_selector.watched or ready.pollers:
-            self._look_around()
-        if ready.items:
-            try:
-                return ready.items.popleft()
-            except IndexError:
-                return None  # another thread was quicker
-        return None
-
-    def _look_around(self) -> None:
-        """Have work posted by the timers, file descriptors and waitables that are ready."""
-        earliest = self._timer_heap.earliest
-        if earliest is not None and earliest <= (now := self._clock.now()):
-            self._timer_heap.call_due(now)
-        if self._fd_selector.watched:
-            self._fd_selector.poll()
-        if self._ready.pollers:
-            self._ready.poll_waitables()
 
     def _perform(self, source: CallbackSource) -> bool:
         """Run one callback of `source`; False if its group is busy or its node has left.

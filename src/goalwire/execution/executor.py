@@ -390,40 +390,11 @@ class Executor(CallbackRunner):
                         left.append((source, events - 1))
             waiting = left
 
-    def _is_past(self, deadline: int | None) -> bool:
-        return deadline is not None and deadline <= self._clock.now()
-
-    def _new_waiter(self) -> WireWaiter:
-        return WireWaiter(self._shutdown_signal, self._fd_selector)
-
     def _deadline(self, timeout: Timeout) -> int | None:
         return deadline_after(self._clock, timeout.timeout if isinstance(timeout, TimeoutObject) else timeout)
 
     def _refuse(self, what: str) -> NoReturn:
         raise ShutdownException(f'cannot {what}: this executor was shut down; make a new one')
-
-    def _take(self, waiter: WireWaiter, stop: StopCondition, deadline: int | None) -> CallbackSource | None:
-        """The next ready work, after sleeping for it; None at `stop`, at shutdown and at `deadline`.
-
-        Raises ExternalShutdownException when the context has ended.
-        """
-        ready, fd_selector, timer_heap = self._ready, self._fd_selector, self._timer_heap
-        while not self._is_shutdown:
-            if not self._shutdown_signal.alive:
-                raise ExternalShutdownException
-            # hot path: `_next`, without that call before and after each sleep: 1.2 us less a sleep.
-            due = timer_heap.earliest
-            if (due is not None and due <= self._clock.now()) or fd_selector.watched or ready.pollers:
-                self._look_around()
-            if ready.items:
-                try:
-                    return ready.items.popleft()
-                except IndexError:
-                    continue  # another thread was quicker
-            if stop.completion_state or (deadline is not None and deadline <= self._clock.now()):
-                return None
-            self._ready.park(waiter, self._clock, stop, deadline, self._timer_heap)
-        return None
 
     def _perform_and_raise(self, source: CallbackSource) -> None:
         held = held_groups.get()

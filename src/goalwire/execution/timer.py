@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from functools import partial
-from threading import Lock
 from typing import TYPE_CHECKING, Self
 from weakref import ReferenceType, ref
 
 from goalwire.errors import InvalidHandle, ROSInterruptException
 from goalwire.execution.callbacks import function_of, signature_of
-from goalwire.execution.clock import ClockChange, ClockTimerEntry, ROSClock
+from goalwire.execution.clock import ClockTimerEntry, ROSClock
 from goalwire.execution.handle import entity_of, handle_of
 from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
+from goalwire.execution.timer_schedule import TimerSchedule
 from goalwire.execution.waiting import wake_all
-from goalwire.rules.latencies import Latencies
-from goalwire.rules.time import S_TO_NS, ClockType, Time
+from goalwire.rules.time import ClockType, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from types import TracebackType
 
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.clock import Clock
+    from goalwire.execution.clock import Clock, ClockChange
     from goalwire.execution.waiting import ContextLike, Waiter
     from goalwire.rules.statistics import TimerStatistics
 
@@ -154,13 +153,9 @@ _INT64 = range(-(2**63), 2**63)
 
 
 class Timer(CallbackSource):
-    """Calls `callback` every `timer_period_ns` on `clock`.
+    """Calls `callback` every `timer_period_ns` on `clock`; TimerSchedule says when.
 
-    Periods that were missed are made up for by one call, and the phase is kept, as in rcl. It is
-    an entry in its node's executor; on an overridden ROS clock the setter of the time posts it. That may be
-    another thread than the one that calls: `_lock` keeps the two times together, over no foreign code.
-    Where the machine's clock is set back to before the last call, the running period ends in its time all the
-    same: `_steady_due` says when.
+    It is an entry in its node's executor; on an overridden ROS clock the setter of the time posts it.
     """
 
     __slots__ = (
@@ -169,14 +164,8 @@ class Timer(CallbackSource):
         '_canceled',
         '_clock',
         '_destroyed',
-        '_last_call',
-        '_lateness',
-        '_lock',
-        '_missed',
-        '_next_call',
-        '_period',
         '_posted',
-        '_steady_due',
+        '_schedule',
         '_taken',
         '_timer_entry',
         '_with_info',
@@ -207,20 +196,14 @@ class Timer(CallbackSource):
             )
         self.callback = callback
         self._clock: Clock = entity_of(clock.handle)  # all but clocks are refused here, with rclpy's words
-        self._period = int(timer_period_ns)
-        self._lock = Lock()
-        self._missed = 0
-        self._lateness = Latencies()
+        self._schedule = TimerSchedule(self._clock, int(timer_period_ns))
         self.watchers: Sequence[Callable[[], None]] = ()
-        self._last_call = clock.now_ns()
-        self._next_call = self._last_call + self._period
-        self._steady_due = self._clock.source.now() + self._period
         self._canceled = not autostart
         self._destroyed = self._posted = self._taken = False
         self._timer_entry = ClockTimerEntry(self.work_queue, clock, partial(Timer._post, ref(self)))
         if isinstance(clock, ROSClock):
             clock.watch_jumps(self)
-        self._schedule()
+        self._arm()
 
     # -- what rclpy offers
 
@@ -254,18 +237,18 @@ class Timer(CallbackSource):
     def timer_period_ns(self) -> int:
         """The period in ns. A new one counts from the next call on."""
         self._check()
-        return self._period
+        return self._schedule.period
 
     @timer_period_ns.setter
     def timer_period_ns(self, value: int) -> None:
         value = int(value)
         self._check()
-        self._period = value
+        self._schedule.period = value
 
     def is_ready(self) -> bool:
         """Whether a call is due."""
         self._check()
-        return not self._canceled and self._now() >= self._next_call
+        return not self._canceled and self._schedule.now() >= self._schedule.next_call
 
     def is_canceled(self) -> bool:
         """Whether it is off."""
@@ -281,24 +264,22 @@ class Timer(CallbackSource):
     def reset(self) -> None:
         """Start anew: the next call is one period from now."""
         self._check()
-        with self._lock:
-            self._next_call = self._clock.now_ns() + self._period
-            self._steady_due = self._clock.source.now() + self._period
-            self._canceled = False
-        self._schedule()
+        self._schedule.restart()
+        self._canceled = False
+        self._arm()
 
     def time_since_last_call(self) -> int:
         """Ns since the last call, or since it was made."""
         self._check()
-        return self._now() - self._last_call
+        return self._schedule.now() - self._schedule.last_call
 
     def time_until_next_call(self) -> int | None:
         """Return the ns until the next call, negative if it is late; None while canceled."""
         self._check()
         if self._canceled:
             return None
-        now = self._now()
-        return self._next_call - now
+        now = self._schedule.now()
+        return self._schedule.next_call - now
 
     def destroy(self) -> None:
         """End it. Idempotent."""
@@ -321,8 +302,8 @@ class Timer(CallbackSource):
     @property
     def next_call_ns(self) -> int:
         """When the next call is due, on its clock."""
-        self._now()
-        return self._next_call
+        self._schedule.now()
+        return self._schedule.next_call
 
     @property
     def events(self) -> int:
@@ -333,7 +314,7 @@ class Timer(CallbackSource):
         """Note a call that a waitable has made. Raises InvalidHandle once destroyed."""
         self._check()
         self.advance()
-        self._schedule()
+        self._arm()
 
     def take_over(self) -> None:
         """Leave calling to somebody else, a Rate: no executor calls it from now on.
@@ -342,64 +323,25 @@ class Timer(CallbackSource):
         loop with `spin_once` until something has changed that another thread does at this rhythm.
         """
         self._taken = True
-        self._schedule()
+        self._arm()
 
     def advance(self) -> tuple[int, int] | None:
-        """Note a call and find the next due time, in phase and in the future; None if none is due yet.
-
-        Returns when the call was due and when it came.
-        """
-        with self._lock:
-            now, due = self._clock.now_ns(), self._next_call
-            if now < due:
-                due = self._due_after_set_back(now)
-                if now < due:
-                    return None
-            period = max(self._period, 0)
-            following = due + period
-            if following <= now:
-                self._missed += (now - following) // period + 1 if period else 0
-                following = now if period == 0 else now + period - (now - following) % period
-            self._last_call, self._next_call = now, following
-            self._steady_due = self._clock.source.now() + following - now
-        self._lateness.counts[(now - due).bit_length()] += 1
-        return due, now
-
-    def _now(self) -> int:
-        """Return the clock's time. If the clock was set back, the next call is fitted to it."""
-        now = self._clock.now_ns()
-        if now < self._last_call:
-            with self._lock:
-                self._due_after_set_back(now)
-        return now
-
-    def _due_after_set_back(self, now: int) -> int:
-        """When the next call is due, now that the clock shows `now`.
-
-        A jump to before the last call would stop the timer until the old time is there again. Who sets a
-        clock by hand says so (`clock_jumped`); nobody tells of the machine's.
-        """
-        if now < self._last_call and not self._clock.overridden:
-            self._next_call = now + max(self._steady_due - self._clock.source.now(), 0)
-            self._last_call = min(self._next_call - self._period, now)
-        return self._next_call
+        """Note a call, and return when it was due and when it came; None if none is due yet."""
+        return self._schedule.advance()
 
     def statistics(self) -> TimerStatistics:
         """Count its calls, and how late they came."""
-        from goalwire.rules.statistics import TimerStatistics
-
-        lateness = self._lateness.histogram()
-        return TimerStatistics(self._period / S_TO_NS, lateness.count, self._missed, lateness)
+        return self._schedule.statistics()
 
     def run(self) -> object:
         self._posted = False
         if self._canceled:
             return None
         if self._taken:
-            self._schedule()
+            self._arm()
             return None
-        times = self.advance()
-        self._schedule()  # before the callback: in a reentrant group it may overlap itself
+        times = self._schedule.advance()
+        self._arm()  # before the callback: in a reentrant group it may overlap itself
         if times is None:
             return None
         if self._with_info is not None:
@@ -412,39 +354,21 @@ class Timer(CallbackSource):
 
     def remaining_ns(self) -> int | None:
         """The rest of the running period in ns, before its clock's source of time is switched."""
-        return None if self._canceled else self._next_call - self._clock.now_ns()
+        return None if self._canceled else self._schedule.next_call - self._clock.now_ns()
 
     def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:
-        """Adapt to the clock's new time.
+        """Adapt to the clock's new time."""
+        self._schedule.follow_jump(change, remaining_ns)
+        self._arm()
 
-        Where the source was switched, the rest of the period is still to be waited for; a jump to before the
-        last call starts a new period (rcl/timer.c's rules).
-        """
-        with self._lock:
-            now = self._clock.now_ns()
-            if change is not ClockChange.ROS_TIME_NO_CHANGE:
-                if now != 0 and remaining_ns is not None:
-                    self._next_call = now + max(remaining_ns, 0)
-                    self._last_call = self._next_call - self._period
-            elif now < self._last_call:
-                self._next_call = now + self._period
-                self._last_call = now
-            self._steady_due = self._clock.source.now() + self._next_call - now
-        self._schedule()
-
-    def _schedule(self) -> None:
+    def _arm(self) -> None:
         if not self._canceled:
-            self._timer_entry.set(self._next_turn() if self._taken else self._next_call)
+            schedule = self._schedule
+            self._timer_entry.set(schedule.next_turn() if self._taken else schedule.next_call)
             if self._destroyed:  # by another thread, which found nothing to cancel
                 self._timer_entry.cancel()
         for wake in self.watchers:
             wake()
-
-    def _next_turn(self) -> int:
-        """Return the time of the next call. The present one may be late, so whole periods are skipped."""
-        due = self.next_call_ns
-        late = self._clock.now_ns() - due
-        return due if late < 0 else due + (late // max(self._period, 1) + 1) * max(self._period, 1)
 
     @staticmethod
     def _post(reference: ReferenceType[Timer]) -> None:

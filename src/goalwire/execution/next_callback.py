@@ -1,0 +1,100 @@
+"""Chooses the callback that runs next, and sleeps until there is one. All executors share it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from weakref import ref
+
+from goalwire.errors import ExternalShutdownException
+from goalwire.execution.fd_selector import FdSelector
+from goalwire.execution.ready_queue import NodeWorkQueue, ReadyQueue
+from goalwire.execution.timer_heap import TimerHeap
+from goalwire.execution.waiting import WireWaiter
+from goalwire.execution.weak_methods import weakly
+
+if TYPE_CHECKING:
+    from goalwire.execution.ready_queue import CallbackSource
+    from goalwire.execution.waiting import ShutdownSignal, StopCondition
+
+
+class CallbackChooser:
+    """Finds ready work: what was posted first comes first.
+
+    Timers, file descriptors and waitables post their work when somebody looks at them, before each choice.
+    """
+
+    def __init__(self, shutdown_signal: ShutdownSignal) -> None:
+        self._shutdown_signal = shutdown_signal
+        self._clock = shutdown_signal.clock
+        # The wire holds these two, through nodes' queues. They must not hold the executor, and so its nodes.
+        self._ready = ReadyQueue(ref(self))
+        self._timer_heap = TimerHeap(weakly(self._look_again), self._ready.wakers)
+        self._fd_selector = FdSelector(self._look_again)
+        self._is_shutdown = False
+        self.work_queue = NodeWorkQueue()
+        """Where the executor's own tasks are posted."""
+        self.work_queue.attach(self._ready, self._timer_heap)
+
+    def reset_in_child(self) -> None:
+        """In a forked child, forget the sleeping threads: they are the parent's."""
+        self._timer_heap.reset_in_child()
+        self._fd_selector.reset_in_child()
+
+    def is_driven(self) -> bool:
+        """Whether somebody spins this, as far as it knows: an executor that a program has written may."""
+        return not self._is_shutdown
+
+    def _look_again(self) -> None:
+        """Wake a sleeper: there is an earlier timer, or a descriptor to watch."""
+        self._ready.wake_one()
+
+    def _next(self) -> CallbackSource | None:
+        """Return the next ready work, or None; timers, file descriptors and waitables are looked at first."""
+        ready = self._ready
+        if self._timer_heap.earliest is not None or self._fd_selector.watched or ready.pollers:
+            self._look_around()
+        if ready.items:
+            try:
+                return ready.items.popleft()
+            except IndexError:
+                return None  # another thread was quicker
+        return None
+
+    def _look_around(self) -> None:
+        """Have work posted by the timers, file descriptors and waitables that are ready."""
+        earliest = self._timer_heap.earliest
+        if earliest is not None and earliest <= (now := self._clock.now()):
+            self._timer_heap.call_due(now)
+        if self._fd_selector.watched:
+            self._fd_selector.poll()
+        if self._ready.pollers:
+            self._ready.poll_waitables()
+
+    def _is_past(self, deadline: int | None) -> bool:
+        return deadline is not None and deadline <= self._clock.now()
+
+    def _new_waiter(self) -> WireWaiter:
+        return WireWaiter(self._shutdown_signal, self._fd_selector)
+
+    def _take(self, waiter: WireWaiter, stop: StopCondition, deadline: int | None) -> CallbackSource | None:
+        """Return the next ready work, after sleeping for it; None at `stop`, at shutdown and at `deadline`.
+
+        Raises ExternalShutdownException when the context has ended.
+        """
+        ready, fd_selector, timer_heap = self._ready, self._fd_selector, self._timer_heap
+        while not self._is_shutdown:
+            if not self._shutdown_signal.alive:
+                raise ExternalShutdownException
+            # hot path: `_next`, without that call before and after each sleep: 1.2 us less a sleep.
+            due = timer_heap.earliest
+            if (due is not None and due <= self._clock.now()) or fd_selector.watched or ready.pollers:
+                self._look_around()
+            if ready.items:
+                try:
+                    return ready.items.popleft()
+                except IndexError:
+                    continue  # another thread was quicker
+            if stop.completion_state or (deadline is not None and deadline <= self._clock.now()):
+                return None
+            self._ready.park(waiter, self._clock, stop, deadline, self._timer_heap)
+        return None

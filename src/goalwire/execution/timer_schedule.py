@@ -1,0 +1,116 @@
+"""When a timer is due: its period, its phase, and what happens if its clock jumps."""
+
+from __future__ import annotations
+
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from goalwire.execution.clock import ClockChange
+from goalwire.rules.latencies import Latencies
+from goalwire.rules.time import S_TO_NS
+
+if TYPE_CHECKING:
+    from goalwire.execution.clock import Clock
+    from goalwire.rules.statistics import TimerStatistics
+
+
+class TimerSchedule:
+    """The due times of one timer, in ns of its clock.
+
+    Periods that were missed are made up for by one call, and the phase is kept, as in rcl. The lock keeps the
+    two times together, over no foreign code: another thread than the one that calls may set an overridden ROS
+    clock. If the machine's clock is set back to before the last call, the running period ends in its time all
+    the same: `_steady_due` says when.
+    """
+
+    __slots__ = ('_clock', '_lateness', '_lock', '_missed', '_steady_due', 'last_call', 'next_call', 'period')
+
+    def __init__(self, clock: Clock, period: int) -> None:
+        """`period` in ns; the first call is due one period from now."""
+        self.period = period
+        """Another one may be set; it counts from the next call on."""
+        self._clock = clock
+        self._lock = Lock()
+        self._missed = 0
+        self._lateness = Latencies()
+        self.last_call = clock.now_ns()
+        """When it was called last, or made."""
+        self.next_call = self.last_call + period
+        """When the next call is due; `now` fits it to a clock that was set back."""
+        self._steady_due = clock.source.now() + period
+
+    def restart(self) -> None:
+        """Begin a new period now."""
+        with self._lock:
+            self.next_call = self._clock.now_ns() + self.period
+            self._steady_due = self._clock.source.now() + self.period
+
+    def advance(self) -> tuple[int, int] | None:
+        """Note a call and find the next due time, in phase and in the future; None if none is due yet.
+
+        Returns when the call was due and when it came.
+        """
+        with self._lock:
+            now, due = self._clock.now_ns(), self.next_call
+            if now < due:
+                due = self._due_after_set_back(now)
+                if now < due:
+                    return None
+            period = max(self.period, 0)
+            following = due + period
+            if following <= now:
+                self._missed += (now - following) // period + 1 if period else 0
+                following = now if period == 0 else now + period - (now - following) % period
+            self.last_call, self.next_call = now, following
+            self._steady_due = self._clock.source.now() + following - now
+        self._lateness.counts[(now - due).bit_length()] += 1
+        return due, now
+
+    def now(self) -> int:
+        """Return the clock's time. If the clock was set back, the next call is fitted to it."""
+        now = self._clock.now_ns()
+        if now < self.last_call:
+            with self._lock:
+                self._due_after_set_back(now)
+        return now
+
+    def _due_after_set_back(self, now: int) -> int:
+        """Return when the next call is due, now that the clock shows `now`.
+
+        A jump to before the last call would stop the timer until the old time is there again. A program that
+        sets a ROS clock says so (`follow_jump`); nobody tells of the machine's clock.
+        """
+        if now < self.last_call and not self._clock.overridden:
+            self.next_call = now + max(self._steady_due - self._clock.source.now(), 0)
+            self.last_call = min(self.next_call - self.period, now)
+        return self.next_call
+
+    def next_turn(self) -> int:
+        """Return the time of the next call. The present one may be late, so whole periods are skipped."""
+        late = self.now() - self.next_call
+        period = max(self.period, 1)
+        return self.next_call if late < 0 else self.next_call + (late // period + 1) * period
+
+    def follow_jump(self, change: ClockChange, remaining_ns: int | None) -> None:
+        """Adapt to the clock's new time.
+
+        If the source was switched, the rest of the period (`remaining_ns`, None without one) is still to be
+        waited for. A jump to before the last call starts a new period (rcl/timer.c's rules).
+        """
+        with self._lock:
+            now = self._clock.now_ns()
+            if change is not ClockChange.ROS_TIME_NO_CHANGE:
+                if now != 0 and remaining_ns is not None:
+                    self.next_call = now + max(remaining_ns, 0)
+                    self.last_call = self.next_call - self.period
+            elif now < self.last_call:
+                self.next_call = now + self.period
+                self.last_call = now
+            self._steady_due = self._clock.source.now() + self.next_call - now
+
+    def statistics(self) -> TimerStatistics:
+        """Count the calls, and how late they came."""
+        from goalwire.rules.statistics import TimerStatistics
+
+        lateness = self._lateness.histogram()
+        return TimerStatistics(self.period / S_TO_NS, lateness.count, self._missed, lateness)
