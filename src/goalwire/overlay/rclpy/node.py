@@ -4,43 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 from weakref import ReferenceType, ref
 
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import NodeNameNonExistentError
-from goalwire.execution.callback_groups import check_group
 from goalwire.execution.callbacks import advise_callback, describe_given
 from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock
 from rclpy.guard_condition import GuardCondition
-from rclpy.impl.base_node import BaseNode, builtin_profile, timer_period_ns
-from rclpy.publisher import Publisher
+from rclpy.impl.base_node import builtin_profile, timer_period_ns
+from rclpy.impl.topic_endpoints import TopicEndpoints, destroy_owned
 from rclpy.qos import QoSProfile, qos_profile_services_default
 from rclpy.service import Service
-from rclpy.subscription import Subscription
 from rclpy.timer import Rate, Timer
 
 if TYPE_CHECKING:
-    from goalwire.entities.subscription import MessageInfo
     from goalwire.rules.qos import QoS
-    from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
     from rclpy.executors import Executor
-    from rclpy.qos_overriding_options import QoSOverridingOptions
 
 HIDDEN_NODE_PREFIX = '_'
 
-MsgT = TypeVar('MsgT')
 RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
-EntityT = TypeVar('EntityT')
 
 __all__ = ['HIDDEN_NODE_PREFIX', 'Node', 'NodeNameNonExistentError']
 
 
-class Node(BaseNode):
+class Node(TopicEndpoints):
     """A node whose callbacks an executor runs. Its block ends with its destruction, as in newer rclpy."""
 
     _ros_executor: ReferenceType[Executor] | None = None
@@ -71,142 +64,7 @@ class Node(BaseNode):
             new_executor.add_node(self)
             self._ros_executor = ref(new_executor)
 
-    def _ros_group(self, given: CallbackGroup | None) -> CallbackGroup:
-        return self._default_callback_group if given is None else check_group(given)
-
     # -- what it makes -------------------------------------------------------------------------------------
-
-    def create_publisher(
-        self,
-        msg_type: type[MsgT],
-        topic: str,
-        qos_profile: QoSProfile | int,
-        *,
-        callback_group: CallbackGroup | None = None,
-        event_callbacks: PublisherEventCallbacks | None = None,
-        qos_overriding_options: QoSOverridingOptions | None = None,
-        publisher_class: type[Publisher[Any]] = Publisher,
-    ) -> Publisher[MsgT]:
-        """Create a publisher; `qos_profile` is a profile or a history depth.
-
-        Raises InvalidTopicNameException, TypeError or RuntimeError for a bad type or profile,
-        UnsupportedEventTypeError for an event that the wire cannot tell, InvalidQosOverridesError.
-        """
-        self.handle.check_open()
-        profile = self._ros_overridden(QoSProfile.of(qos_profile), 'publisher', topic, qos_overriding_options)
-        group = self._ros_group(callback_group)
-        publisher: Publisher[MsgT] = publisher_class(self.handle, msg_type, topic, profile.to_core())
-        publisher.qos_profile = profile
-        self._ros_handle_events(publisher, event_callbacks, group)
-        self._publishers.append(publisher)
-        return publisher
-
-    @overload
-    def create_subscription(
-        self,
-        msg_type: type[MsgT],
-        topic: str,
-        callback: Callable[[MsgT], object],
-        qos_profile: QoSProfile | int,
-        *,
-        callback_group: CallbackGroup | None = None,
-        event_callbacks: SubscriptionEventCallbacks | None = None,
-        qos_overriding_options: QoSOverridingOptions | None = None,
-        raw: Literal[False] = False,
-    ) -> Subscription[MsgT]: ...
-    @overload
-    def create_subscription(
-        self,
-        msg_type: type[MsgT],
-        topic: str,
-        callback: Callable[[MsgT, MessageInfo], object],
-        qos_profile: QoSProfile | int,
-        *,
-        callback_group: CallbackGroup | None = None,
-        event_callbacks: SubscriptionEventCallbacks | None = None,
-        qos_overriding_options: QoSOverridingOptions | None = None,
-        raw: Literal[False] = False,
-    ) -> Subscription[MsgT]: ...
-    @overload
-    def create_subscription(
-        self,
-        msg_type: type[MsgT],
-        topic: str,
-        callback: Callable[[bytes], object],
-        qos_profile: QoSProfile | int,
-        *,
-        callback_group: CallbackGroup | None = None,
-        event_callbacks: SubscriptionEventCallbacks | None = None,
-        qos_overriding_options: QoSOverridingOptions | None = None,
-        raw: Literal[True],
-    ) -> Subscription[MsgT]: ...
-    @overload
-    def create_subscription(
-        self,
-        msg_type: type[MsgT],
-        topic: str,
-        callback: Callable[..., object],
-        qos_profile: QoSProfile | int,
-        *,
-        callback_group: CallbackGroup | None = None,
-        event_callbacks: SubscriptionEventCallbacks | None = None,
-        qos_overriding_options: QoSOverridingOptions | None = None,
-        raw: bool,
-    ) -> Subscription[MsgT]: ...
-    def create_subscription(
-        self,
-        msg_type: type[MsgT],
-        topic: str,
-        callback: Callable[..., object],
-        qos_profile: QoSProfile | int,
-        *,
-        callback_group: CallbackGroup | None = None,
-        event_callbacks: SubscriptionEventCallbacks | None = None,
-        qos_overriding_options: QoSOverridingOptions | None = None,
-        raw: bool = False,
-    ) -> Subscription[MsgT]:
-        """Create a subscription; `callback(message)` or `callback(message, info)`, plain or `async def`.
-
-        With `raw` the callback gets serialized bytes. Raises as create_publisher does.
-        """
-        self.handle.check_open()
-        profile = self._ros_overridden(
-            QoSProfile.of(qos_profile), 'subscription', topic, qos_overriding_options
-        )
-        group = self._ros_group(callback_group)
-        subscription = Subscription(self.handle, msg_type, topic, callback, profile.to_core(), group, raw=raw)
-        subscription.qos_profile = profile
-        subscription.callback_group = group
-        group.add_entity(subscription)
-        self._ros_handle_events(subscription, event_callbacks, group)
-        self._subscriptions.append(subscription)
-        return subscription
-
-    def _ros_overridden(
-        self, profile: QoSProfile, entity: str, topic: str, options: QoSOverridingOptions | None
-    ) -> QoSProfile:
-        """Return the profile with what the node's parameters say about this publisher or subscription."""
-        if options is None:
-            return profile
-        from rclpy.qos_overriding_options import overridden
-
-        return overridden(self, entity, self.handle.resolve(topic), profile, options)
-
-    def _ros_handle_events(
-        self,
-        endpoint: Publisher[Any] | Subscription[Any],
-        callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks | None,
-        group: CallbackGroup,
-    ) -> None:
-        """Attach the callbacks for the events of a new endpoint; if one is refused, destroy it."""
-        from rclpy.event_handler import event_handlers
-
-        try:
-            endpoint.event_handlers = event_handlers(endpoint, callbacks, group)
-        except BaseException:
-            endpoint.destroy()
-            raise
-        self._ros_waitables.extend(endpoint.event_handlers)
 
     def create_client(
         self,
@@ -345,36 +203,21 @@ class Node(BaseNode):
 
     # -- how it ends ---------------------------------------------------------------------------------------
 
-    def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
-        """Destroy a publisher of this node; False if it is not (any more)."""
-        return _destroy(publisher, self._publishers) and self._ros_forget_events(publisher)
-
-    def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
-        """Destroy a subscription of this node; False if it is not (any more)."""
-        listed = self._subscriptions if subscription in self._subscriptions else list(self.subscriptions)
-        return _destroy(subscription, listed) and self._ros_forget_events(subscription)
-
-    def _ros_forget_events(self, endpoint: Publisher[Any] | Subscription[Any]) -> bool:
-        for handler in endpoint.event_handlers:
-            if handler in self._ros_waitables:
-                self.remove_waitable(handler)
-        return True
-
     def destroy_client(self, client: Client[Any, Any]) -> bool:
         """Destroy a client of this node; False if it is not (any more)."""
-        return _destroy(client, self._clients)
+        return destroy_owned(client, self._clients)
 
     def destroy_service(self, service: Service[Any, Any]) -> bool:
         """Destroy a service of this node; False if it is not (any more)."""
-        return _destroy(service, self._services)
+        return destroy_owned(service, self._services)
 
     def destroy_timer(self, timer: Timer) -> bool:
         """Destroy a timer of this node; False if it is not (any more)."""
-        return _destroy(timer, self._timers)
+        return destroy_owned(timer, self._timers)
 
     def destroy_guard_condition(self, guard: GuardCondition) -> bool:
         """Destroy a guard condition of this node; False if it is not (any more)."""
-        return _destroy(guard, self._guards)
+        return destroy_owned(guard, self._guards)
 
     def destroy_rate(self, rate: Rate) -> bool:
         """Destroy a rate of this node; False if it is not (any more)."""
@@ -391,14 +234,6 @@ class Node(BaseNode):
         for rate in list(self._ros_rates):
             self.destroy_rate(rate)
         super().destroy_node()
-
-
-def _destroy(entity: Any, owned: list[Any]) -> bool:
-    if entity not in owned:
-        return False
-    owned.remove(entity)
-    entity.destroy()
-    return True
 
 
 reexport(__name__)
