@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from threading import RLock
 from time import monotonic, time_ns
 
@@ -51,6 +51,14 @@ def _most_descriptors() -> int:
         return 2 * bounds.MOST_LINKS
     most = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     return most if most != resource.RLIM_INFINITY else 2 * bounds.MOST_LINKS
+
+
+def _explain_missing(missing: Sequence[Dial], settings: Settings) -> str:
+    """Say who does not answer, and what to do about it."""
+    errors = ', '.join(dial.error for dial in missing if dial.error)
+    who = 'router' if settings.role is Role.CLIENT else 'peer or router'
+    where = ', '.join(address for dial in missing for address in dial.locators)
+    return f'cannot open a Zenoh session: no {who} answers at {where}: {errors}; {settings.advice}'
 
 
 class LinkWatch:
@@ -148,12 +156,7 @@ class NativeSession:
         if others and self._settings.meets_peers:
             self.wait_until(lambda: all(map(is_linked, others)) and self._has_settled(), OTHERS_S)
         if must_connect and (missing := self._dials.missing()):
-            errors = ', '.join(dial.error for dial in missing if dial.error)
-            who = 'router' if self._settings.role is Role.CLIENT else 'peer or router'
-            where = ', '.join(address for dial in missing for address in dial.locators)
-            raise TransportError(
-                f'cannot open a Zenoh session: no {who} answers at {where}: {errors}; {self._settings.advice}'
-            )
+            raise TransportError(_explain_missing(missing, self._settings))
 
     def _has_settled(self) -> bool:
         goes_on = self._settings.fails_unconnected and self._settings.connecting_s > 0
