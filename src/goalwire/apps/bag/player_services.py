@@ -2,40 +2,15 @@
 
 from __future__ import annotations
 
-from rosbag2_interfaces.srv import (
-    Burst,
-    GetRate,
-    IsPaused,
-    Pause,
-    PlayNext,
-    Resume,
-    Seek,
-    SetRate,
-    Stop,
-    TogglePaused,
-)
+from rosbag2_interfaces.srv import Burst, GetRate, PlayNext, Seek, SetRate, Stop
 
+from goalwire.apps.bag.pausing import offer_pausing
 from goalwire.apps.bag.player import Player
 from goalwire.errors import BagError
 
 
 def offer_services(player: Player) -> None:
     """Serve ~/pause, ~/resume, ~/toggle_paused, ~/seek, ~/set_rate, ~/play_next, ~/burst, ~/stop and more."""
-
-    def pause(_request: Pause.Request) -> Pause.Response:
-        player.pause()
-        return Pause.Response()
-
-    def resume(_request: Resume.Request) -> Resume.Response:
-        player.resume()
-        return Resume.Response()
-
-    def toggle(_request: TogglePaused.Request) -> TogglePaused.Response:
-        player.resume() if player.paused else player.pause()
-        return TogglePaused.Response()
-
-    def is_paused(_request: IsPaused.Request) -> IsPaused.Response:
-        return IsPaused.Response(paused=player.paused)
 
     def get_rate(_request: GetRate.Request) -> GetRate.Response:
         return GetRate.Response(rate=player.rate)
@@ -62,10 +37,7 @@ def offer_services(player: Player) -> None:
         return Stop.Response()
 
     node = player.node
-    node.service(Pause, '~/pause', pause)
-    node.service(Resume, '~/resume', resume)
-    node.service(TogglePaused, '~/toggle_paused', toggle)
-    node.service(IsPaused, '~/is_paused', is_paused)
+    offer_pausing(node, lambda: player.paused, lambda paused: player.pause() if paused else player.resume())
     node.service(GetRate, '~/get_rate', get_rate)
     node.service(SetRate, '~/set_rate', set_rate)
     node.service(PlayNext, '~/play_next', play_next)

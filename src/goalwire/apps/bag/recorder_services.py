@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 
 from rosbag2_interfaces.msg import WriteSplitEvent
-from rosbag2_interfaces.srv import IsPaused, Pause, Resume, Snapshot, SplitBagfile, Stop, TogglePaused
+from rosbag2_interfaces.srv import Snapshot, SplitBagfile, Stop
 
+from goalwire.apps.bag.pausing import offer_pausing
 from goalwire.apps.bag.recorder import Recorder
 from goalwire.errors import BagError
 
@@ -35,21 +36,6 @@ def offer_services(recorder: Recorder) -> None:
         recorder.paused = paused
         node.logger.info('paused' if paused else 'recording goes on')
 
-    def pause(_request: Pause.Request) -> Pause.Response:
-        set_paused(True)
-        return Pause.Response()
-
-    def resume(_request: Resume.Request) -> Resume.Response:
-        set_paused(False)
-        return Resume.Response()
-
-    def toggle(_request: TogglePaused.Request) -> TogglePaused.Response:
-        set_paused(not recorder.paused)
-        return TogglePaused.Response()
-
-    def is_paused(_request: IsPaused.Request) -> IsPaused.Response:
-        return IsPaused.Response(paused=recorder.paused)
-
     def stop(_request: Stop.Request) -> Stop.Response:
         if task is not None:
             asyncio.get_running_loop().call_soon(task.cancel)
@@ -57,10 +43,7 @@ def offer_services(recorder: Recorder) -> None:
 
     node.service(Snapshot, '~/snapshot', snapshot)
     node.service(SplitBagfile, '~/split_bagfile', split)
-    node.service(Pause, '~/pause', pause)
-    node.service(Resume, '~/resume', resume)
-    node.service(TogglePaused, '~/toggle_paused', toggle)
-    node.service(IsPaused, '~/is_paused', is_paused)
+    offer_pausing(node, lambda: recorder.paused, set_paused)
     node.service(Stop, '~/stop', stop)
     _tell_of_splits(recorder)
 
