@@ -16,8 +16,9 @@ from helpers.patience import PATIENCE
 import goalwire
 from goalwire.apps.bag.options import PlayOptions
 from goalwire.apps.bag.player import Player
-from goalwire.apps.cli.commands.bag.keys import DOWN, RIGHT, UP, keys
+from goalwire.apps.cli.commands.bag.keys import keys
 from goalwire.apps.cli.commands.bag.play import press
+from goalwire.apps.programs.keyboard import DOWN, RIGHT, UP
 from goalwire.rosbag2.reader import Reader
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
-import termios
-import tty
 from collections.abc import Iterator
 from contextlib import contextmanager
 from select import select
 
+UP, DOWN, RIGHT, LEFT = '\x1b[A', '\x1b[B', '\x1b[C', '\x1b[D'
 _ESCAPE = '\x1b'
 _REST_S = 0.05
 """How long the rest of an arrow key may take; the Escape key by itself has no rest."""
@@ -39,12 +39,27 @@ def keys() -> Iterator[Iterator[str]]:
     The terminal is left as it was. Keys that are pressed before the block begins are not read.
     """
     descriptor = sys.stdin.fileno()
+    with single_keys(descriptor):
+        yield _keys(descriptor)
+
+
+@contextmanager
+def single_keys(descriptor: int) -> Iterator[None]:
+    """Have a terminal give each key at once and show none while the block runs; then it is as it was."""
+    import termios  # not there on Windows
+    import tty
+
     before = termios.tcgetattr(descriptor)
     tty.setcbreak(descriptor)
     try:
-        yield _keys(descriptor)
+        yield
     finally:
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+
+
+def split_keys(typed: str) -> list[str]:
+    """Split what was typed into keys: characters, and arrow keys as three each."""
+    return re.findall(r'\x1b\[.?|.', typed, re.DOTALL)
 
 
 def _keys(descriptor: int) -> Iterator[str]:

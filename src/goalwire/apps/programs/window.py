@@ -13,8 +13,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
 from typing import Any, Self
 
+from goalwire.admission import host_name, is_loopback
+
 HOST = '127.0.0.1'
-LOCAL_NAMES = {'127.0.0.1', 'localhost'}
 COMMAND_HEADER = 'X-Window-Command'
 LONGEST_COMMAND = 1 << 16
 MOST_WAITING = 300
@@ -139,10 +140,10 @@ class _Page(BaseHTTPRequestHandler):
         return window
 
     def _is_local(self) -> bool:
-        host = (self.headers.get('Host') or '').rpartition(':')[0]
-        if host not in LOCAL_NAMES:
+        is_local = is_loopback(host_name(self.headers.get('Host') or ''))
+        if not is_local:
             self.send_error(403, 'this page is for browsers of its own machine')
-        return host in LOCAL_NAMES
+        return is_local
 
     def do_GET(self) -> None:
         window = self._window

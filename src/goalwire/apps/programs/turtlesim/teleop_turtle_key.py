@@ -14,7 +14,15 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from turtlesim.action import RotateAbsolute
 
-from goalwire.apps.programs.keyboard import interrupt_on_signals, is_terminal, keys
+from goalwire.apps.programs.keyboard import (
+    DOWN,
+    LEFT,
+    RIGHT,
+    UP,
+    interrupt_on_signals,
+    is_terminal,
+    keys,
+)
 from goalwire.apps.programs.running import declare_number
 
 HELP = """Reading from keyboard
@@ -22,7 +30,7 @@ HELP = """Reading from keyboard
 Use arrow keys to move the turtle.
 Use g|b|v|c|d|e|r|t keys to rotate to absolute orientations. 'f' to cancel a rotation.
 'q' to quit."""
-ARROWS = {'\x1b[A': (1.0, 0.0), '\x1b[B': (-1.0, 0.0), '\x1b[D': (0.0, 1.0), '\x1b[C': (0.0, -1.0)}
+ARROWS = {UP: (1.0, 0.0), DOWN: (-1.0, 0.0), LEFT: (0.0, 1.0), RIGHT: (0.0, -1.0)}
 """Key to forward and turn, each as a factor of its scale."""
 HEADINGS = {
     'g': 0.0,

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-UP, DOWN, RIGHT = '\x1b[A', '\x1b[B', '\x1b[C'
+from goalwire.apps.programs.keyboard import single_keys, split_keys
 
 
 @contextmanager
@@ -17,26 +17,19 @@ def keys(pressed: Callable[[str], None]) -> Iterator[bool]:
     if sys.platform == 'win32' or not sys.stdin.isatty():
         yield False
         return
-    import termios
-    import tty
-
     descriptor = sys.stdin.fileno()
-    before = termios.tcgetattr(descriptor)
     loop = asyncio.get_running_loop()
 
     def read() -> None:
         typed = os.read(descriptor, 64).decode('utf-8', 'replace')
         if not typed:  # the terminal has gone
             loop.remove_reader(descriptor)
-        while typed:
-            key = typed[:3] if typed.startswith('\x1b[') else typed[:1]
-            typed = typed[len(key) :]
+        for key in split_keys(typed):
             pressed(key)
 
-    tty.setcbreak(descriptor)
-    loop.add_reader(descriptor, read)
-    try:
-        yield True
-    finally:
-        loop.remove_reader(descriptor)
-        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+    with single_keys(descriptor):
+        loop.add_reader(descriptor, read)
+        try:
+            yield True
+        finally:
+            loop.remove_reader(descriptor)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.apps.bag.options import PlayOptions
 from goalwire.apps.bag.selection import Names, Selection
-from goalwire.apps.cli.commands.bag.keys import DOWN, RIGHT, UP, keys
+from goalwire.apps.cli.commands.bag.keys import keys
 from goalwire.apps.cli.commands.bag.live_servers import add_live_arguments, answer, expect
 from goalwire.apps.cli.commands.bag.reading import bag_argument, open_bag
 from goalwire.apps.cli.commands.bag.selecting import names, regular_expression
@@ -16,6 +16,7 @@ from goalwire.apps.cli.framework.lookup import full_name
 from goalwire.apps.cli.framework.numbers import length, positive, seconds
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.apps.cli.framework.output import tell
+from goalwire.apps.programs.keyboard import DOWN, RIGHT, UP
 
 if TYPE_CHECKING:
     import goalwire
