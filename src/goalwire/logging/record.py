@@ -92,8 +92,9 @@ def _seconds(record: LogRecord) -> str:
     return f'{seconds:010d}.{nanoseconds:09d}'
 
 
-def _date_time(record: LogRecord) -> str:
-    seconds, nanoseconds = divmod(record.stamp_ns, 1_000_000_000)
+def local_date_time(stamp_ns: int) -> str:
+    """Return a time in ns since 1970 as local date and time, with milliseconds."""
+    seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
     local = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(seconds))
     return f'{local}.{nanoseconds // 1_000_000:03d}'
 
@@ -107,7 +108,7 @@ _TOKENS: dict[str, Formatter] = {
     'line_number': lambda record: str(record.line),
     'time': _seconds,
     'time_as_nanoseconds': lambda record: f'{record.stamp_ns:019d}',
-    'date_time_with_ms': _date_time,
+    'date_time_with_ms': lambda record: local_date_time(record.stamp_ns),
 }
 # A backslash and what follows it are read together, so that `\\n` stays as it is written.
 _PART = Pattern(r'(\{(?:' + '|'.join(_TOKENS) + r')\})|(\\(?:x1b|.))', re.DOTALL)

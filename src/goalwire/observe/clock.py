@@ -16,4 +16,9 @@ def wall_offset() -> float:
 
 def time_of_day(reading: float) -> str:
     """Return when a reading was taken, as hours, minutes and seconds of local time."""
-    return strftime('%H:%M:%S', localtime(reading + wall_offset()))
+    return local_time(reading + wall_offset())
+
+
+def local_time(stamp: float) -> str:
+    """Return a time in s since 1970 as hours, minutes and seconds of local time."""
+    return strftime('%H:%M:%S', localtime(stamp))

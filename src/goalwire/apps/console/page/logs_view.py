@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from time import localtime, strftime
 from typing import Any
 
 from nicegui import ui
 
 from goalwire.apps.console.page.parts import LiveTable, head
 from goalwire.apps.console.page.view import Page, View
+from goalwire.observe.clock import local_time
 from goalwire.observe.log import LEVELS, LogLine
 
 _SHOWN = 300
@@ -103,7 +103,7 @@ class LogsView(View):
 def log_row(line: LogLine) -> dict[str, Any]:
     """Return a line as a row of a table with the columns `COLUMNS`."""
     name = line.level_name
-    at = strftime('%H:%M:%S', localtime(line.stamp)) + f'.{int(line.stamp % 1 * 1000):03}'
+    at = local_time(line.stamp) + f'.{int(line.stamp % 1 * 1000):03}'
     row: dict[str, Any] = {
         'key': str(line.number),
         'cells': [

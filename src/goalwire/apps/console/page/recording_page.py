@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from time import localtime, strftime
 from typing import TYPE_CHECKING, Any
 
 from fastapi import FastAPI
@@ -25,6 +24,7 @@ from goalwire.apps.console.state.robot_model import Meshes, scene_of
 from goalwire.apps.console.state.series import signed
 from goalwire.errors import RemoteError
 from goalwire.idl.pictures import COMPRESSED, IMAGE, as_data_url
+from goalwire.logging.record import local_date_time
 from goalwire.observe.messages import as_data
 
 if TYPE_CHECKING:
@@ -267,7 +267,7 @@ class RecordingPage:
             seconds = self._recording.seconds(time)
             self._lanes.put_cursor(seconds)
             self._clock.set_text(
-                f'{seconds:.2f} s of {self._recording.duration:.2f} s · {_time_of_day(time)}'
+                f'{seconds:.2f} s of {self._recording.duration:.2f} s · {local_date_time(time)}'
             )
         self._play.props(f'icon={"pause" if self._playhead.is_playing else "play_arrow"}')
         moment = self._moments.latest
@@ -352,7 +352,3 @@ class RecordingPage:
         self._pacer.close()
         self._moments.close()
         self._plots.close()
-
-
-def _time_of_day(time: int) -> str:
-    return strftime('%Y-%m-%d %H:%M:%S', localtime(time / 1e9)) + f'.{time // 1_000_000 % 1000:03}'

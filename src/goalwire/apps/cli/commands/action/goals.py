@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from datetime import datetime
 from time import time
 from typing import TYPE_CHECKING
 
@@ -12,6 +11,7 @@ from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.numbers import timeout_argument
 from goalwire.apps.cli.framework.outcome import Outcome
+from goalwire.observe.clock import local_time
 from goalwire.observe.goal_topics import known_goals
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def _print_goals(found: list[ReportedGoal], arguments: Namespace, output: Output
         if output.json:
             output.data({'goal_id': each.goal_id, 'status': each.status, 'accepted': each.accepted})
         else:
-            when = datetime.fromtimestamp(each.accepted).astimezone().strftime('%H:%M:%S')
+            when = local_time(each.accepted)
             output.line(
                 f'{each.goal_id}  {each.status:9}  accepted at {when}, {time() - each.accepted:.1f} s ago'
             )
