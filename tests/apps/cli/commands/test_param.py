@@ -19,7 +19,7 @@ from goalwire.rules.parameters import Type
 from goalwire.rules.parameters.fitting import fit_parameter
 
 NODE = '/lab/shelf/settings'
-PROGRAMS = Path(__file__).parent / 'programs'
+PROGRAMS = Path(__file__).parents[1] / 'programs'
 
 
 @pytest.fixture(scope='module')

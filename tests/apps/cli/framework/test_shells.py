@@ -17,7 +17,7 @@ if sys.platform == 'win32':
 
 from helpers.screens import Screen, screen
 
-PROGRAMS = Path(__file__).parent / 'programs'
+PROGRAMS = Path(__file__).parents[1] / 'programs'
 SHELLS = {
     'bash': (['--norc', '--noprofile', '-i'], 'eval "$(ros2 completion bash)"'),
     'zsh': (['-f', '-i'], 'eval "$(ros2 completion zsh)"'),
