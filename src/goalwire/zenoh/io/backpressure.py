@@ -19,7 +19,7 @@ ROOM_S = 60.0
 
 
 class Backpressure:
-    """One session's."""
+    """Lets the threads of one session wait for room on its links."""
 
     def __init__(self, wire_poller: LeaderFollowers, section: CriticalSection, poller: Poller) -> None:
         """`section` is over the session's tables."""

@@ -37,8 +37,10 @@ class Retry:
 
 
 class DialSlots:
-    """How many nodes of gossip are dialled at one time; others wait for their turn. On the thread that
-    waits."""
+    """How many nodes of gossip are dialled at one time; more wait for their turn.
+
+    Only the thread that reads uses it.
+    """
 
     def __init__(self, most: int) -> None:
         self._free = most
@@ -88,7 +90,7 @@ class LookUps:
             ask()
 
     def clear(self) -> None:
-        """Look up no more."""
+        """Stop looking names up."""
         self._waiting.clear()
 
 
@@ -137,7 +139,7 @@ class Dial:
         self._timer: Timer | None = None
 
     def start(self) -> None:
-        """Begin a round."""
+        """Begin one round through the addresses."""
         if self.is_over:
             return
         if self._slots is None:
@@ -298,7 +300,7 @@ class Dial:
             self._socket.close()
 
     def close(self) -> None:
-        """Try no more."""
+        """Stop dialling."""
         with self._lock:
             self.is_over = True
             self._close_socket()

@@ -140,7 +140,7 @@ class Dials:
     # ---- the end
 
     def close(self) -> None:
-        """Connect to nobody any more."""
+        """Stop dialling, and close what is being dialled."""
         self._look_ups.clear()
         for dial in list(self._dials.values()):
             dial.close()

@@ -29,7 +29,8 @@ class TlsFiles:
     """Paths of PEM files, and what is checked: `transport/link/tls` of a Zenoh configuration."""
 
     root_ca_certificate: str = ''
-    """The authorities that sign the certificates of others; empty: those that this system trusts."""
+    """The authorities that sign the certificates of others. If empty, the authorities that this system
+    trusts."""
     listen_certificate: str = ''
     listen_private_key: str = ''
     connect_certificate: str = ''
@@ -41,7 +42,7 @@ class TlsFiles:
 
 
 def as_port(text: str) -> int | None:
-    """Return the number of a TCP port, 0 included; None for what is none, whatever signs and however long."""
+    """Return the number of a TCP port, 0 included; None for any other text, however long."""
     is_number = text.isascii() and text.isdigit() and len(text) < 10
     return int(text) if is_number and int(text) < 65536 else None
 
@@ -59,7 +60,10 @@ def parse(text: str) -> Endpoint:
 
 
 def _plain(host: str) -> str | bytes:
-    """Return an ASCII name as bytes: for a str Python imports what other alphabets need, 1 MB of it."""
+    """Return an ASCII name as bytes.
+
+    For a str Python would import tables of other alphabets, 1 MB of them.
+    """
     return host.encode() if host.isascii() and host.isprintable() else host
 
 
@@ -106,19 +110,22 @@ def resolve(endpoint: Endpoint, *, passive: bool = False) -> list[tuple[socket.A
 
 
 def locators_of(listener: socket.socket, protocol: str = 'tcp') -> list[str]:
-    """Return the addresses at which others reach a listening socket: all of this machine if it takes any."""
+    """Return the addresses at which others reach a listening socket.
+
+    If it listens on all addresses, these are all of this machine.
+    """
     host, port = listener.getsockname()[:2]
     hosts = _own_addresses(listener.family) if host in {'0.0.0.0', '::'} else [host]  # noqa: S104
     return [f'{protocol}/{f"[{each}]" if ":" in each else each}:{port}' for each in hosts]
 
 
 def _own_addresses(family: int) -> list[str]:
-    """Return the addresses of this machine: those that its routes lead out by come first."""
+    """Return the addresses of this machine, those of its outgoing routes first."""
     found: dict[str, None] = {}
     for target in ('192.0.2.1', '10.255.255.255') if family == socket.AF_INET else ('2001:db8::1',):
         with socket.socket(family, socket.SOCK_DGRAM) as probe:
             try:
-                probe.connect((target, 9))  # sends nothing
+                probe.connect((target, 9))  # connecting a UDP socket sends nothing
                 found[probe.getsockname()[0]] = None
             except OSError:
                 continue

@@ -20,7 +20,7 @@ class FaultLog:
         self._faults: Counter[str] = Counter()
 
     def tell(self, link: Link, why: str) -> None:
-        """Count a link that was closed, and say why if that is due."""
+        """Count a link that was closed, and log the reason unless the same was logged shortly before."""
         kind = ''.join(sign for sign in why if not sign.isdigit())
         if kind not in self._faults and len(self._faults) >= bounds.MOST_FAULTS:
             kind = ''

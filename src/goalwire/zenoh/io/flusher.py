@@ -35,7 +35,7 @@ class Flusher:
         self._gate.acquire()
 
     def hold(self, link: Outgoing) -> None:
-        """Have `link` release what it holds back, soon. Its lock is held."""
+        """Have `link` soon send what it holds back. The link's lock is held."""
         self._holds += 1
         self.held.append(link)  # then look who sleeps; who goes to sleep looks here after having said so
         if self._sleeps:
@@ -52,16 +52,16 @@ class Flusher:
             self.flush()
 
     def _wake(self) -> None:
-        with suppress(RuntimeError):  # it is awake
+        with suppress(RuntimeError):  # the thread is awake already
             self._gate.release()
 
     def flush(self) -> None:
-        """Have everything sent that is held back now."""
+        """Send everything that is held back now."""
         while self.held:
             try:
                 link = self.held.pop()
             except IndexError:
-                return  # another thread has it
+                return  # another thread sends it
             link.release()
 
     def _run(self) -> None:
@@ -73,7 +73,7 @@ class Flusher:
             self._follow_flood()
 
     def _follow_flood(self) -> None:
-        """Look again and again, until nothing was held back since the last time."""
+        """Look again and again, until a look finds nothing held back."""
         period, holds = HOLD_S, -1
         while holds != self._holds and not self._is_closed:
             holds = self._holds
@@ -82,7 +82,7 @@ class Flusher:
             period = min(2 * period, LONGEST_HOLD_S)
 
     def close(self) -> None:
-        """End the thread; what is held back goes out first."""
+        """Send what is held back, then end the thread."""
         self.flush()
         self._is_closed = True
         self._wake()

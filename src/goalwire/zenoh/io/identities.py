@@ -1,4 +1,4 @@
-"""Who is at the other side of a link: its certificate, once TLS has verified it."""
+"""The other side's identity: its certificate, once TLS has verified it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from goalwire.zenoh.protocol.guard import Guard
 
 @record
 class PeerCertificate:
-    """What a session needs of a verified certificate."""
+    """The parts of a verified certificate that a session needs."""
 
     name: str
-    """The common name."""
+    """The certificate's common name (CN)."""
     kind: str
-    """The organizational unit."""
+    """The certificate's organizational unit (OU)."""
     begins: float
     """The time from which on it is valid, in s since the epoch."""
     ends: float
@@ -28,7 +28,7 @@ Identify: TypeAlias = Callable[[PeerCertificate], Guard | None]
 
 
 def read_peer_certificate(found: Mapping[str, Any] | None) -> PeerCertificate:
-    """Read what `ssl` tells of the other side's certificate. Raises SecurityError if there is none."""
+    """Read the other side's certificate in the form of `ssl`. Raises SecurityError if there is none."""
     import ssl  # a session without TLS does without
 
     if not found:

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class LinkMaker:
-    """One session's."""
+    """Makes the links of one session."""
 
     def __init__(
         self, owner: SocketLinkOwner, poller: Poller, files: TlsFiles, identify: Identify | None
     ) -> None:
-        """With `identify` all links have TLS, and it is asked who is at their other sides."""
+        """With `identify` all links have TLS, and `identify` names the other side by its certificate."""
         self._owner = owner
         self._poller = poller
         self._files = files
@@ -72,7 +72,10 @@ class LinkMaker:
         return SocketLink(self._owner, sock, handshake, self._poller)
 
     def _secured(self) -> Tls:
-        """Return what speaks TLS here; imported when it is needed, which costs some 10 ms."""
+        """Return the session's TLS.
+
+        The module is imported when it is first needed, which costs some 10 ms.
+        """
         if self._tls is None:
             from goalwire.zenoh.io.tls import Tls
 

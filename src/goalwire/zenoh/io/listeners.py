@@ -27,10 +27,13 @@ class Listeners:
         self._is_closed = False
 
     def listen(self, endpoint: Endpoint, text: str) -> list[str]:
-        """Listen at an address, which `text` shows; return where others reach it. Raises TransportError."""
+        """Listen at an address and return the addresses at which others reach it.
+
+        `text` is the address for error messages. Raises TransportError.
+        """
         try:
             family, address = resolve(endpoint, passive=True)[0]
-            # [::] is every address of this machine, those of IPv4 too; Python would take IPv6 alone.
+            # [::] means every address of this machine, IPv4 included; Python would listen on IPv6 only.
             is_any = address[0] == '::' and socket.has_dualstack_ipv6()
             listener = socket.create_server(address[:2], family=family, backlog=128, dualstack_ipv6=is_any)
         except OSError as error:
@@ -61,11 +64,11 @@ class Listeners:
             self._watch(listener, protocol)
 
     def stop(self) -> None:
-        """Accept nothing more; the sockets stay open until `close`."""
+        """Stop accepting; the sockets stay open until `close`."""
         self._is_closed = True
 
     def close(self) -> None:
-        """Close all, which takes none of those that were accepted."""
+        """Close the listening sockets. Accepted connections stay open."""
         self._is_closed = True
         for listener in self._sockets:
             self._poller.unregister(listener.fileno())

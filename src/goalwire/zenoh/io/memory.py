@@ -1,4 +1,4 @@
-"""Large messages and the allocator.
+"""Large messages leave free memory behind: when the allocator keeps it, and when it gives it back.
 
 glibc gives the memory of a freed message of 1 MB back to the system, and takes it anew, page by page, for the
 next one. On a virtual machine that costs some 5 µs a page: an image of 1 MB took 3.4-9 ms from publisher to
@@ -25,18 +25,20 @@ milliseconds."""
 
 
 def return_freed_memory() -> None:
-    """Have the allocator give back what is left of large messages that never became whole; only glibc
-    does."""
+    """Have the allocator return the memory of large messages that were never completed; only glibc can."""
     if sys.platform != 'linux':
         return
     import ctypes
 
-    with suppress(OSError, AttributeError):  # another C library
+    with suppress(OSError, AttributeError):  # not glibc
         ctypes.CDLL(None).malloc_trim(0)
 
 
 def keep_freed_memory() -> None:
-    """Have the allocator keep what large messages have left, once in a process; nothing without glibc."""
+    """Have the allocator keep the memory of large messages for the next ones.
+
+    Once in a process; only glibc can.
+    """
     if _done:
         return
     _done.append(True)
@@ -46,7 +48,7 @@ def keep_freed_memory() -> None:
 
     try:
         mallopt = ctypes.CDLL(None).mallopt
-    except (OSError, AttributeError):  # another C library
+    except (OSError, AttributeError):  # not glibc
         return
     mallopt(_TRIM_THRESHOLD, _KEPT)
     mallopt(_MMAP_THRESHOLD, _FROM_THE_SYSTEM)

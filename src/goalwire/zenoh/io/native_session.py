@@ -1,4 +1,4 @@
-"""A session: links to others, who waits on them, and how all of it ends."""
+"""A session: its links, the threads that wait on them, and its end."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ CONNECTING_S = 1.0
 OTHERS_S = 0.1
 """How long opening waits for nodes that are to connect to this one."""
 CLOSING_S = 1.0
-"""How long closing waits for the others to take what was sent."""
+"""How long closing waits for the others to read the last messages."""
 
 
 def _most_descriptors() -> int:
@@ -62,7 +62,7 @@ def _explain_missing(missing: Sequence[Dial], settings: Settings) -> str:
 
 
 class LinkWatch:
-    """Somebody who is told of links."""
+    """Calls a function for each link that comes up."""
 
     def __init__(self, watches: set[LinkWatch], on_link: Callable[[Link, str], None]) -> None:
         self.on_link = on_link
@@ -70,7 +70,7 @@ class LinkWatch:
         watches.add(self)
 
     def undeclare(self) -> None:
-        """Tell no more."""
+        """Stop telling of links."""
         self._watches.discard(self)
 
 
@@ -81,7 +81,10 @@ class NativeSession:
     """
 
     def __init__(self, settings: Settings) -> None:
-        """Open it, and wait until it knows what those know whom it meets. Raises TransportError."""
+        """Open the session, and wait until the nodes it meets have told all they know.
+
+        Raises TransportError.
+        """
         zid = settings.zid or os.urandom(15) + bytes((1 + os.urandom(1)[0] % 255,))
         self.guard = ForkGuard()
         self.rejects = RejectCounters()
@@ -140,13 +143,13 @@ class NativeSession:
         for each in settings.connect:
             self._maker.check_dialling(parse(each))
         is_client = settings.role is Role.CLIENT
-        # A client needs one router of those that it is given; a peer connects to each.
+        # A client needs one router of the configured ones; a peer connects to each.
         groups = [settings.connect] if is_client else [(each,) for each in settings.connect]
         self._dials.start([each for each in groups if each], settings.retry)
         self._wait_until_settled()
 
     def _wait_until_settled(self) -> None:
-        """Wait until those that are to be met were met, and have told what they have."""
+        """Wait until the nodes to meet are linked, and have told what they have."""
         must_connect = self._settings.fails_unconnected
         goes_on_s = self._settings.connecting_s if must_connect else 0.0
         self.wait_until(self._has_settled, max(goes_on_s, CONNECTING_S))
@@ -191,7 +194,7 @@ class NativeSession:
         try:
             new = self._maker.make_outbound(sock, parse(dial.address), self._handshake(dial))
             self._links[new.link] = new
-        except BaseException:  # as above
+        except BaseException:  # as in _take_inbound
             sock.close()
             raise
         self._dials.keep(dial, new.link)
@@ -219,7 +222,7 @@ class NativeSession:
         link = socket_link.link
         self._links.pop(link, None)
         self._greetings.pop(link, None)
-        # Before queries end below: whoever asks again at once then waits for this link to come back.
+        # Before queries end below: a caller that asks again at once then waits for this link to come back.
         self._relinking.note_lost(link.zid)
         if is_fault and not self._is_closing:
             self._faults.tell(link, why)
@@ -243,7 +246,7 @@ class NativeSession:
         self._relinking.note_running(now)
 
     def hold(self, outgoing: Outgoing) -> None:
-        """Release soon what a link holds back."""
+        """Have a link soon send what it holds back."""
         self._flusher.hold(outgoing)
 
     def wait_for_room(self, socket_link: SocketLink, is_answer: bool) -> None:
@@ -288,11 +291,11 @@ class NativeSession:
         self._poller.call(close)
 
     def note_change(self) -> None:
-        """Have whoever waits for a link look again."""
+        """Wake the threads that wait for a link, so that they look again."""
         self._waiters.wake_all()
 
     def expire_sooner(self) -> None:
-        """Set the timer for the next query whose time is over."""
+        """Set the timer for the earliest timeout of a query."""
         self._query_timer.set_for(self.protocol.queries)
 
     def refuse(self, kind: str, reason: object) -> None:
@@ -305,7 +308,7 @@ class NativeSession:
             self._relinking.wait()
 
     def report(self, error: Exception) -> None:
-        """Report what a user's function raised: it takes nobody else down."""
+        """Log what a user's function raised. The session goes on."""
         report_failure(f'Zenoh session {self.id}', error)
 
     # ---- what its user asks for
@@ -340,7 +343,7 @@ class NativeSession:
     # ---- the end
 
     def close(self) -> None:
-        """Send what waits, tell the others, and let go of everything. Idempotent."""
+        """Send what waits, tell the others, and close everything. Idempotent."""
         with self._lock:
             if self._is_closing:
                 return

@@ -1,4 +1,4 @@
-"""The one timer that ends the queries whose time is over."""
+"""The timer that ends queries at their timeouts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NEVER = float('inf')
 
 
 class QueryTimer:
-    """Set for the earliest time at which a query of one session may be over."""
+    """A timer that is set for the earliest timeout among the queries of one session."""
 
     def __init__(self, poller: Poller) -> None:
         self._poller = poller

@@ -18,7 +18,7 @@ from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 READING_TURNS = 64
 """How often every link is read before its end is believed to have been seen. Each time takes up to 64 KiB."""
 RELINK_S = 3.0
-"""How long links may take to come back that others have closed while this process was stopped."""
+"""How long links may take to come back after this process was stopped and the others closed them."""
 
 
 class Relinking:
@@ -32,7 +32,9 @@ class Relinking:
         has_settled: Callable[[], bool],
         lease_s: float,
     ) -> None:
-        """`has_settled` tells whether whoever is to be met was met; `lease_s` is this side's own lease."""
+        """`has_settled` tells whether all nodes that were to be met are linked; `lease_s` is this side's own
+        lease.
+        """
         self._protocol = protocol
         self._poller = poller
         self._waiters = waiters
@@ -69,7 +71,7 @@ class Relinking:
         self._waiters.wake_all()
 
     def wait(self) -> None:
-        """Wait until the links are there again that have ended while this process was stopped."""
+        """Wait until the links that ended while this process was stopped are back."""
         turns = 0
 
         def count_turn() -> None:

@@ -26,9 +26,9 @@ class Settings:
     tls: TlsFiles = TlsFiles()
     """For addresses that begin with tls/."""
     identify: Identify | None = None
-    """Says who is at the other side of a link with TLS. If it is set, nothing goes without TLS."""
+    """Names the other side of a TLS link by its certificate. If it is set, every link needs TLS."""
     token_keys: tuple[str, ...] = ()
-    """The tokens that routers are asked for; empty: all."""
+    """The key expressions of the tokens that routers are asked for; empty: all tokens."""
     untimed_s: float = 600.0
     """How long a query without a time may take; rmw_zenoh's ten minutes."""
     must_connect: bool | None = None
@@ -36,7 +36,7 @@ class Settings:
     connecting_s: float = 0.0
     """How long opening goes on trying if it must connect; 0: each address once."""
     portable: bool = IS_PORTABLE
-    """Whether to do without what only Linux has."""
+    """True to avoid what only Linux offers."""
     advice: str = 'check that these addresses can be reached'
     """The advice of the error that is raised if `connect` must be reached and is not."""
 

@@ -1,4 +1,4 @@
-"""One connection: reads what comes, writes what its link says, and ends both."""
+"""One connection: reads bytes for its link, writes those of its link, and ends both."""
 
 from __future__ import annotations
 
@@ -28,27 +28,28 @@ READ_SIZE_LARGE = 1 << 18
 _MANY = 8
 """Pieces of a message from which it counts as large."""
 _READS_AT_ONCE = 8
-"""How often a connection in the midst of a large message is read before the others have their turn."""
+"""How many reads in a row a connection gets in the midst of a large message, before other connections are
+read."""
 
 ENOUGH_ROOM = QUEUE_LIMIT // 2
-"""Bytes that may wait still when those who wait for room go on."""
+"""Threads that wait for room go on when fewer bytes than this wait for the socket."""
 
 LEAST_PERIOD_S = 0.01
-"""How long it is between two looks at the leases, however short these are."""
+"""The shortest time between two checks of the leases."""
 HANDSHAKE_S = 10.0
 """How long a handshake may take, as Zenoh's own default."""
 
 
 _FLAGS = (NO_SIGPIPE,)
 _NOTHING_ELSE = ((),)
-"""`sendmsg` may also send descriptors."""
+"""The second argument of `sendmsg`: no descriptors are sent along."""
 
 JOINED_SIZE = 1 << 16
 """Bytes of several buffers that are joined to be sent at once."""
 
 
 def join_first(buffers: Sequence[Buffer]) -> Buffer:
-    """Return the first of several buffers, small ones joined: for what sends only one at a time."""
+    """Return the first of several buffers, small ones joined. For streams that send one buffer at a time."""
     joined: list[Buffer] = []
     size = 0
     for each in buffers:
@@ -66,7 +67,7 @@ class SocketLinkOwner(Protocol):
 
     @property
     def lease_ms(self) -> int:
-        """For how long this side may be silent before the others give it up."""
+        """How long this side may be silent before the others close the link."""
 
     def take_end(self, socket_link: SocketLink, why: str, is_fault: bool) -> None:
         """Take note that a connection has ended, why, and whether the other side broke the rules."""
@@ -75,7 +76,7 @@ class SocketLinkOwner(Protocol):
         """Block until less waits for a connection, if this thread may."""
 
     def hold(self, outgoing: Outgoing) -> None:
-        """Release soon what a link holds back."""
+        """Have a link soon send what it holds back."""
 
     def note_running(self, now: float) -> None:
         """Take note that this process runs; `now` in s."""
@@ -94,7 +95,7 @@ class SocketLink:
         self._fd = sock.fileno()
         self._poller = poller
         self.waiting: set[Sleeper] = set()
-        """Threads that wait for room."""
+        """Threads that wait for room in the link's queue."""
         self._wants_room = False
         self._has_ended = False
         self._recv: Callable[[int], bytes] = sock.recv
@@ -131,7 +132,7 @@ class SocketLink:
         self._owner.wait_for_room(self, is_answer)
 
     def hold(self, outgoing: Outgoing) -> None:
-        """Release soon what the link holds back."""
+        """Have the link soon send what it holds back."""
         self._owner.hold(outgoing)
 
     def write(self, data: Buffer) -> int:
@@ -172,7 +173,7 @@ class SocketLink:
             self._poller.call(self._check)
 
     def watch_room(self) -> None:
-        """Have those that wait for room woken once there is some, whichever thread has made it."""
+        """Have the threads that wait for room woken once there is some."""
         with self.outgoing.lock:
             if not self._has_ended:
                 self.request_flush()
@@ -180,7 +181,7 @@ class SocketLink:
     # ---- what the poller says
 
     def on_ready(self, events: int) -> None:
-        """Read what is there; write what waits."""
+        """Read if there is something to read; write if there is room for what waits."""
         if events & OUT and self._wants_room:
             outgoing = self.outgoing
             if outgoing.flush():
@@ -191,7 +192,7 @@ class SocketLink:
             self._read()
 
     def _forget_room(self) -> None:
-        """Wait for room no more, unless something was queued since."""
+        """Stop waiting for room in the socket, unless something was queued since."""
         if not self._has_unsent():
             self._wants_room = False
             self._poller.modify(self._fd, IN)
@@ -231,7 +232,7 @@ class SocketLink:
             raise
 
     def wake_waiting(self) -> None:
-        """Have those that wait for room look again."""
+        """Wake the threads that wait for room, so that they look again."""
         for sleeper in list(self.waiting):
             sleeper.wake()
 
@@ -276,7 +277,7 @@ class SocketLink:
         self.link.close(reason)
         self._say_goodbye()
         self._poller.unregister(self._fd)
-        with suppress(OSError):  # it broke before
+        with suppress(OSError):  # the connection broke before
             self._socket.shutdown(socket.SHUT_RDWR if reason is None else socket.SHUT_WR)
         self._socket.close()
         freed = self.link.frames.discard_pieces()

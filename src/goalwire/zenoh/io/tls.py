@@ -29,7 +29,10 @@ T = TypeVar('T')
 
 
 def client_context(files: TlsFiles) -> ssl.SSLContext:
-    """Return what connections are opened with. Raises TransportError for a file that cannot be used."""
+    """Return the TLS context for outgoing connections.
+
+    Raises TransportError for a file that cannot be used.
+    """
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname = files.verify_name_on_connect
     _trust(context, files)
@@ -39,7 +42,10 @@ def client_context(files: TlsFiles) -> ssl.SSLContext:
 
 
 def server_context(files: TlsFiles) -> ssl.SSLContext:
-    """Return what connections are taken with. Raises TransportError for a file that cannot be used."""
+    """Return the TLS context for incoming connections.
+
+    Raises TransportError for a file that cannot be used.
+    """
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     _show(context, files.listen_certificate, files.listen_private_key, 'listen')
     if files.enable_mtls:
@@ -97,7 +103,7 @@ _ADVICE = {
 
 
 def explain(error: OSError) -> str:
-    """Return an error of TLS or of a file in short words, with what to do where that is known."""
+    """Return the text of an error of TLS or of a file, with advice if there is any."""
     if isinstance(error, ssl.SSLCertVerificationError):
         text = f'the certificate is not accepted: {error.verify_message.rstrip(".")}'
     elif isinstance(error, ssl.SSLError) and error.reason:
@@ -150,7 +156,7 @@ class TlsStream:
         return self._tls.getpeercert()
 
     def _fill(self) -> None:
-        """Hand what has come to OpenSSL."""
+        """Hand the received bytes to OpenSSL."""
         with suppress(BlockingIOError, InterruptedError):
             data = self._socket.recv(JOINED_SIZE)
             if data:
@@ -175,7 +181,10 @@ class TlsStream:
         return parts[0] if len(parts) == 1 else b''.join(parts)
 
     def send(self, data: Buffer, _flags: int = 0) -> int:
-        """Encrypt and send; return how much was taken. Raises BlockingIOError while what was taken waits."""
+        """Encrypt and send; return how many bytes were taken.
+
+        Raises BlockingIOError while earlier bytes wait.
+        """
         with self._lock:
             if self._is_sending:
                 raise BlockingIOError
@@ -201,7 +210,7 @@ class TlsStream:
         return self.send(join_first(buffers))
 
     def flush(self) -> bool:
-        """Send what is encrypted; False if the socket takes no more, or is being written to."""
+        """Send the encrypted bytes; False if the socket is full, or another call is sending."""
         with self._lock:
             if self._is_sending:
                 return False
@@ -224,7 +233,7 @@ class TlsStream:
         return True
 
     def end(self) -> None:
-        """Tell the other side that nothing more comes, where the socket takes that at once."""
+        """Tell the other side that nothing more comes, if the socket takes that at once."""
         with self._lock, suppress(OSError, ValueError):
             with suppress(ssl.SSLWantReadError):
                 self._tls.unwrap()
@@ -244,7 +253,7 @@ class TlsSocketLink(SocketLink):
         tls: TlsStream,
         identify: Identify | None,
     ) -> None:
-        """`tls` is the stream on `sock`; `identify` is asked who is at the other side."""
+        """`tls` is the stream on `sock`; `identify` names the other side by its certificate."""
         super().__init__(owner, sock, handshake, poller)
         self._tls = tls
         self._identify = identify
@@ -273,7 +282,7 @@ class TlsSocketLink(SocketLink):
         self._watch_unsent()
 
     def _know_other_side(self) -> bool:
-        """Ask who is at the other side; False if it is refused, and the link closed."""
+        """Identify the other side; False if it is refused, and the link closed."""
         if self._identify is not None:
             try:
                 self.link.guard = self._identify(read_peer_certificate(self._tls.peer_certificate()))
@@ -291,7 +300,7 @@ class TlsSocketLink(SocketLink):
             raise BlockingIOError from None
 
     def _watch_unsent(self) -> None:
-        """Ask for room where encrypted bytes wait."""
+        """Have the rest of the encrypted bytes sent once there is room."""
         if self._tls.has_unsent:
             self.request_flush()
 
@@ -333,7 +342,7 @@ class TlsSocketLink(SocketLink):
 
 
 class Tls:
-    """How one session speaks TLS. Each method raises TransportError for a file that cannot be used."""
+    """The TLS of one session. Each method raises TransportError for a file that cannot be used."""
 
     def __init__(self, files: TlsFiles, identify: Identify | None = None) -> None:
         self._files = files
@@ -342,13 +351,13 @@ class Tls:
         self._server: ssl.SSLContext | None = None
 
     def check_listening(self) -> ssl.SSLContext:
-        """Return what connections of others are taken with."""
+        """Return the TLS context for incoming connections."""
         if self._server is None:
             self._server = server_context(self._files)
         return self._server
 
     def check_dialling(self) -> ssl.SSLContext:
-        """Return what connections are opened with."""
+        """Return the TLS context for outgoing connections."""
         if self._client is None:
             self._client = client_context(self._files)
         return self._client

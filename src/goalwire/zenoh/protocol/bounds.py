@@ -50,9 +50,9 @@ MOST_DIALS = 32
 """Nodes of gossip that are dialled, or in their handshake, at one time, others wait for their turn: so many
 descriptors at most, of the 1024 that Linux gives a process."""
 GOSSIP_CONNECT_S = 3.0
-"""How long an address that was told by gossip may leave a connection unanswered."""
+"""How long a connection to an address of gossip may stay unanswered."""
 MOST_LOOK_UPS = 4
-"""Threads that look up names which were told by gossip."""
+"""Threads that look up host names of gossip."""
 
 # ---- links
 
@@ -64,7 +64,7 @@ MOST_GREETINGS = 128
 more takes the place of the oldest: a handshake takes milliseconds, and whoever needs seconds mostly never
 ends it."""
 MOST_FAULTS = 100
-"""Different reasons for which links were closed that are told apart in the log, numbers in them aside."""
+"""How many different reasons for closing links the log tells apart; numbers in them do not count."""
 
 # ---- what waits to be sent
 
@@ -75,7 +75,7 @@ UNREAD_S = 1.0
 """How long an answer waits beyond that, unless PROGRESS bytes were taken meanwhile; then the link is
 closed."""
 PROGRESS = 1 << 20
-"""Bytes that whoever reads slowly takes in UNREAD_S at least."""
+"""The bytes that even a slow reader takes within UNREAD_S."""
 
 # ---- messages in pieces
 
@@ -85,6 +85,6 @@ together."""
 UNFINISHED_LIMIT = 2 << 30
 """Bytes of the unfinished messages of all links: two of the largest."""
 MOST_PIECES = 1 << 22
-"""Pieces of one message: each costs some 60 bytes beside what it holds, also if it holds nothing."""
+"""Pieces of one message. Each piece costs some 60 bytes beside its content, even an empty one."""
 STALE_S = 30.0
 """How long an unfinished message is kept of which nothing comes: half of rmw_zenoh's lease."""

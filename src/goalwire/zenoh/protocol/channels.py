@@ -30,7 +30,7 @@ PRIORITIES = 8
 CHANNELS = 2 * PRIORITIES
 DATA_PRIORITY = 5
 CONTROL_CHANNEL = 1
-"""Reliable, the highest priority: what is declared."""
+"""The channel of declarations: reliable, of the highest priority."""
 DATA_CHANNEL = 2 * DATA_PRIORITY + 1
 
 IS_RELIABLE = 0x20
@@ -63,7 +63,7 @@ def frame_head(channel: int, number: int) -> bytes:
 
 
 def fragment_head(channel: int, number: int, *, marks_first: bool, more: bool) -> bytes:
-    """Return the head of a piece; `marks_first` for the first one where patch 1 was agreed."""
+    """Return the head of a piece; `marks_first` marks the first one, if patch 1 was agreed."""
     header = FRAGMENT | (IS_RELIABLE if channel & 1 else 0) | (MORE_PIECES if more else 0)
     extensions = b''
     if channel >> 1 != DATA_PRIORITY:
@@ -120,7 +120,7 @@ class PieceBudget:
         self.limit = limit
         self.above = above
         self.used = 0
-        """Bytes that are kept now."""
+        """How many bytes of unfinished messages all links keep now."""
 
 
 class Reassembly:
@@ -129,19 +129,22 @@ class Reassembly:
     __slots__ = ('_budget', '_has_marks', '_pieces', '_quiet', 'is_refused', 'size')
 
     def __init__(self, *, has_marks: bool, budget: PieceBudget) -> None:
-        """`has_marks` where first pieces are marked, by patch 1."""
+        """`has_marks` if first pieces are marked, by patch 1."""
         self._has_marks = has_marks
         self._budget = budget
         self._pieces: list[Buffer] | None = None
         self.size = 0
-        """Bytes that are kept."""
+        """How many bytes of the unfinished message are kept."""
         self.is_refused = False
         """Whether the budget had no room for the last piece."""
         self._quiet: tuple[int, float] | None = None
-        """How many pieces there were when `is_stale` was asked, and since when there have been as many."""
+        """The number of pieces at the last `is_stale`, and since when it has not changed."""
 
     def add(self, piece: Buffer, *, gap: int, first: bool, more: bool, given_up: bool) -> bytes | None:
-        """Take a piece; return the message with its last one. Raises if the message is beyond the limit."""
+        """Add a piece; with the last one return the whole message.
+
+        Raises ZenohProtocolError beyond the size limit.
+        """
         self.is_refused = False
         if first or (self._pieces is None and not self._has_marks):
             self.clear()
@@ -174,7 +177,7 @@ class Reassembly:
         return message
 
     def clear(self) -> None:
-        """Throw away what has come."""
+        """Throw away the unfinished message."""
         budget = self._budget
         budget.used -= self.size
         if budget.above is not None:
@@ -196,11 +199,11 @@ class Reassembly:
 
 
 _AT_ONCE = 1 << 18
-"""Bytes that are taken out for the socket at once; what is more urgent waits behind them."""
+"""Bytes that are handed to the socket at once; more urgent messages wait behind them."""
 
 
 class Frame:
-    """A frame that waits, and takes up what is sent on its channel until it is full or goes to the socket."""
+    """A frame that waits. Messages of its channel join it until it is full or goes to the socket."""
 
     __slots__ = ('channel', 'parts', 'size')
 
@@ -226,14 +229,14 @@ class SendQueue:
 
     def __init__(self) -> None:
         self.size = 0
-        """Bytes that wait."""
+        """Bytes that wait for the socket."""
         self._begun: deque[Buffer] = deque()
         self._begun_size = 0
         self._waiting: list[deque[Sequence[Buffer] | Frame]] = [deque() for _ in range(PRIORITIES)]
         self.open: list[Frame | None] = [None] * CHANNELS
-        """The frame of each channel that what is sent there may join."""
+        """For each channel, the frame that further messages may join."""
         self.taken = 0
-        """How much the socket took of the last `next_buffers`; set by whoever writes them."""
+        """How many bytes of the last `next_buffers` the socket took; set by the caller that writes them."""
         self._moved: tuple[deque[Sequence[Buffer] | Frame], int, int] | None = None
         """Whence a batch is being taken, how many were there, and how many buffers had begun."""
         self._written: tuple[list[Buffer], int] | None = None
@@ -249,19 +252,19 @@ class SendQueue:
         self.size += sum(map(len, batch))
 
     def begin(self, channel: int, head: bytes, message: bytes) -> None:
-        """Have a frame wait that others may join."""
+        """Queue a frame that other messages may join."""
         frame = self.open[channel] = Frame(channel, head, message)
         self._waiting[channel >> 1].append(frame)
         self.size += 2 + frame.size
 
     def add_rest(self, rest: Buffer) -> None:
-        """Queue the rest of a batch of which the socket took a part, while nothing else waits."""
+        """Queue the rest of a batch that the socket took in part; nothing else may wait."""
         self._begun.append(rest)
         self._begun_size += len(rest)
         self.size += len(rest)
 
     def next_buffers(self, limit: int) -> list[Buffer]:
-        """Return what to write next, up to `limit` pieces or a few more."""
+        """Return the buffers to write next, `limit` or a few more."""
         begun = self._begun
         for waiting in self._waiting:
             while waiting and len(begun) < limit and self._begun_size < _AT_ONCE:
@@ -279,14 +282,14 @@ class SendQueue:
         return buffers
 
     def _close(self, frame: Frame) -> Sequence[Buffer]:
-        """Let nothing more join a frame; return its batch."""
+        """Close a frame to further messages and return its batch."""
         if self.open[frame.channel] is frame:
             self.open[frame.channel] = None
         frame.parts[0] = frame.size.to_bytes(2, 'little')
         return (b''.join(frame.parts),)
 
     def written(self, size: int) -> None:
-        """The socket took so many bytes of `next_buffers`."""
+        """Remove the first `size` bytes of `next_buffers`: the socket has taken them."""
         self.size -= size
         self._begun_size -= size
         begun = self._begun
@@ -299,7 +302,7 @@ class SendQueue:
         self._written = None
 
     def mend(self) -> None:
-        """Put right what somebody was doing here when a signal's handler raised."""
+        """Restore the tables after a signal's handler has raised in the midst of a change."""
         begun = self._begun
         if self._moved is not None:
             waiting, count, had_begun = self._moved
@@ -333,7 +336,7 @@ def _size(batch: Sequence[Buffer] | Frame) -> int:
 
 
 def _behind(buffers: list[Buffer], size: int) -> Iterator[Buffer]:
-    """Yield what is left of some buffers without their first `size` bytes."""
+    """Yield some buffers without their first `size` bytes."""
     for each in buffers:
         if size < len(each):
             yield memoryview(each)[size:] if size else each

@@ -39,7 +39,7 @@ _FINAL = 0x1A
 _INFO = NUMBER_FORM | 1
 """The extension that says of a queryable whether it is complete (bit 0) and how far off (bits 8-23)."""
 _TAKEN_BACK = 0x4F
-"""The extension that may repeat the key of what is taken back."""
+"""The extension that may repeat the key in an undeclaration."""
 _ITS_KEY_IS_EMPTY = b'\x5f\x02\0\0'
 _COMMON = frozenset((QOS, NODE_ID, 0x42))
 
@@ -56,7 +56,7 @@ class Kind(IntEnum):
 
 @record
 class Declaration:
-    """One DECLARE. `interest` is the number of what it answers, None for news."""
+    """One DECLARE. `interest` is the number of the INTEREST that it answers, None for news."""
 
     kind: Kind
     number: int = 0
@@ -90,7 +90,7 @@ def take_back(kind: Kind, number: int) -> bytes:
 
 
 def final(interest: int = 0) -> bytes:
-    """Say that what the interest asked for has been told; 0: all that there is, unasked."""
+    """Say that an interest is answered completely; 0: that everything was told, unasked."""
     return _head(interest) + bytes((_FINAL,))
 
 
@@ -142,7 +142,7 @@ def _read_key(reader: Reader, flags: int) -> tuple[int, str]:
 
 
 class About(IntFlag):
-    """The subject of an interest."""
+    """The subject of an interest: subscribers, queryables or tokens, and a key."""
 
     EXPRESSIONS = 0x01
     SUBSCRIBERS = 0x02
@@ -155,7 +155,7 @@ _HAS_KEY = 0x10
 
 
 class When(IntFlag):
-    """Whether what there is, what will come, or both; FINAL: it is no longer wanted."""
+    """Whether an interest is in present things, future ones, or both; FINAL ends it."""
 
     FINAL = 0
     PRESENT = 1

@@ -51,7 +51,7 @@ class Expressions:
                     link.outgoing.retire_expression(take_back(Kind.EXPRESSION, number))
 
     def name(self, link: Link, key: str, out: list[bytes]) -> WireKey:
-        """Name a key as a link knows it; `out` gets what must be declared there before."""
+        """Name a key by the link's numbers; `out` gets the declarations that must be sent before."""
         number = link.peer.expression_ids.get(key)
         if number is not None:
             return wire_key(key, number)

@@ -27,12 +27,12 @@ from goalwire.zenoh.protocol.network import (
 from goalwire.zenoh.protocol.primitives import MORE, SMALL_END, SMALL_Z, decode_z
 
 KEY_SIZE = 3
-"""Bytes by which the form of a PUSH or a REQUEST is looked up: its key's number, and what is beside it."""
+"""The first bytes, by which the form of a PUSH or a REQUEST is found: they hold the number of its key."""
 TIME_SIZE = 9
 """Bytes of the time in a stamp, since 1970 was half a year old."""
 _LEAST_ID = 8
 _SHORT = 0x80
-"""Numbers below take one byte."""
+"""Numbers below this take one byte."""
 
 QueryFields: TypeAlias = tuple[str, Payload | None, bytes | None, bytes | None]
 _new_query: Callable[[QueryFields], QueryMessage] = partial(tuple.__new__, QueryMessage)
@@ -60,7 +60,7 @@ class RequestForm(NamedTuple):
     header: int
     head: bytes
     where: tuple[int, bytes, int]
-    """The key: scope, suffix, whose."""
+    """The key: its scope, its suffix, and which side has declared the scope."""
     qos: int
     parameters: str
 

@@ -84,7 +84,7 @@ class FrameReader:
         they end.
         """
         self.reads = 0
-        """Counts what `receive` has taken."""
+        """Counts the reads that `receive` was given."""
         self.in_pieces = False
         """Whether of a message in pieces more are to come."""
         self._take_handshake = take_handshake
@@ -115,11 +115,11 @@ class FrameReader:
         self._is_agreed = True
 
     def close(self) -> None:
-        """Expect no frames any more."""
+        """Ignore what comes from now on."""
         self._is_agreed = False
 
     def has_heard(self) -> bool:
-        """Whether anything has come since this was asked the last time."""
+        """Whether anything has come since the last call of this."""
         heard, self._heard = self._heard, False
         return heard
 
@@ -141,7 +141,7 @@ class FrameReader:
         return freed
 
     def receive(self, data: bytes) -> None:
-        """Take bytes. Raises ZenohProtocolError or ClosedByPeerError, after which the link is no more."""
+        """Take bytes. Raises ZenohProtocolError or ClosedByPeerError; the link has ended then."""
         self._heard = True
         start, tail = 0, self._tail
         if tail:

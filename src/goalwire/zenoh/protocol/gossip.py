@@ -1,4 +1,4 @@
-"""The nodes of which routers tell, and what routers are told of this session."""
+"""The nodes that routers tell of, and how this session is announced to routers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Gossip:
         meet: Callable[[Node], None],
         refuse: Callable[[str, object], object],
     ) -> None:
-        """`meet` gets the nodes to connect to, `refuse` the kind of what is ignored, and why."""
+        """`meet` gets the nodes to connect to; `refuse` gets an ignored message's kind and the reason."""
         self.nodes: dict[bytes, Node] = {}
         self.locators: tuple[str, ...] = ()
         """Where this session listens; set before the first link."""
@@ -39,7 +39,7 @@ class Gossip:
         return tell_of(Node(self._identity.zid, self._identity.role, self.locators), self._changes)
 
     def take(self, link: Link, nodes: list[Node]) -> None:
-        """Take note of nodes that a router tells of, and connect to those that are this side's to call."""
+        """Remember the nodes that a router tells of, and connect to those that this side has to dial."""
         if link.role is not Role.ROUTER or self._identity.role is not Role.PEER:
             return
         zid = self._identity.zid
@@ -57,7 +57,7 @@ class Gossip:
         self.nodes.pop(zid, None)
 
     def _forget_oldest(self) -> None:
-        """Make room for a node: forget the oldest to which there is no link."""
+        """Make room: forget the oldest node without a link."""
         linked = {link.zid for link in self._links.up}
         oldest = next((zid for zid in list(self.nodes) if zid not in linked), None)
         if oldest is not None:

@@ -11,7 +11,7 @@ from typing import Protocol
 
 
 class Act(Enum):
-    """What the other side of a link wants to do on a key, or is about to be told."""
+    """An act of the other side on a key that needs permission."""
 
     PUT = 'put'
     QUERY = 'query'
@@ -20,14 +20,14 @@ class Act(Enum):
     DECLARE_QUERYABLE = 'queryable'
     DECLARE_TOKEN = 'token'  # noqa: S105 - a liveliness token
     RECEIVE = 'receive'
-    """Get what this session puts."""
+    """Receive the messages that this session puts."""
     LEARN_SUBSCRIBER = 'learn of a subscriber'
     LEARN_QUERYABLE = 'learn of a queryable'
     LEARN_TOKEN = 'learn of a token'  # noqa: S105 - as above
 
 
 class Guard(Protocol):
-    """Knows who is at the other side of a link. Any thread may ask it, with the session's section held."""
+    """Knows the identity of a link's other side. Any thread may ask it, with the session's section held."""
 
     @property
     def who(self) -> str:
@@ -35,10 +35,10 @@ class Guard(Protocol):
 
     @property
     def forwards(self) -> bool:
-        """Whether it is trusted to pass on what others send, as a router with rules of its own."""
+        """Whether the other side may pass on messages of others, as a router with rules of its own may."""
 
     def refusal(self, act: Act, key: str, session: str) -> str:
         """Return why the other side, whose session's id is given, may not do something; '' if it may."""
 
     def count(self, act: Act) -> None:
-        """Count something that was refused."""
+        """Count an act that was refused."""

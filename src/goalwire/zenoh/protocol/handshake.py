@@ -53,10 +53,10 @@ class Identity:
 
 @record
 class Terms:
-    """The terms on which both sides have agreed, and what each has said of itself."""
+    """The terms on which both sides have agreed, and each side's description of itself."""
 
     zid: bytes
-    """The other side's id."""
+    """The other side's id (ZID)."""
     role: Role
     batch_size: int
     qos: bool
@@ -71,7 +71,7 @@ class Terms:
 
 
 class State(Enum):
-    """How far the handshake is."""
+    """The steps of a handshake."""
 
     WAIT_INIT = 'waits for INIT'
     WAIT_OPEN = 'waits for OPEN'
@@ -79,7 +79,7 @@ class State(Enum):
 
 
 class Handshake:
-    """One side of one handshake. `answer` is what to send next."""
+    """One side of one handshake. `answer` is the message to send next."""
 
     def __init__(
         self,
@@ -103,7 +103,7 @@ class Handshake:
         self._first_sent = int.from_bytes(random(4), 'little') >> 4
 
     def start(self) -> bytes:
-        """Return what the connector sends first; an acceptor sends nothing."""
+        """Return the connector's first message; an acceptor sends nothing."""
         return self._agreed.encode() if self.connects else b''
 
     def receive(self, reader: Reader) -> bytes:

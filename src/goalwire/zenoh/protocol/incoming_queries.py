@@ -53,12 +53,12 @@ class Query(ABC):
             self._send(ReplyError(payload))
 
     def end(self) -> None:
-        """There is nothing more to say. Idempotent."""
+        """End the answers of this queryable. Idempotent."""
         if self._closes():
             self._finish()
 
     def answer(self, key: str, payload: Payload, attachment: bytes | None = None) -> None:
-        """Answer and end in one."""
+        """Give the only answer, and end."""
         if self._closes():
             try:
                 self._send(new_sample((key, payload, attachment, None, None)))
@@ -79,7 +79,7 @@ class Query(ABC):
 
     @abstractmethod
     def _finish(self) -> None:
-        """Tell the querier that this queryable has nothing more to say."""
+        """Tell the querier that this queryable's answers are complete."""
 
 
 class LocalQuery(Query):
@@ -106,7 +106,7 @@ class LocalQuery(Query):
 
 
 class RemoteQuery(Query):
-    """A query that came over a link; `others` counts the queryables of it that have not ended yet."""
+    """A query that came over a link; `others` counts its queryables that have not ended yet."""
 
     __slots__ = ('_others', '_outgoing', '_qos', '_replier', '_request')
 

@@ -79,14 +79,15 @@ def _ordered(chunks: list[str]) -> str:
 
 
 def intersects(one: str, other: str) -> bool:
-    """Whether some key matches both."""
+    """Whether some key matches both expressions."""
     if one == other:
         return True
     if '*' not in one:
         if '*' not in other:
             return False
         one, other = other, one
-    if one.endswith('/**') and one.find('*') == len(one) - 2 and '*' not in other:  # by far the most
+    # Most expressions have no wildcards
+    if one.endswith('/**') and one.find('*') == len(one) - 2 and '*' not in other:
         head = one[:-2]
         return (other.startswith(head) and '/@' not in other[len(head) - 1 :]) or other == head[:-1]
     return _intersects(one, other)
@@ -149,7 +150,7 @@ def _chunks_meet(one: Sequence[str], other: Sequence[str]) -> bool:
 
 
 def _pass_any(reached: set[int], chunks: Sequence[str]) -> set[int]:
-    """Add what is reached where each `**` stands for nothing."""
+    """Add the positions that are reached if each `**` stands for nothing."""
     for at in list(reached):
         while at < len(chunks) and chunks[at] == ANY_CHUNKS:
             at += 1

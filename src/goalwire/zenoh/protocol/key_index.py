@@ -32,7 +32,7 @@ class KeyIndex(Generic[T]):
         self._things: dict[int, tuple[str, T]] = {}
         self._plain: dict[str, dict[int, T]] = {}
         self._below: dict[str, dict[int, T]] = {}
-        """Those with '/**' at the end, by what stands before that."""
+        """Expressions with '/**' at the end, by the text before it."""
         self._odd: dict[int, tuple[str, T]] = {}
 
     def __len__(self) -> int:
@@ -80,7 +80,7 @@ class KeyIndex(Generic[T]):
         return out
 
     def _above(self, key: str) -> list[tuple[str, T]]:
-        """Return those that end with '/**' and meet a plain key."""
+        """Return the expressions that end with '/**' and match a plain key."""
         out: list[tuple[str, T]] = []
         end = len(key)
         while end > 0:
@@ -93,9 +93,9 @@ class KeyIndex(Generic[T]):
         return out
 
     def has_meeting(self, expression: str) -> bool:
-        """Whether anything intersects this expression."""
+        """Whether an expression in the index intersects this one."""
         return expression in self._plain or bool(self.meeting(expression))
 
     def all(self) -> list[tuple[int, str, T]]:
-        """Return everything, the oldest first."""
+        """Return all values, the oldest first."""
         return [(number, key, thing) for number, (key, thing) in list(self._things.items())]

@@ -78,7 +78,7 @@ KEEP_ALIVES = 4
 
 
 class Receivers(NamedTuple):
-    """The receivers of what a link puts on one of its keys."""
+    """The receivers of the messages that a link puts on one key."""
 
     key: str
     callbacks: tuple[Callable[[Sample], None], ...]
@@ -91,12 +91,14 @@ class Router(Protocol):
         """Return the receivers of a key of this link's; also by `Link.remember_receivers`."""
 
     def is_forged(self, link: Link, source: bytes) -> bool:
-        """Whether what came over a link names a publisher that has a link of its own."""
+        """Whether a message names a publisher that has a link of its own, and came over another."""
 
     def take_query(
         self, link: Link, request: int, where: tuple[int, bytes, int], qos: int, query: QueryMessage
     ) -> None:
-        """Take a REQUEST for the key that `where` names: scope, suffix, whose."""
+        """Take a REQUEST for the key that `where` names: its scope, its suffix, and which side declared the
+        scope.
+        """
 
 
 class LinkOwner(Protocol):
@@ -116,7 +118,7 @@ class LinkOwner(Protocol):
 
     @property
     def routes(self) -> Router:
-        """Where messages and queries go."""
+        """The receivers of messages and queries."""
 
     @property
     def refuse(self) -> Callable[[str, object], object]:
@@ -124,7 +126,7 @@ class LinkOwner(Protocol):
 
     @property
     def report(self) -> Callable[[Exception], None]:
-        """Reports what a user's function raised."""
+        """Log what a user's function raised."""
 
     def take_link(self, link: Link) -> None:
         """Take a link whose handshake is done."""
@@ -145,7 +147,7 @@ class Link:
     def __init__(
         self, owner: LinkOwner, handshake: Handshake, connection: Connection, *, lease_ms: int = 60_000
     ) -> None:
-        """`connection` takes what is sent; `lease_ms` is this side's own lease."""
+        """`connection` writes the bytes of this link; `lease_ms` is this side's own lease."""
         self.handshake = handshake
         self.terms: Terms | None = None
         self.zid = b''
@@ -155,7 +157,7 @@ class Link:
         self.is_lost = False
         """Whether the session has let go of it."""
         self.guard: Guard | None = None
-        """Who is at the other side, where links have certificates; None: whatever comes is let in."""
+        """The other side's permissions, if links have certificates; None allows everything."""
         self.outgoing = Outgoing(connection)
         self.frames = FrameReader(owner.pieces, self._take_handshake, self._take_network, owner.refuse)
         self.peer = PeerEntities(owner.own_keys, owner.refuse)
@@ -171,7 +173,7 @@ class Link:
         self._report = owner.report
         self._link_states = LinkStates()
         self._own_source = b''
-        """How the sources of what the other side publishes begin; empty if it is a router."""
+        """The first bytes of the source ids of the other side's publishers; empty if it is a router."""
         self._silent_since: float | None = None
 
     def refusal(self, act: Act, key: str) -> str:
@@ -184,13 +186,13 @@ class Link:
         return guard.refusal(act, key, show_id(self.zid))
 
     def start(self) -> None:
-        """Say what a connector says first."""
+        """Send the connector's first message."""
         first = self.handshake.start()
         if first:
             self.outgoing.send_transport(first)
 
     def _take_handshake(self, reader: Reader) -> None:
-        """Take a message of the handshake, and answer it; with the last one the link is up."""
+        """Take a message of the handshake and answer it. After the last one the link is up."""
         answer = self.handshake.receive(reader)
         terms = self.handshake.terms
         if terms is not None:
@@ -208,7 +210,7 @@ class Link:
             self._owner.take_link(self)
 
     def close(self, reason: int | None = None) -> None:
-        """Send nothing any more, and expect nothing; with a `reason`, say so first."""
+        """Stop sending, and ignore what comes; with a `reason`, send CLOSE first."""
         self.outgoing.close(reason)
         self.frames.close()
         self.is_up = False
@@ -216,7 +218,10 @@ class Link:
     # ---- whether the other side lives and reads
 
     def check_lease(self, now: float) -> None:
-        """See whether the other side lives; `now` in s. Raises ZenohProtocolError if its lease is over."""
+        """Check whether the other side lives; `now` in s.
+
+        Raises ZenohProtocolError once its lease is over.
+        """
         if self.frames.has_heard() or self._silent_since is None:
             self._silent_since = now
         elif self.terms is not None and now - self._silent_since >= self.terms.lease_ms / 1000:
@@ -236,7 +241,9 @@ class Link:
     # ---- network messages
 
     def _take_network(self, data: bytes, at: int, end: int) -> int:
-        """Take network messages until the batch ends or a message of the link begins; return where."""
+        """Take network messages up to the end of the batch or to a message of the link itself; return where
+        they end.
+        """
         while at < end:
             header = data[at]
             kind = header & MESSAGE_ID
@@ -343,7 +350,7 @@ class Link:
         return len(name) <= bounds.KEPT_KEY and len(kept) < bounds.ROUTES_LIMIT
 
     def remember_receivers(self, scope: int, suffix: bytes, is_senders: int, receivers: Receivers) -> None:
-        """Keep the receivers of a key for the next messages on it. The session's section is held."""
+        """Keep the receivers of a key for the next messages on it. The caller holds the session's section."""
         if len(suffix) > bounds.KEPT_KEY:
             return
         where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16

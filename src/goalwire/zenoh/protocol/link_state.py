@@ -41,7 +41,7 @@ class Node:
 
 
 def tell_of(node: Node, change: int) -> bytes:
-    """Return an OAM that tells of one node; `change` counts what was told of it."""
+    """Return an OAM message about one node; `change` is the version of the news."""
     state = b''.join(
         (
             bytes((1, _HAS_ID | _HAS_ROLE | _HAS_LOCATORS, 0)),
@@ -106,7 +106,7 @@ class LinkStates:
 
 
 def connects_to(own: bytes, node: Node) -> bool:
-    """Whether it is this side that connects to a node it was told of."""
+    """Whether this side dials a node of gossip, and not the other way round."""
     if node.zid == own or node.role is Role.CLIENT:
         return False
     return node.role is Role.ROUTER or own > node.zid

@@ -22,7 +22,7 @@ class Links:
         return any(link.zid == zid for link in self.up)
 
     def add(self, link: Link) -> None:
-        """Take a link in. Raises ZenohProtocolError if it has to give way to one that is there."""
+        """Add a link. Raises ZenohProtocolError if an existing link to the same session is kept instead."""
         self._settle_duplicate(link)
         self.up += (link,)
 

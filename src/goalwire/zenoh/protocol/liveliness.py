@@ -54,7 +54,7 @@ class Liveliness:
             self._callback_failed(error)
 
     def watch(self, number: int, key: str, watcher: Watcher, *, history: bool) -> None:
-        """Call `watcher` with changes, and with `history` also with the tokens that are there."""
+        """Call `watcher` with changes, and with `history` also with the existing tokens."""
         self._watchers.add(number, key, watcher)
         if history:
             for token in self.present(key):

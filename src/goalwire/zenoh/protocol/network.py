@@ -59,7 +59,7 @@ HAS_CONSOLIDATION = 0x20
 HAS_PARAMETERS = 0x40
 
 DEFAULT_QOS = 0x05
-"""Data, may be dropped, waits to be sent together with others: what a message without QoS has."""
+"""The QoS of a message that names none: data, droppable, not express."""
 BLOCK = 0x08
 
 LARGE = 65536
@@ -111,14 +111,14 @@ class WireKey(NamedTuple):
 
 
 def wire_key(key: str, scope: int = 0, *, is_senders: bool = False) -> WireKey:
-    """Name a key by an id that stands for all of it, or in full."""
+    """Name a key by the number of the whole key, or in full."""
     if scope:
         return WireKey(IS_SENDERS if is_senders else 0, encode_z(scope))
     return WireKey(IS_NAMED, b'\0' + encode_data(key.encode()))
 
 
 def read_wire_key(data: bytes, at: int, header: int) -> tuple[int, bytes, int]:
-    """Return the scope, the suffix and where the expression ends."""
+    """Return the scope, the suffix and the position behind the expression."""
     scope = data[at]
     at += 1
     if scope > 0x7F:
@@ -135,7 +135,7 @@ def read_wire_key(data: bytes, at: int, header: int) -> tuple[int, bytes, int]:
 
 
 def read_request_id(data: bytes, at: int) -> tuple[int, int]:
-    """Return a request's id, of 32 bits, and where it ends."""
+    """Return a request's id, of 32 bits, and the position behind it."""
     # hot path: the first 16,384 are read here, and save a call (0.2 us; a service call reads three).
     number = data[at]
     if number < 0x80:
@@ -149,7 +149,7 @@ def read_request_id(data: bytes, at: int) -> tuple[int, int]:
 
 
 def read_extensions(data: bytes, at: int) -> tuple[int, int]:
-    """Step over the extensions of a network message; return its QoS and where they end."""
+    """Step over the extensions of a network message; return its QoS and the position behind them."""
     qos = DEFAULT_QOS
     header = MORE
     while header & MORE:
@@ -215,7 +215,7 @@ def put_head(
 def del_body(
     attachment: bytes | None = None, stamp: bytes | None = None, source: bytes | None = None
 ) -> bytes:
-    """Return a DEL."""
+    """Return the body of a DEL."""
     header = DEL if stamp is None else DEL | HAS_STAMP
     extensions = b''
     if source is not None:
@@ -226,7 +226,7 @@ def del_body(
 
 
 def read_body(data: bytes, at: int, end: int, key: str) -> tuple[Sample, int]:
-    """Return the sample that a PUT or DEL brings for `key`, and where it ends."""
+    """Return the sample that a PUT or DEL brings for `key`, and the position behind it."""
     header = data[at]
     kind = header & MESSAGE_ID
     at += 1
@@ -279,7 +279,7 @@ def read_body(data: bytes, at: int, end: int, key: str) -> tuple[Sample, int]:
 
 
 def skip_encoding(data: bytes, at: int) -> int:
-    """Return where an encoding ends."""
+    """Return the position behind an encoding."""
     number, at = decode_z(data, at)
     if number & 1:
         size, at = decode_z(data, at)
@@ -319,7 +319,7 @@ class Consolidation:
 
 
 class QueryMessage(NamedTuple):
-    """A QUERY as it came."""
+    """A received QUERY."""
 
     parameters: str
     payload: Payload | None
@@ -352,7 +352,7 @@ def query_head(consolidation: int, parameters: str, *, has_payload: bool, has_at
 
 
 def query_rest(payload: Payload | None, attachment: bytes | None) -> bytes:
-    """Return what stands behind `query_head`."""
+    """Return the part of a query behind `query_head`."""
     if payload is None:
         return b'' if attachment is None else _ATTACHMENT_OF_QUERY + encode_data(attachment)
     size = len(payload) + 1
@@ -367,7 +367,7 @@ _ATTACHMENT_OF_QUERY = bytes((ATTACHMENT_OF_QUERY,))
 
 
 def read_query(data: bytes, at: int, end: int) -> tuple[QueryMessage, int]:
-    """Return a QUERY and where it ends."""
+    """Return a QUERY and the position behind it."""
     header = data[at]
     at += 1
     if header & MESSAGE_ID != QUERY:
@@ -415,7 +415,7 @@ def read_query(data: bytes, at: int, end: int) -> tuple[QueryMessage, int]:
 
 @lru_cache(maxsize=1024)
 def response_tail(key: str, qos: int, replier: bytes) -> bytes:
-    """Return what stands between a RESPONSE's number and its REPLY or ERR; the key is named in full."""
+    """Return the bytes between a RESPONSE's number and its REPLY or ERR; the key is named in full."""
     extensions = b'' if qos == DEFAULT_QOS else bytes((QOS | MORE,)) + encode_z(qos)
     return wire_key(key).encoded + extensions + bytes((RESPONDER,)) + encode_data(replier)
 
@@ -449,14 +449,14 @@ _RESPONSE = bytes((RESPONSE | MORE | IS_NAMED,))
 
 @lru_cache(maxsize=1024)
 def _answer_parts(key: str, qos: int, replier: bytes) -> tuple[bytes, bytes, bytes]:
-    """Return what stands before an answer's attachment, and around the number of its RESPONSE_FINAL."""
+    """Return the bytes before an answer's attachment, and those around the number of its RESPONSE_FINAL."""
     put = bytes((PUT | MORE, ATTACHMENT_OF_PUT))
     final = response_final(0, qos)
     return response_tail(key, qos, replier) + REPLY_HEADER + put, final[:1], final[2:]
 
 
 def error_body(payload: bytes) -> bytes:
-    """Return an ERR."""
+    """Return the body of an ERR."""
     return bytes((ERR,)) + encode_data(payload)
 
 
@@ -468,7 +468,7 @@ def response_final(request_id: int, qos: int) -> bytes:
 
 
 def read_reply(data: bytes, at: int, end: int, key: str) -> tuple[Sample | ReplyError, int]:
-    """Return the answer that a RESPONSE brings, and where it ends."""
+    """Return the answer in a RESPONSE, and the position behind it."""
     header = data[at]
     kind = header & MESSAGE_ID
     at += 1

@@ -63,7 +63,7 @@ class OwnEntities:
         self._liveliness.appeared(key)
 
     def remove(self, number: int) -> bool:
-        """Take back what was declared under a number. False if there is nothing of that number."""
+        """Undeclare the entity with a number. False if there is none."""
         token = self._tokens.pop(number, None)
         if token is not None:
             self._take_back(Kind.TOKEN, number)
@@ -90,7 +90,7 @@ class OwnEntities:
 
     @staticmethod
     def _may_learn(link: Link, kind: Kind, key: str) -> bool:
-        """Whether the other side of a link may be told of something."""
+        """Whether the other side of a link may know of an entity."""
         return not link.refusal(_LEARNS[kind], key)
 
     def _take_back(self, kind: Kind, number: int) -> None:
@@ -111,7 +111,7 @@ class OwnEntities:
         return out
 
     def tell_wanted(self, link: Link, wish: Interest) -> list[bytes]:
-        """Return the messages that answer a wish: what there is, and the end of that."""
+        """Return the messages that answer an interest: the entities, and the end of the list."""
         out: list[bytes] = []
         for kind, number, key, complete in self._all(wish.about):
             if link.peer.is_about(wish, key) and self._may_learn(link, kind, key):
@@ -143,7 +143,7 @@ class OwnEntities:
         complete: bool = False,
         interest: int | None = None,
     ) -> list[bytes]:
-        """Return what declares a thing on one link, the number of its key included."""
+        """Return the message that declares an entity on one link, the number of its key included."""
         out: list[bytes] = []
         # The key of a token is used once, so a number of its own would not pay.
         name = wire_key(key) if kind is Kind.TOKEN else self._expressions.name_own(link, key, out)
@@ -153,7 +153,7 @@ class OwnEntities:
         return out
 
     def take_interest(self, link: Link, wish: Interest) -> None:
-        """Answer what a client wants to know; peers and routers were told everything."""
+        """Answer a client's interest. Peers and routers were told everything before."""
         peer = link.peer
         peer.remove_interest(wish.number)
         if not wish.when:

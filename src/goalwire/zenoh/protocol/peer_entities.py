@@ -21,7 +21,9 @@ class PeerEntities:
     """The keys, subscribers, queryables, tokens and interests of one link's other side."""
 
     def __init__(self, own_keys: Mapping[int, str], refuse: Callable[[str, object], object]) -> None:
-        """`own_keys` are this session's keys by number; `refuse` counts what is ignored, and why."""
+        """`own_keys` are this session's keys by number; `refuse` gets the kind of an ignored message, and the
+        reason.
+        """
         self.zid = b''
         """The other side's id, once the handshake has told it."""
         self.expressions: dict[int, str] = {}
@@ -31,7 +33,7 @@ class PeerEntities:
         self.tokens: dict[int, str] = {}
         self.interests: dict[int, Interest] = {}
         self.size = 0
-        """Bytes of what it has declared, as `bounds.DECLARED_LIMIT` counts them."""
+        """Bytes of the other side's declarations, as `bounds.DECLARED_LIMIT` counts them."""
         self.told: set[int] = set()
         """The numbers of this session's keys that the other side knows."""
         self.told_of: set[int] = set()
@@ -119,7 +121,7 @@ class PeerEntities:
     # ---- what it wants to know
 
     def add_interest(self, wish: Interest) -> None:
-        """Keep a wish to be told of what comes, unless there are too many of them."""
+        """Keep an interest of the other side, unless it has too many."""
         if len(self.interests) >= bounds.MOST_INTERESTS:
             self._refuse('interest', f'session {show_id(self.zid)} has {bounds.MOST_INTERESTS} of them')
         elif self._allows(len(wish.suffix)):
@@ -132,7 +134,7 @@ class PeerEntities:
             self._free(len(before.suffix))
 
     def wants(self, kind: Kind, key: str) -> bool:
-        """Whether one of its wishes is about what comes of this kind on this key."""
+        """Whether one of the other side's interests is in this kind of entity on this key."""
         return any(
             each.when & When.FUTURE and _ABOUT[kind] & each.about and self.is_about(each, key)
             for each in self.interests.values()
@@ -152,7 +154,7 @@ class PeerEntities:
     # ---- bounds
 
     def _allows(self, size: int) -> bool:
-        """Take room for a declaration whose key has so many signs; False if there is none."""
+        """Reserve room for a declaration whose key has `size` characters; False if there is none."""
         cost = size + bounds.DECLARED_COST
         if self.size + cost > bounds.DECLARED_LIMIT:
             self._refuse(

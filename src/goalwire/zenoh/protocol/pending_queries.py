@@ -21,11 +21,12 @@ class PendingQueries:
         expire_sooner: Callable[[], None],
         report: Callable[[Exception], None],
     ) -> None:
-        """`expire_sooner` is called if `next_timeout` comes nearer, `report` with what a user's function
-        raised."""
+        """`expire_sooner` is called if `next_timeout` becomes earlier; `report` gets what a user's function
+        raised.
+        """
         self.pending: dict[int, PendingQuery] = {}
         self.next_timeout = float('inf')
-        """The earliest time at which a query may be over, on `clock`: `expire` is to be called then."""
+        """The earliest timeout of a query, on `clock`: `expire` has to be called then."""
         self._clock = clock
         self._expire_sooner = expire_sooner
         self._report = report
@@ -43,13 +44,16 @@ class PendingQueries:
         return request
 
     def cancel(self, request: int) -> None:
-        """Cancel a query: neither of its functions is called any more. An ended one is not an error."""
+        """Cancel a query: neither of its functions is called from now on.
+
+        A query that has ended is ignored.
+        """
         query = self.pending.pop(request, None)
         if query is not None:
             query.left.clear()
 
     def find(self, who: object, request: int) -> PendingQuery | None:
-        """Return a query that still waits for an answer of `who`; None if there is none."""
+        """Return a query that still waits for an answer from `who`; None if there is none."""
         query = self.pending.get(request)
         return query if query is not None and who in query.left else None
 
@@ -60,7 +64,7 @@ class PendingQueries:
             self._reply(query, answer)
 
     def take_final(self, who: object, request: int) -> None:
-        """One of those that were asked has said its last word."""
+        """Note that one of the sessions that were asked has given its last answer."""
         query = self.pending.get(request)
         if query is None:
             return
@@ -72,7 +76,7 @@ class PendingQueries:
             self.end(query)
 
     def remove_asked(self, who: object) -> list[PendingQuery]:
-        """Wait no more for one that has gone; return the queries that nobody else will answer."""
+        """Stop waiting for a session that has gone; return the queries that nobody else will answer."""
         ended = []
         for request, query in list(self.pending.items()):
             if who in query.left:
@@ -82,7 +86,7 @@ class PendingQueries:
         return ended
 
     def expire(self) -> None:
-        """End the queries whose time is over."""
+        """End the queries that have timed out."""
         now = self._clock()
         over = [request for request, query in list(self.pending.items()) if query.deadline <= now]
         ended = [query for query in (self.pending.pop(each, None) for each in over) if query is not None]
@@ -97,7 +101,7 @@ class PendingQueries:
             self.end(query)
 
     def end(self, query: PendingQuery) -> None:
-        """Tell whoever asked that no answer can come any more."""
+        """Tell the asker of a query that it has ended."""
         try:
             query.end()
         except Exception as error:

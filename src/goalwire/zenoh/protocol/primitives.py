@@ -31,7 +31,7 @@ MAX_ID = 16
 """Bytes of a Zenoh id at most."""
 
 SMALL_END = 16384
-"""Numbers below are in SMALL_Z."""
+"""Numbers below this are in SMALL_Z."""
 
 GENERIC, UNSUPPORTED, INVALID, MAX_SESSIONS, MAX_LINKS, EXPIRED, UNRESPONSIVE, TO_SELF = range(8)
 """Why a link is closed, as CLOSE says it."""
@@ -74,7 +74,7 @@ def encode_padded(number: int) -> bytes:
 
 
 def encode_data(data: bytes) -> bytes:
-    """Return data behind its length."""
+    """Return data with their length before them."""
     return encode_z(len(data)) + data
 
 
@@ -84,7 +84,7 @@ def encode_text(text: str) -> bytes:
 
 
 def decode_z(data: bytes, at: int) -> tuple[int, int]:
-    """Return the number at `at` and where it ends; raises IndexError if the data end first."""
+    """Return the number at `at` and the position behind it; raises IndexError if the data end first."""
     byte = data[at]
     at += 1
     if byte < 0x80:
@@ -131,7 +131,7 @@ class Reader:
         return number
 
     def take(self, size: int) -> bytes:
-        """Take so many bytes."""
+        """Take `count` bytes."""
         at = self.at
         if size > self.end - at:
             raise ZenohProtocolError(f'{size} bytes announced at byte {at}, {self.end - at} are left')
@@ -139,7 +139,7 @@ class Reader:
         return self.data[at : self.at]
 
     def sized(self) -> bytes:
-        """Take data behind their length."""
+        """Take data with their length before them."""
         return self.take(self.z(32))
 
     def text(self) -> str:
@@ -214,7 +214,7 @@ def encode_timestamp(time: int, zid: bytes) -> bytes:
 
 
 def decode_timestamp(data: bytes) -> Timestamp:
-    """Read one."""
+    """Read a timestamp."""
     reader = Reader(data)
     return Timestamp(reader.z(), reader.zid())
 

@@ -24,7 +24,7 @@ Answer = Sample | ReplyError
 
 
 class PendingQuery:
-    """A query on its way. `left` are those that have not had their last word."""
+    """A query on its way. `left` are the sessions that have not given their last answer."""
 
     __slots__ = (
         '_consolidation',
@@ -61,7 +61,7 @@ class PendingQuery:
         self._kept: dict[str, Sample] = {}
 
     def reply(self, answer: Answer) -> None:
-        """Hand an answer over, as consolidation has it; one on another key than was asked is thrown away."""
+        """Hand an answer over, as the consolidation wants it; an answer on another key is thrown away."""
         if type(answer) is not Sample:
             self._on_reply(answer)
             return
@@ -78,7 +78,7 @@ class PendingQuery:
                 self._on_reply(answer)
 
     def end(self) -> None:
-        """End the query: all have said their last word, or the time is over. Called once."""
+        """End the query: the answers are complete, or it has timed out. Called once."""
         if self._consolidation == Consolidation.LATEST:
             for answer in self._kept.values():
                 self._on_reply(answer)

@@ -37,7 +37,7 @@ class Queryable(NamedTuple):
 
 
 class Answerers(NamedTuple):
-    """The queryables that answer what a link asks on one of its keys."""
+    """The queryables that answer a link's queries on one key."""
 
     key: str
     queryables: tuple[Queryable, ...]
@@ -47,13 +47,13 @@ _NOBODY = Receivers('', ())
 
 
 def _count_refused(link: Link, _sample: Sample) -> None:
-    """Stand in for the subscribers of what the other side of a link may not put."""
+    """Stand in for the subscribers if the other side of a link may not put on a key."""
     if link.guard is not None:
         link.guard.count(Act.PUT)
 
 
 def _refuser(link: Link, refusal: str, queryable: Queryable) -> Queryable:
-    """Return what answers in place of a queryable that the other side of a link may not ask."""
+    """Return a stand-in for a queryable that the other side of a link may not ask."""
 
     def refuse(query: Query) -> None:
         if link.guard is not None:
@@ -75,7 +75,9 @@ class Routes:
         refuse: Callable[[str, object], object],
         report: Callable[[Exception], None],
     ) -> None:
-        """`refuse` counts what is ignored, and why; `report` gets what a user's function raised."""
+        """`refuse` gets the kind of an ignored message, and the reason; `report` gets what a user's function
+        raised.
+        """
         self.version = 0
         """Counts the changes of who gets what: senders look up their receivers again after each."""
         self.subscribers: KeyIndex[Subscriber] = KeyIndex()
@@ -99,7 +101,7 @@ class Routes:
         self.version += 1
 
     def receivers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Receivers:
-        """Return the receivers of what a link puts on one of its keys, and have the link remember them."""
+        """Return the receivers of a link's messages on one key, and have the link remember them."""
         receivers = _NOBODY
 
         def find() -> None:
@@ -125,7 +127,7 @@ class Routes:
         try:
             zid = decode_source(source).zid
         except ZenohProtocolError:
-            return False  # whoever looks at the source rejects it
+            return False  # the layer that reads the source rejects it
         if zid == link.zid or not (zid == self._own_zid or self._links.is_linked(zid)):
             return False
         self._refuse(

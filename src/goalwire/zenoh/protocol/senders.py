@@ -56,11 +56,11 @@ out together. Fewer never do: a callback that publishes twenty floods nobody."""
 SMALL = 2048
 """Bytes of a message that may wait. A system call costs a larger one little."""
 _HERE = object()
-"""Stands for a session's own queryables among those that a query waits for."""
+"""Stands for the session's own queryables among those that a query waits for."""
 
 
 class Publication:
-    """Puts on one key."""
+    """A publication: puts on one key."""
 
     def __init__(
         self,
@@ -112,23 +112,23 @@ class Publication:
             self._deliver(sample)
 
     def _put_large(self, payload: bytes, begin: bytes) -> None:
-        """Send a PUT without copying what is large: fresh memory for 1 MB costs a millisecond and more."""
+        """Send a PUT without copying its large payload: fresh memory of 1 MB costs over a millisecond."""
         for link, head in self._links:
             link.send_large(self._channel, (head + begin, payload), droppable=self._droppable)
 
     def wait_for_room(self) -> None:
-        """Wait until what was put leaves room for others on every link, where this thread may wait."""
+        """Wait until every link has room again after this put, if this thread may wait."""
         for link, _ in self._links:
             link.wait_for_room()
 
     def has_room(self, size: int) -> bool:
-        """Whether so many bytes more leave room on every link."""
+        """Whether every link has room for `size` bytes more."""
         if self._version != self._routes.version:
             self._aim()
         return all(link.queue.size + size <= QUEUE_LIMIT for link, _ in self._links)
 
     def delete(self) -> None:
-        """Say that there is nothing on the key any more."""
+        """Tell the subscribers that the key has no value any more (DEL)."""
         session = self._session
         if self._version != self._routes.version:
             self._aim()
@@ -179,7 +179,7 @@ Namer: TypeAlias = Callable[[SessionProtocol, Link, str], WireKey]
 
 
 def _name(session: SessionProtocol, link: Link, key: str) -> WireKey:
-    """Name a key to a link, which is told before what the name means."""
+    """Name a key on a link; the declaration of its number is sent first."""
     out: list[bytes] = []
     name = session.expressions.name(link, key, out)
     link.outgoing.declare(*out)
@@ -192,7 +192,7 @@ def _full_name(_session: SessionProtocol, _link: Link, key: str) -> WireKey:
 
 
 class _Asked(NamedTuple):
-    """A link that is asked: what stands before and behind a request's number."""
+    """A link that is asked: the bytes before and behind a request's number."""
 
     link: Link
     header: bytes
@@ -200,7 +200,7 @@ class _Asked(NamedTuple):
 
 
 class Querier:
-    """Asks queryables of one key."""
+    """A querier: asks the queryables of one key."""
 
     def __init__(
         self,
@@ -214,7 +214,7 @@ class Querier:
         parameters: str = '',
         session_asked: str = '',
     ) -> None:
-        """If `session_asked` is linked here, or is this session, only it is asked."""
+        """If `session_asked` is linked, or is this session, nobody else is asked."""
         self._session = session
         self._routes = session.routes
         self._key = canonical(key)
@@ -297,7 +297,9 @@ class Querier:
                 self._session.queries.take_final(link, request)
 
     def _make_tail(self, timeout_s: float, has_payload: bool, has_attachment: bool) -> bytes:
-        """Return what is the same in all requests of one timeout: from behind the key to the payload."""
+        """Return the bytes that are the same in all requests of one timeout, from behind the key to the
+        payload.
+        """
         if len(self._tails) > 256:
             self._tails.clear()
         milliseconds = min(int(timeout_s * 1000), 2**63)

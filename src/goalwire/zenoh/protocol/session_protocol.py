@@ -66,7 +66,7 @@ class SessionOwner(Protocol):
         """A link has come, has gone, or has told all that it has."""
 
     def expire_sooner(self) -> None:
-        """The next query's time is over earlier than was known: see `PendingQueries.next_timeout`."""
+        """Set the timer anew: `PendingQueries.next_timeout` has become earlier."""
 
     def refuse(self, kind: str, reason: object) -> None:
         """Count something that came and is ignored, of a kind and for a reason."""
@@ -75,7 +75,7 @@ class SessionOwner(Protocol):
         """Wait for links that may have ended unseen: a query is to be sent later than `stale_after`."""
 
     def report(self, error: Exception) -> None:
-        """Report what a user's function raised: it takes nobody else down."""
+        """Log what a user's function raised. The session goes on."""
 
 
 class SessionProtocol:
@@ -100,7 +100,8 @@ class SessionProtocol:
         The owner of the sockets moves it on while this process runs.
         """
         self.token_keys: tuple[str, ...] = ()
-        """The tokens that routers are asked for; empty: all. Those with access control must be told."""
+        """The key expressions of the tokens that routers are asked for; empty: all. Routers with access
+        control need to know them."""
         self.relink = owner.relink
         self.refuse = owner.refuse
         self.report = owner.report
@@ -135,7 +136,9 @@ class SessionProtocol:
     def declare_subscriber(
         self, key: str, callback: Callable[[Sample], None], *, takes_own: bool = True
     ) -> int:
-        """Call `callback` with each message whose key meets this one; return what to `undeclare`."""
+        """Call `callback` with each message on a key that intersects this one; return a handle to
+        `undeclare`.
+        """
         key = canonical(key)
         number = self.next_number()
         subscriber = Subscriber(callback, takes_own)
@@ -151,7 +154,7 @@ class SessionProtocol:
         return number
 
     def declare_token(self, key: str) -> int:
-        """Show a key to all who watch."""
+        """Declare a token: a key that all watchers see."""
         check(key)
         number = self.next_number()
         self.section.run(partial(self._entities.add_token, number, key))
@@ -159,7 +162,7 @@ class SessionProtocol:
         return number
 
     def watch_tokens(self, key: str, callback: Watcher, *, history: bool) -> int:
-        """Tell of tokens that come and go, and with `history` of those there are, before this returns."""
+        """Tell of tokens that come and go; with `history` also of the existing ones, before this returns."""
         key = canonical(key)
         number = self.next_number()
         self.section.run(partial(self._liveliness.watch, number, key, callback, history=history))
@@ -188,7 +191,7 @@ class SessionProtocol:
     # ---- links come and go
 
     def take_link(self, link: Link) -> None:
-        """Tell a new link what there is, and ask a router for what it has."""
+        """Declare everything on a new link, and ask a router for what it has."""
         self.section.run(partial(self._greet, link))
         self._owner.note_change()
         self._owner.welcome(link)
@@ -210,7 +213,7 @@ class SessionProtocol:
         self.routes.forget()
 
     def _ask_for_all(self) -> list[bytes]:
-        """Return what asks a router for everything; its last answer says that it has told all."""
+        """Return the messages that ask a router for everything. After the last answer it has told all."""
         when = When.PRESENT | When.FUTURE
         if not self.token_keys:
             return [interest(self.next_number(), when, About.ALL)]
@@ -218,7 +221,7 @@ class SessionProtocol:
         return [*asked, interest(self.next_number(), when, About.SUBSCRIBERS | About.QUERYABLES)]
 
     def lose_link(self, link: Link) -> None:
-        """A link has ended: what it had declared has gone, and it answers no query any more. Idempotent."""
+        """Forget what an ended link had declared, and stop waiting for its answers. Idempotent."""
         ended: list[PendingQuery] = []
         self.section.run(partial(self._let_go, link, ended))
         self._liveliness.tell()
@@ -240,7 +243,7 @@ class SessionProtocol:
     # ---- what links tell
 
     def take_declaration(self, link: Link, declaration: Declaration) -> None:
-        """Take note of what the other side of a link declares or takes back."""
+        """Take a declaration, or an undeclaration, of a link's other side."""
         self.section.run(partial(self._note_declaration, link, declaration))
         kind = declaration.kind
         if kind is Kind.TOKEN:
@@ -290,7 +293,7 @@ class SessionProtocol:
             self.routes.note_change()
 
     def take_interest(self, link: Link, wish: Interest) -> None:
-        """Answer what a client wants to know."""
+        """Answer a client's interest."""
         link.check_reads()
         self.section.run(partial(self._entities.take_interest, link, wish))
 

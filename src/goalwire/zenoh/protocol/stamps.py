@@ -26,7 +26,7 @@ LONG_BURST = 256
 
 
 class Stamps:
-    """One session's. Any thread."""
+    """The timestamps of one session. Any thread."""
 
     def __init__(self, zid: bytes, wall_clock_ns: Callable[[], int]) -> None:
         self.burst = 0
@@ -59,7 +59,8 @@ class Stamps:
                 self._unit, self._count = unit, 0
             else:  # in the same unit, or the clock was set back
                 self._count += 1
-                if self._count >= SMALL_END:  # more, where a signal's handler makes stamps here meanwhile
+                # More than one if a signal's handler makes stamps here meanwhile
+                if self._count >= SMALL_END:
                     self._go_on()
             return PADDED_LOW[self._count] + PADDED_LOW[self._unit] + self._rest
         finally:

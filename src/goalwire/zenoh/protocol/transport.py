@@ -25,7 +25,7 @@ from goalwire.zenoh.protocol.primitives import (
 INIT, OPEN, CLOSE, KEEP_ALIVE, FRAME, FRAGMENT = range(1, 7)
 FIRST_NETWORK_ID = 0x19
 MESSAGE_ID = 0x1F
-"""Which bits of a message's first byte name it; the three others are its flags."""
+"""The bits of a message's first byte that name it; the other three are its flags."""
 
 IS_ANSWER = 0x20
 HAS_SIZES = 0x40
@@ -129,7 +129,7 @@ class Open:
     cookie: bytes | None = None
 
     def encode(self) -> bytes:
-        """Return the message; whole seconds are said as such."""
+        """Return the message; whole seconds are sent as seconds."""
         seconds, rest = divmod(self.lease_ms, 1000)
         header = OPEN | (IS_ANSWER if self.cookie is None else 0) | (0 if rest else IN_SECONDS)
         lease = encode_z(self.lease_ms if rest else seconds)
@@ -138,7 +138,7 @@ class Open:
 
     @classmethod
     def decode(cls, reader: Reader) -> Open:
-        """Read one; raises ZenohProtocolError."""
+        """Read a message; raises ZenohProtocolError."""
         header = reader.u8()
         lease = reader.z() * (1000 if header & IN_SECONDS else 1)
         first_number = reader.z()
@@ -159,7 +159,7 @@ def chain(extensions: list[bytes]) -> bytes:
 
 
 def close_message(reason: int) -> bytes:
-    """Return CLOSE: this link only."""
+    """Return CLOSE for this link only."""
     return bytes((CLOSE, reason))
 
 
