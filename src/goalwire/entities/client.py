@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 class ClientCore(RequestClient, TimedCalls, Introspected):
-    """Calls one service."""
+    """Calls one service, for both APIs."""
 
     counts_up = True
 
@@ -242,7 +242,7 @@ class AwaitedCalls:
         Raises CancelledError if `cancel` is called meanwhile, DestroyedError for a destroyed client,
         ShutDownError at shutdown; TypeError and EncodeError for what is no such request.
         """
-        from asyncio import CancelledError  # slow to import
+        from asyncio import CancelledError  # imported here, since that is slow
 
         from goalwire.execution.asyncio.waiting import settle
 

@@ -22,7 +22,7 @@ class DeadlockDetector:
         self.event_queues: dict[str, list[EventQueue[Any]]] = {}
 
     def add(self, name: str, event_queue: EventQueue[Any]) -> None:
-        """Note a server."""
+        """Remember a server of this process."""
         with self._lock:
             self.event_queues.setdefault(name, []).append(event_queue)
 

@@ -28,7 +28,7 @@ class InGraph(Protocol):
 
     @property
     def graph(self) -> Graph:
-        """The discovered world."""
+        """The discovered nodes and endpoints."""
 
 
 def describe_endpoint(

@@ -87,7 +87,7 @@ async def await_graph(context: Context, predicate: Callable[[], bool], deadline:
 
 
 class Waiting(Protocol):
-    """A request in the queue."""
+    """A request that waits for a server."""
 
     def resume(self) -> None:
         """There is a server now. Raises nothing."""

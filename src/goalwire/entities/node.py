@@ -36,7 +36,7 @@ class Owned(Protocol):
     """An entity of a node, which is destroyed with the node."""
 
     def destroy(self) -> None:
-        """Release it. Idempotent."""
+        """Release the node's entity. Idempotent."""
 
 
 class NodeCore:
@@ -98,11 +98,11 @@ class NodeCore:
         return self
 
     def __exit__(self, *_exception: object) -> None:
-        """Let go of it."""
+        """Destroy the node."""
 
     @property
     def graph(self) -> Graph:
-        """The discovered world."""
+        """The discovered nodes and endpoints."""
         return self.context.graph
 
     @property
@@ -148,7 +148,7 @@ class NodeCore:
 
     def statistics(self) -> NodeStatistics:
         """Return what each of its entities counts."""
-        from goalwire.rules import statistics  # most programs never ask
+        from goalwire.rules import statistics  # made late, since most programs never ask
 
         found: dict[type, list[Any]] = {}
         for entity in self.owned():

@@ -157,7 +157,7 @@ class PendingCall(Future[Any]):
         elif self.waits:
             queue.add(self)
             if self.end_lock.locked():
-                queue.discard(self)  # it has ended meanwhile
+                queue.discard(self)  # the call has ended meanwhile
             return
         self.was_sent = True
         if self._attempts is None:
@@ -239,7 +239,7 @@ class PendingCall(Future[Any]):
                 end_with(self, error)
 
     def cancel(self) -> None:
-        """Give the response up."""
+        """Stop waiting for the response."""
         self.discard()
         super().cancel()
 
@@ -253,7 +253,7 @@ class PendingCall(Future[Any]):
         self.awaited_by.discard(self)
 
     def end_with_context(self) -> None:
-        """The context has ended."""
+        """End the call: its context has ended."""
         if self.call_context is not None:
             self.fail(ShutDownError(self.call_context.title))
 
@@ -289,7 +289,8 @@ class PendingCall(Future[Any]):
     def _lacks_server(self) -> bool:
         client = self.awaited_by
         if self.was_sent:
-            return client.wait_queue is not None and self in client.wait_queue.waiting  # sent again then
+            # The request is sent again then
+            return client.wait_queue is not None and self in client.wait_queue.waiting
         try:
             return not client.server_is_there()
         except ClosedError:
@@ -310,7 +311,7 @@ class PendingCall(Future[Any]):
         if early is not None:
             self._attempt_failed(early)
         if self.end_lock.locked():
-            attempts.discard_alarms()  # it has ended meanwhile
+            attempts.discard_alarms()  # the call has ended meanwhile
 
     def out_of_patience(self) -> None:
         """An attempt has had its time."""
@@ -362,7 +363,7 @@ class RequestClient:
         self.unanswered = 0
         """How many requests no server answered: there was none, it went away, or it gave them up."""
         self.latencies = Latencies()
-        """From requests to their responses."""
+        """The times from requests to their responses."""
         self.arrivals = ResponseTicks(node.work_queue, self)
         self.wait_queue: ServerWaitQueue | None = None
         self.retries: Retries | None = None
@@ -435,7 +436,7 @@ class RequestClient:
         self.node.context.deadlines.tell_end(self)
 
     def end(self) -> None:
-        """The context has ended."""
+        """End all calls: the context has ended."""
         for call in list(self.timed):
             call.end_with_context()
 

@@ -119,7 +119,7 @@ class EndpointEvents:
             self.discard(reader)
             raise
         if reader.events:
-            reader.notify()  # it has happened already
+            reader.notify()  # the event has happened already
         return reader
 
     def discard(self, reader: EventReader) -> None:
@@ -200,7 +200,7 @@ class EndpointEvents:
     def _meet(self, peer: GraphEntity) -> None:
         own = self.endpoint
         events = _FROM_GRAPH[own.kind]
-        known_hashes = {peer.type_hash, own.type_hash} - {''}  # some peers tell none
+        known_hashes = {peer.type_hash, own.type_hash} - {''}  # some peers tell no hash
         differs = len(known_hashes) > 1 and self._compares_definitions
         if peer.type_name != own.type_name or differs:
             self._add(events.incompatible_type, total_count=1)
@@ -282,7 +282,7 @@ class EventReader(CallbackSource):
         return None if changes is None else self.callback(changes)
 
     def close(self) -> None:
-        """Call back no more. Idempotent."""
+        """Stop calling back. Idempotent."""
         self.closed = True
         self._source.discard(self)
 
@@ -294,7 +294,7 @@ class TopicEndpoint(Protocol):
 
     @property
     def events(self) -> EndpointEvents:
-        """Where its events come from."""
+        """The source of its events."""
 
 
 def default_callback(endpoint: TopicEndpoint, event: EventType, topic: str) -> Callable[[Any], object] | None:

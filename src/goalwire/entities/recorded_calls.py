@@ -82,14 +82,14 @@ class RecorderWatch:
                 owner, owner.node.clock, QOS, contents=True, postfix=POSTFIX_FOR_RECORDERS
             )
         except (ClosedError, ShutDownError):
-            return None  # it ends
+            return None  # the client or server ends
         except GoalwireError as error:
             text = f"the calls of '{owner.full_name}' cannot be recorded: {error}"
             get_logger(owner.node.logger_name).warning(text)
             return None
 
     def close(self) -> None:
-        """Publish nothing more. Idempotent."""
+        """Stop publishing. Idempotent."""
         with self._lock:
             self._is_closed = True
             left, self._owner.recorded = self._owner.recorded, None

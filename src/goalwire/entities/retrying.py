@@ -65,7 +65,7 @@ class Retries:
             get_logger(self._node.logger_name).error(f"Service '{record.name}': on_attempt failed: {error!r}")
 
     def close(self) -> None:
-        """Call the hook no more."""
+        """Stop calling the hook."""
         if self._records is not None:
             self._records.close()
 
@@ -142,7 +142,7 @@ class CallAttempts:
         return delay
 
     def on_answer(self) -> None:
-        """The attempt was answered."""
+        """Note that the attempt was answered."""
         self._counted.on_answer()
         self._tell(None, self._context.now(), None)
 

@@ -44,7 +44,7 @@ class LoggingNode(InGraph, Protocol):
 
     @property
     def port(self) -> NodePort:
-        """Through which endpoints are declared."""
+        """The node on the wire, through which endpoints are declared."""
 
     def resolve(self, name: str) -> str:
         """Return the fully-qualified name of a topic."""

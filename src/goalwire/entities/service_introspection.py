@@ -48,7 +48,7 @@ class Closable(Protocol):
     """The watch for recorders (recorded_calls.py), as far as its owner needs it."""
 
     def close(self) -> None:
-        """End it. Idempotent."""
+        """Stop publishing. Idempotent."""
 
 
 class Introspected:
@@ -58,11 +58,11 @@ class Introspected:
     support: ServiceSupport
     full_name: str
     introspection: ServiceIntrospection | None = None
-    """What calls are told to; None while nothing is published."""
+    """The publisher of service events in use; None while nothing is published."""
     configured: ServiceIntrospection | None = None
-    """What the program switched on."""
+    """The publisher of service events, if the program has switched them on."""
     recorded: ServiceIntrospection | None = None
-    """What a recorder asked for; what the program switched on comes before it."""
+    """The publisher that a recorder asked for; the program's own comes before it."""
     recorder_watch: Closable | None = None
 
     def introspect(self, clock: Clock, qos: QoS, state: ServiceIntrospectionState) -> None:
@@ -96,7 +96,7 @@ class Introspected:
             current.close()
 
     def end_introspection(self) -> None:
-        """Publish nothing more, nor begin to. Idempotent."""
+        """Stop publishing service events, and do not begin again. Idempotent."""
         self._end_configured()
         watch, self.recorder_watch = self.recorder_watch, None
         if watch is not None:
@@ -141,7 +141,7 @@ class ServiceIntrospection:
             self._complain(error)
 
     def flush(self) -> None:
-        """Publish what waits."""
+        """Publish the waiting events."""
         try:
             self._dispatcher.drain()
         except ClosedError:
@@ -185,7 +185,7 @@ class ServiceIntrospection:
             )
 
     def close(self) -> None:
-        """Undeclare."""
+        """Undeclare the publisher."""
         self._port.close()
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from goalwire.rules.qos import QoS
 
 try:
-    from goalwire.entities.standard_hashes import MESSAGES, SERVICES  # written by the build
+    from goalwire.entities.standard_hashes import MESSAGES, SERVICES  # the build writes that module
 except ModuleNotFoundError:  # a checkout that was never installed: each is computed when it is asked for
     MESSAGES, SERVICES = {}, {}
 

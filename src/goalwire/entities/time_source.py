@@ -61,7 +61,7 @@ class TimeSourceCore:
         """Begin to listen to /clock. The node's API calls this."""
 
     def _unsubscribe(self) -> None:
-        """End listening to /clock."""
+        """Stop listening to /clock."""
 
     def attach_clock(self, clock: ROSClock) -> None:
         """Set `clock` too, from now on; it begins with the last time that was heard of."""

@@ -28,7 +28,7 @@ _HASH = Pattern(r'RIHS01_[0-9a-f]{64}')
 
 
 class TypeDescriptions:
-    """Answers for one node."""
+    """The service of one node that describes its types."""
 
     def __init__(self, node: NodeParameters) -> None:
         self._node = node
@@ -58,7 +58,7 @@ class TypeDescriptions:
         return descriptions.offer() if descriptions.wanted() else None
 
     def offer(self) -> Any:
-        """Make the service and return it."""
+        """Make the service that describes the node's types."""
         make_service = self._node.handle.make_service
         return make_service(
             standard_service(_SERVICE), '~/get_type_description', self._answer, SERVICES_DEFAULT

@@ -214,7 +214,7 @@ def named_message_support(type_name: str, type_hash: str = '') -> MessageSupport
 
     Without a `type_hash` that of the definition known here counts, if there is one.
     """
-    from goalwire.cdr.type_hash import message_facts  # heavy: it imports json
+    from goalwire.cdr.type_hash import message_facts  # imported here, since it imports json
 
     try:
         known_hash, has_buffers = message_facts(type_name)

@@ -25,15 +25,15 @@ class ReentrantCallbackGroup(CallbackGroup):
     """Its callbacks run beside each other, and beside themselves."""
 
     def can_execute(self, entity: object) -> bool:  # noqa: ARG002
-        """Always."""
+        """Always True."""
         return True
 
     def beginning_execution(self, entity: object) -> bool:  # noqa: ARG002
-        """Always."""
+        """Always True."""
         return True
 
     def ending_execution(self, entity: object) -> None:
-        """Nothing to note."""
+        """Nothing has to be noted."""
 
     begin = beginning_execution
     ended = ending_execution

@@ -111,7 +111,7 @@ class JumpHandle:
         clock.jump_handles.append(self)
 
     def unregister(self) -> None:
-        """Be called no more. Idempotent."""
+        """Stop calling the callbacks. Idempotent."""
         clock, self._clock = self._clock, None
         if clock is not None:
             clock.jump_handles.remove(self)
@@ -126,7 +126,10 @@ class JumpHandle:
 
 
 class JumpListener(Protocol):
-    """A timer or an entry: it is told of every change of its clock's time, on the thread that makes it."""
+    """A timer, or an entry of one.
+
+    It is told of every change of its clock's time, on the thread that changes it.
+    """
 
     def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:
         """The time has changed; if its source was switched, `remaining_ns` is from before."""
@@ -159,7 +162,7 @@ class Clock:
 
     @property
     def clock_type(self) -> ClockType:
-        """Which time it tells."""
+        """The kind of time that the clock shows."""
         return self._clock_type
 
     @property
@@ -171,11 +174,11 @@ class Clock:
         return f'Clock(clock_type={self._clock_type.name})'
 
     def now(self) -> Time:
-        """The time now."""
+        """The clock's time now."""
         return Time(nanoseconds=self.now_ns(), clock_type=self._clock_type)
 
     def now_ns(self) -> int:
-        """The time now in ns."""
+        """The clock's time now, in ns."""
         if self._clock_type is ClockType.STEADY_TIME:
             return self.source.now()
         if self._clock_type is ClockType.UNINITIALIZED:
@@ -212,7 +215,7 @@ class Clock:
         return self._sleep(until, context, bool)
 
     def _sleep(self, until: Time, context: ContextLike | None, is_over: Callable[[], bool]) -> bool:
-        """The same, or until `is_over()`."""
+        """Sleep as `sleep_until` does, or until `is_over()` is True."""
         context = default_context() if context is None else context
         if not context.ok():
             raise NotInitializedException
@@ -227,7 +230,9 @@ class Clock:
         return self._sleep(self.now() + rel_time, context, self.has_passed(rel_time.nanoseconds))
 
     def has_passed(self, duration_ns: int) -> Callable[[], bool]:
-        """Make what tells whether so much of the machine's time has passed, if nobody sets this clock."""
+        """Return a function that tells whether `ns` of the machine's time have passed while nobody set this
+        clock.
+        """
         if self.overridden:
             return bool
         source = self.source
@@ -271,7 +276,7 @@ class ROSClock(Clock):
 
     @property
     def ros_time_is_active(self) -> bool:
-        """Whether the override counts."""
+        """True while the clock shows the overriding ROS time."""
         return self.overridden
 
     def now_ns(self) -> int:
@@ -410,7 +415,9 @@ class ClockTimerEntry(TimerEntry):
             self._clock.watch_jumps(self)
 
     def set(self, time_ns: int) -> None:
-        """Call it at `time_ns`, instead of any time set before; at once if a clock is set past it."""
+        """Have the entry called at `time_ns`, instead of any time set before; at once if a clock is set past
+        it.
+        """
         self._time = time_ns
         clock = self._clock
         if not clock.overridden:
@@ -423,7 +430,7 @@ class ClockTimerEntry(TimerEntry):
             self.due = time_ns
 
     def cancel(self) -> None:
-        """Do not call it."""
+        """Forget the call."""
         self._work_queue.discard_timer_entry(self)
 
     def remaining_ns(self) -> int | None:

@@ -45,7 +45,7 @@ def current_executor() -> Driven | None:
 
 @contextmanager
 def add_capacity() -> Iterator[None]:
-    """Give the executor of the calling callback a thread more, while this one waits for others."""
+    """Give the executor of the running callback one thread more while this one waits for others."""
     executor = current_executor()
     if executor is None:
         yield

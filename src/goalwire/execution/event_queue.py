@@ -55,7 +55,7 @@ class EventQueue(CallbackSource, Generic[E]):
         depth: int | None = None,
         refuse: Callable[[E], object] | None = None,
     ) -> None:
-        """`refuse` gets what comes once it is closed, too; on the thread that brings it."""
+        """`refuse` gets the events that come after `close`, on the thread that brings them."""
         super().__init__(work_queue, group)
         self.depth = depth
         self.dropped = 0
@@ -63,7 +63,7 @@ class EventQueue(CallbackSource, Generic[E]):
         self.note: Callable[[E], object] | None = None
         """Is told of each event before it is queued."""
         self.watchers: Sequence[Callable[[], None]] = ()
-        # A bound method is held weakly: the wire holds this, and must not hold the entity.
+        # A bound method is held weakly: the wire holds this queue, and must not hold the entity.
         self._handle: Callable[[E], object] | None = None
         parts = weak_parts(handle)
         if parts is None:
@@ -143,7 +143,7 @@ class EventQueue(CallbackSource, Generic[E]):
             return None
 
     def close(self) -> None:
-        """Discard what waits and refuse what comes. A callback that runs goes on."""
+        """Discard the waiting events and refuse later ones. A running callback goes on."""
         self.closed = True
         self._events.clear()
 
@@ -169,7 +169,7 @@ class EventQueue(CallbackSource, Generic[E]):
                 self._go_on()
 
     def _go_on(self) -> None:
-        """Post again if events wait."""
+        """Post the queue again if events wait."""
         self._posted = False
         if self._events:
             self._posted = True
@@ -217,7 +217,8 @@ class GuardCondition(CallbackSource):
         self.callback = callback
         self._posted = self._destroyed = False
         self.events = 0
-        """How often it was triggered; those that come at once may count as one. See wait_set.Waited."""
+        """How often it was triggered; triggers at nearly the same time may count as one. See
+        waitable.Waited."""
         self.watchers: Sequence[Callable[[], None]] = ()
 
     @property
@@ -244,7 +245,7 @@ class GuardCondition(CallbackSource):
             wake()
 
     def destroy(self) -> None:
-        """End it. Idempotent."""
+        """Stop triggering. Idempotent."""
         self._destroyed = True
 
     def run(self) -> object:

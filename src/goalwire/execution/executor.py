@@ -75,7 +75,7 @@ class TimeoutObject:
 
     @property
     def timeout(self) -> float:
-        """Seconds."""
+        """The timeout in seconds."""
         return self._timeout
 
     @timeout.setter
@@ -97,7 +97,10 @@ async def await_or_execute(
 
 
 def _no_node(given: object, error: AttributeError) -> AttributeError:
-    """Say what was given in place of a node; a node that lacks something says so itself."""
+    """Return an error that names what was given in place of a node.
+
+    A node that lacks something says so itself.
+    """
     if isinstance(given, type):
         return AttributeError(f'a node is needed, not its class: make one, {given.__name__}(), and give that')
     if hasattr(type(given), 'handle'):
@@ -154,9 +157,12 @@ class Executor(CallbackRunner):
         return True
 
     def remove_node(self, node: NodeLike) -> None:
-        """Run `node`'s callbacks no more. What is pending waits for the executor it is added to next."""
+        """Stop running `node`'s callbacks.
+
+        Pending work waits for the executor that the node is added to next.
+        """
         if self._refused:
-            self._ask_again()  # so that what was refused goes with its node
+            self._ask_again()  # so that refused work goes with its node
         self._nodes.discard(node)
         work_queue = node.handle.work_queue
         if work_queue.queue is self._ready:
@@ -220,7 +226,7 @@ class Executor(CallbackRunner):
         self._run(None, None if timeout_sec is None else self._deadline(timeout_sec), once=True)
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
-        """Run callbacks until `future` is done or cancelled, and those whose events came before that."""
+        """Run callbacks until `future` is done or cancelled, and then those whose events came before that."""
         deadline = self._deadline(timeout_sec)
         while self._shutdown_signal.alive and not self._is_shutdown and not settled(future):
             left = None if deadline is None else (deadline - self._clock.now()) / 1e9
@@ -290,7 +296,7 @@ class Executor(CallbackRunner):
             self._drive(self._new_waiter(), stop, deadline, once=once)
 
     def _has_nothing_left(self, *, once: bool) -> bool:
-        """Whether a spin whose end has come has nothing left to run of what came before."""
+        """Whether nothing is left to run for a spin whose end has come."""
         return (
             once
             or not self._ready.items
@@ -367,7 +373,8 @@ class Executor(CallbackRunner):
                 return  # callbacks that are always due must not keep it from ending in time
 
     def _work_off(self, deadline: int | None) -> None:
-        """Run as many callbacks as events wait now, in order, and once more for the events of these.
+        """Run as many callbacks as there are events now, in order, and then those of the events that came
+        meanwhile.
 
         rclpy takes an answer behind the tasks and the messages that came with it: the execution of an
         accepted goal, and the feedback of that. What comes later than these two rounds stays.

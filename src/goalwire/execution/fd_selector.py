@@ -61,18 +61,18 @@ class FdSelector:
             self._on_armed()
 
     def disarm(self, fd: int) -> None:
-        """Watch `fd` no more, if it is watched."""
+        """Stop watching `fd`, if it is watched."""
         with self._lock:
             if self._selector is None:
                 return
             try:
                 self._selector.unregister(fd)
             except KeyError:
-                return  # it has been reported
+                return  # it has been reported since
             self.watched -= 1
 
     def poll(self) -> None:
-        """Report what is ready now; nothing if another thread is at it."""
+        """Report the descriptors that are ready now; nothing if another thread does so already."""
         self.wait(0, bool)
 
     def wait(self, timeout: float | None, woken: Callable[[], bool]) -> bool:
@@ -125,7 +125,7 @@ class FdSelector:
                     end.close()
 
     def reset_in_child(self) -> None:
-        """In a forked child: watch nothing, and open another selector for what the child itself watches.
+        """In a forked child, open another selector, which watches nothing yet.
 
         The kernel's part of the selector is the parent's too: it is left as it is, and closed here alone.
         """

@@ -60,7 +60,7 @@ class _DoneCallback(CallbackSource):
 
 def _advise(callback: object) -> None:
     """Log that `callback` cannot be called. The call will raise TypeError, as in rclpy."""
-    from goalwire.execution.callbacks import advise_callback  # needed only then
+    from goalwire.execution.callbacks import advise_callback  # imported only if needed
     from goalwire.logging import get_logger
 
     advise_callback(callback, ('future',), 'the done callback of a future', get_logger('rclpy.task'))
@@ -155,7 +155,7 @@ class Future(Generic[T]):
             try:
                 result = self.decode(raw)
             except Exception as error:
-                failure = error.with_traceback(None)  # whose frames hold what could not be decoded
+                failure = error.with_traceback(None)  # its frames hold the payload that could not be decoded
             if self._raw is raw:  # of several threads at it the first to end keeps its result
                 self._result, self._exception = result, failure
                 self._raw = None
@@ -172,15 +172,15 @@ class Future(Generic[T]):
     def exception(self) -> BaseException | None:
         """The exception, or None."""
         if self._raw is not None:
-            with suppress(Exception):  # it is kept, too
+            with suppress(Exception):  # the exception is kept, too
                 self.result()
             if self._exception is not None:
-                self._exception.__traceback__ = None  # it holds this frame
+                self._exception.__traceback__ = None  # the exception holds this frame
         self._mark_retrieved()
         return self._exception
 
     def set_result(self, result: T) -> None:
-        """Complete it. Any thread."""
+        """Complete the future. Any thread."""
         self._raw = None
         self._exception = None
         self._result = result
@@ -265,7 +265,7 @@ class Future(Generic[T]):
             return  # it was called, or is about to be
 
     def set_work_queue(self, work_queue: NodeWorkQueue) -> None:
-        """Let the done callbacks run where `work_queue` is; those that wait for completion, too."""
+        """Have the done callbacks, and whatever waits for completion, run in the executor of `work_queue`."""
         self._work_queue = work_queue
 
     def wait(
@@ -296,7 +296,7 @@ class Future(Generic[T]):
         return self.completion_state != PENDING
 
     def decode(self, raw: object, /) -> T:
-        """Make the result of what `set_raw` was given."""
+        """Decode the payload of `set_raw`."""
         return cast('T', raw)
 
     def _set_executor(self, executor: MakesTasks | None) -> None:

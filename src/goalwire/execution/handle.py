@@ -24,7 +24,7 @@ class Handle:
 
     @property  # type: ignore[misc]
     def __class__(self) -> type:
-        """The entity's: a handle passes for what it is the handle of."""
+        """The class of the entity: the handle passes for its entity."""
         return type(self.ros_entity)
 
     def __getattr__(self, name: str) -> object:

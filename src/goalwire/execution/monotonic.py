@@ -23,7 +23,7 @@ class SteadyClock:
     __slots__ = ()
 
     now = staticmethod(time.monotonic_ns)
-    """Steady time in ns: what all deadlines are made of."""
+    """Steady time in ns, which all deadlines are readings of."""
 
     system_now = staticmethod(time.time_ns)
     """System time in ns since the UNIX epoch."""
@@ -40,7 +40,7 @@ STEADY = SteadyClock()
 
 
 def deadline_after(clock: SteadyClock, timeout_sec: float | None) -> int | None:
-    """The deadline in ns for a timeout as rclpy takes it: None and negative values mean without limit.
+    """Return the deadline in ns for a timeout as rclpy takes it: None and negative values mean no limit.
 
     Raises as `timeout_ns` does.
     """
@@ -62,4 +62,4 @@ def timeout_ns(timeout: float, what: str = 'a timeout') -> int:
 
 
 _FOREVER = 4e9
-"""s, a century: what float('inf') counts as."""
+"""In s, a century: float('inf') counts as this."""

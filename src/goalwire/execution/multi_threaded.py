@@ -50,7 +50,9 @@ class DrainTracker:
         self._seen: set[Thread] = set()
 
     def gather(self, ready: Iterable[CallbackSource], busy: dict[Thread, CallbackSource]) -> None:
-        """Count what is `ready`, what waits for the groups of the `busy` workers, and what they are at."""
+        """Count the `ready` work, the work that waits for the groups of `busy` workers, and their running
+        callbacks.
+        """
         with self._lock:
             for source in ready:
                 self._count(source)
@@ -64,14 +66,14 @@ class DrainTracker:
 
     @property
     def over(self) -> bool:
-        """Whether all has been run."""
+        """True if all gathered work has been run."""
         return not self._running and not self._events
 
     def begun(self, thread: Thread, source: CallbackSource) -> None:
         """Note that `thread` begins a callback of `source`."""
         with self._lock:
             if thread in self._running:
-                return  # it has been gathered
+                return  # gathered, and not run since
             # A worker's first callback may have left the queue just before that was looked at.
             if source not in self._events and thread not in self._seen and isinstance(source, EventQueue):
                 self._count(source)
@@ -134,13 +136,13 @@ class WorkerPool:
         self.limit = limit
         self.closed = False
         self.busy: dict[threading.Thread, CallbackSource] = {}
-        """Those in user code, and at what."""
+        """The workers in user code, each with its callback."""
         self._serve = serve
         self._wake_all = wake_all
         self._lock = threading.Lock()
-        self._threads: set[threading.Thread] = set()  # all that live
+        self._threads: set[threading.Thread] = set()  # The workers that live.
         self.serving: set[threading.Thread] = set()
-        """Those that have not retired."""
+        """The workers that have not retired."""
         _pools.add(self)
 
     def __len__(self) -> int:
@@ -176,7 +178,7 @@ class WorkerPool:
         self._wake_all()
 
     def close(self) -> None:
-        """End all threads, and wait for those that are in no user code. Idempotent."""
+        """End all threads, and wait for those outside user code. Idempotent."""
         self.dismiss()
         for thread in tuple(self._threads):
             if not thread.is_alive():
@@ -185,7 +187,7 @@ class WorkerPool:
                 thread.join(_IDLE_GRACE)
 
     def reset_in_child(self) -> None:
-        """In a forked child: none of the threads is there."""
+        """In a forked child, forget the threads: they are the parent's."""
         self._lock = threading.Lock()
         for threads in (self.busy, self._threads, self.serving):
             threads.clear()
@@ -225,10 +227,10 @@ at_exit(Stage.THREADS, _close_all)
 
 
 _FEWEST_THREADS = 8
-"""The default on small machines: threads are made on demand, and those that block cost nothing."""
+"""The default on small machines. Threads are made on demand, and blocked ones cost nothing."""
 
 _PATIENCE = 100_000_000
-"""ns without any callback's end after which a spin whose future is settled waits for no more of them."""
+"""A spin whose future is settled stops waiting once no callback has ended for this time, in ns."""
 
 
 class MultiThreadedExecutor(Executor):
@@ -296,7 +298,7 @@ class MultiThreadedExecutor(Executor):
         return self._pool.limit <= 1 and self in active_executors.executors
 
     def add_capacity(self, count: int) -> None:
-        """Allow `count` more threads, while as many callbacks block in a call that others may answer."""
+        """Allow `count` more threads, for as many callbacks that block in calls which others may answer."""
         with self._spins_lock:
             self._pool.limit += count
         if count > 0:
@@ -342,7 +344,7 @@ class MultiThreadedExecutor(Executor):
                 self._coordinators.remove(waiter)
 
     def _await_drain(self, waiter: Waiter, deadline: int | None) -> None:
-        """Let the workers run what has come by now, but do not wait for callbacks that block."""
+        """Let the workers run the work that has come by now, but do not wait for callbacks that block."""
         if not self._ready.items and not self._pool.busy:
             return
         drain = DrainTracker(waiter.wake)
@@ -419,7 +421,7 @@ class MultiThreadedExecutor(Executor):
         return pool.closed or not self._shutdown_signal.alive or len(pool.serving) > pool.limit
 
     def _leaves(self) -> bool:
-        """Whether the calling worker, of those that are to end, does so; it is then no longer counted."""
+        """Whether the calling worker has to end; if so, it is not counted any longer."""
         pool = self._pool
         return pool.closed or not self._shutdown_signal.alive or pool.retire()
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class CallbackChooser:
-    """Finds ready work: what was posted first comes first.
+    """Finds the work that is ready: the first that was posted comes first.
 
     Timers, file descriptors and waitables post their work when somebody looks at them, before each choice.
     """

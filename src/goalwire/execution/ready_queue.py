@@ -34,12 +34,12 @@ class CallbackSource:
 
     @property
     def entity(self) -> object:
-        """The entity whose callbacks these are, as an executor written by a user sees it."""
+        """The entity whose callbacks these are, for executors that users have written."""
         return self
 
     @property
     def backlog(self) -> int:
-        """How many events wait here."""
+        """How many events of this source wait."""
         return 1
 
     def run(self) -> object:
@@ -91,7 +91,7 @@ class CallbackGroup:
             cls.ended = CallbackGroup.ended  # type: ignore[method-assign]
 
     def add_entity(self, entity: object) -> None:
-        """Make `entity` a member. Raises TypeError for what cannot be referenced weakly."""
+        """Make `entity` a member. Raises TypeError for an object without weak references."""
         self.entities.add(entity)
 
     def has_entity(self, entity: object) -> bool:
@@ -149,14 +149,14 @@ class Poller(Protocol):
         """Ask the poller, and post the work that it has."""
 
     def close(self) -> None:
-        """Ask no more."""
+        """Stop asking the waitable."""
 
 
 class Driver(Protocol):
-    """The executor of a queue."""
+    """The executor that runs the work of a queue."""
 
     def is_driven(self) -> bool:
-        """Whether somebody spins it."""
+        """Whether a thread spins the executor."""
 
 
 def _nobody() -> None:
@@ -175,14 +175,15 @@ class ReadyQueue:
 
     def __init__(self, driver: Callable[[], Driver | None] = _nobody) -> None:
         self.driver = driver
-        """Returns the executor that runs what is posted here: a weak reference, as the wire holds this."""
+        """Returns the executor that runs the work of this queue. It is a weak reference, since the wire
+        holds the queue."""
         self.items: deque[CallbackSource] = deque()
         self.pollers: WeakListeners[Poller] = WeakListeners()
-        """The pollers that are asked before any work is taken; they belong to their nodes."""
+        """The pollers, which are asked before any work is taken. Their nodes own them."""
         self.wakers: list[Callable[[], None]] = []
-        """The wake functions of those that sleep here; the last to fall asleep comes last."""
+        """The wake functions of the sleeping threads, the last to fall asleep at the end."""
         self.closed = False
-        """Whether nobody sleeps here any more."""
+        """True once no thread may sleep here."""
         self._recheck_wanted = False
 
     def post(self, source: CallbackSource) -> None:
@@ -217,11 +218,11 @@ class ReadyQueue:
         self.recheck()
 
     def remove_poller(self, poller: Poller) -> None:
-        """Ask `poller` no more; nothing if it is not asked."""
+        """Stop asking `poller`; nothing if it is not asked."""
         self.pollers.discard(poller)
 
     def poll_waitables(self) -> None:
-        """Let the pollers ask; those with work post it here."""
+        """Have the pollers look; those with work post it here."""
         self._recheck_wanted = False
         for poller in self.pollers.alive():
             poller.look()
@@ -242,7 +243,7 @@ class ReadyQueue:
         waker()
 
     def wake_all(self) -> None:
-        """Let all sleepers look again."""
+        """Wake all sleepers, so that they look again."""
         while self.wakers:
             self.wake_one()
 
@@ -291,7 +292,8 @@ class ReadyQueue:
                     deadline = due
             if self.items or (self._recheck_wanted and self.pollers) or self.closed or stop.completion_state:
                 return
-            # hot path: `STEADY.wait` and `unlisten`, without these calls: 1.2 us less with each sleep.
+            # hot path: the bodies of `STEADY.wait` and `unlisten`, which saves their calls: 1.2 us less with
+            # each sleep.
             if clock is STEADY:
                 waiter.wait(None if deadline is None else deadline - clock.now())
             else:
@@ -305,7 +307,7 @@ class ReadyQueue:
                     pass
 
     def reclaim(self, work_queue: NodeWorkQueue) -> list[CallbackSource]:
-        """Take out all work of `work_queue`, oldest first; the order of the rest stays."""
+        """Take out all work of `work_queue`, oldest first. The rest keeps its order."""
         taken = []
         for _ in range(len(self.items)):
             source = self.pop()
@@ -334,12 +336,13 @@ class NodeWorkQueue:
         self.timer_heap: TimerHeap | None = None
         self._backlog: deque[CallbackSource] = deque()
         self._timer_entries: dict[ReferenceType[TimerEntry], None] = {}
-        """In order, so that what is due at once comes in that order. Weakly: the wire holds this."""
+        """In the order of setting, which entries that are due at once keep. Weak references: the wire
+        holds this."""
         self._pollers: dict[Poller, None] = {}
 
     @property
     def attached(self) -> bool:
-        """Whether an executor runs what is posted here."""
+        """Whether an executor runs the work of this node."""
         return self.queue is not None
 
     def post(self, source: CallbackSource) -> None:
@@ -348,14 +351,14 @@ class NodeWorkQueue:
         if queue is None:
             self._backlog.append(source)
             if self.queue is not None:
-                self._flush()  # attached in between
+                self._flush()  # attached by another thread meanwhile
             return
         # hot path: `queue.post`, without that call: 0.6 us less for each event that wakes a thread.
         queue.items.append(source)
         if queue.wakers:
             queue.wake_one()
         if self.queue is not queue:
-            self._move_out(queue)  # detached in between
+            self._move_out(queue)  # detached by another thread meanwhile
 
     def post_first(self, source: CallbackSource) -> None:
         """Queue `source` for the executor before all that waits there. Any thread."""
@@ -367,7 +370,7 @@ class NodeWorkQueue:
         if queue.wakers:
             queue.wake_one()
         if self.queue is not queue:
-            self._move_out(queue)  # detached in between
+            self._move_out(queue)  # detached by another thread meanwhile
 
     def attach(self, queue: ReadyQueue, timer_heap: TimerHeap) -> None:
         """From now on post to `queue`, and let timers follow `timer_heap`."""
@@ -414,9 +417,9 @@ class NodeWorkQueue:
             timer_heap = moved
 
     def discard_timer_entry(self, entry: TimerEntry) -> None:
-        """Do not call `entry`."""
+        """Forget `entry`."""
         self._timer_entries.pop(entry.reference, None)
-        while (timer_heap := entry.timer_heap) is not None:  # it may be moving
+        while (timer_heap := entry.timer_heap) is not None:  # the node may be moving to another executor
             timer_heap.discard(entry)
         entry.due = None
 
@@ -430,7 +433,7 @@ class NodeWorkQueue:
             queue.remove_poller(poller)  # the node has moved in between
 
     def remove_poller(self, waitable: object) -> None:
-        """Ask `waitable` no more; nothing if it is not asked."""
+        """Stop asking `waitable`; nothing if it is not asked."""
         for poller in tuple(self._pollers):
             if poller.waitable is waitable:
                 del self._pollers[poller]

@@ -45,9 +45,9 @@ if TYPE_CHECKING:
     from goalwire.execution.waiting import ContextLike, ShutdownSignal
 
 _CLOSE = 0
-"""No signal has this number."""
+"""A number that no signal has."""
 _ASKED_AT_NS = (20_000_000, 100_000_000, 400_000_000, 2_400_000_000)
-"""So long after a signal the main thread is asked by SIGURG, if it has run no handler since."""
+"""After a signal the main thread is asked by SIGURG after these times, if it has run no handler since."""
 _MUTE_AT = 1
 """If it has not answered at this one of them, the contexts are ended in its place."""
 _EARLIER_NS = 10_000_000
@@ -92,7 +92,7 @@ class SignalListener:
         self._noticed_ns = STEADY.now()
 
     def close(self) -> bool:
-        """Put back what was there before; False if the thread must stay, to pass signals on."""
+        """Restore the earlier wake-up descriptor; False if the thread must stay, to pass signals on."""
         with suppress(ValueError):
             LISTENING.remove(self)
         if sys.platform != 'win32' and self._nudges and signal.getsignal(signal.SIGURG) is _answer:
@@ -221,7 +221,7 @@ _came: set[int] = set()
 
 
 def register(shutdown_signal: ShutdownSignal) -> None:
-    """Make the handled signals end `shutdown_signal`, which is held weakly."""
+    """Make the handled signals end `shutdown_signal`. It is held weakly."""
     _ended.add(shutdown_signal)
 
 
@@ -251,7 +251,7 @@ def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions
 
 
 def uninstall_signal_handlers() -> None:
-    """Put back what was installed before. Does nothing outside the main thread."""
+    """Restore the handlers from before. Does nothing outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         return
     while _listeners:
@@ -300,7 +300,7 @@ class SignalHandlerGuardCondition(GuardCondition):
 
 
 def is_ipython() -> bool:
-    """Whether IPython or a notebook runs this program: Ctrl-C and Interrupt there end a cell, and no more."""
+    """Whether IPython or a notebook runs this program. Ctrl-C and Interrupt only end a cell there."""
     get_ipython = getattr(sys.modules.get('IPython'), 'get_ipython', None)
     return get_ipython is not None and get_ipython() is not None
 
@@ -309,7 +309,7 @@ def is_ipython() -> bool:
 
 
 def _is_ours(number: int) -> bool:
-    """Whether our handler would run: whoever replaced it decides what the signal means."""
+    """Whether our handler would run. A program that replaced it decides what the signal means."""
     handler = _handlers.get(number)
     return handler is not None and handler.is_installed(number)
 
@@ -353,7 +353,7 @@ def _let_signals_come() -> None:
 
 
 def _reset_in_child() -> None:
-    """After a fork, in the child: have signals do what they would do without this library."""
+    """In a forked child, have signals act as they would without this library."""
     if _handlers:
         _asleep[:] = [get_current_signal_handlers_options()]
     while _listeners:

@@ -104,7 +104,7 @@ class SingleThreadedExecutor(Executor):
         return self._driver.setdefault(_TURN, me) == me
 
     def _call_successor(self) -> None:
-        """Let all that wait for the turn try: one gets it, the others wait on."""
+        """Wake all threads that wait for their turn: one gets it, the others wait on."""
         wake_all(self._successors)
 
     def _wake_workers(self) -> None:

@@ -37,10 +37,10 @@ class StopWhen:
         return self._ask()
 
     def add_waker(self, waker: Callable[[], None]) -> None:
-        """Nothing: see above."""
+        """Does nothing: the class says why."""
 
     def remove_waker(self, waker: Callable[[], None]) -> None:
-        """Nothing."""
+        """Does nothing."""
 
 
 class _ForeignFuture(StopWhen):
@@ -122,6 +122,6 @@ def release_groups(work_queue: NodeWorkQueue, spin_until: Callable[[Future[None]
                     group.park(CallSoon(work_queue, partial(free.set_result, None)))
                     spin_until(free)
                     if not free.done():
-                        break  # the executor was shut down: nothing runs beside this callback any more
+                        break  # the executor was shut down: nothing else can run beside this callback
         finally:
             held_groups.reset(token)

@@ -41,7 +41,7 @@ class Task(Future[T]):
         self._started = False
 
     def executing(self) -> bool:
-        """Whether it runs right now."""
+        """True while the callback runs."""
         return self._executing
 
     def cancel(self) -> None:
@@ -138,7 +138,10 @@ class Task(Future[T]):
         self._become(FINISHED)
 
     def _await_again(self, awaited: object) -> None:
-        """Where an executor is known, let it go on when what is awaited is done; else the next call does."""
+        """Have the executor go on once the awaited future is done.
+
+        Without an executor the next call goes on.
+        """
         if self._work_queue is not None and isinstance(awaited, Future):
             work_queue = self._work_queue
             awaited.add_waker(lambda: work_queue.post(CallSoon(work_queue, self)))
@@ -171,7 +174,7 @@ class TaskSource(CallbackSource):
 
     @property
     def entity(self) -> object:
-        """None: nothing of ROS 2."""
+        """None: a task belongs to no entity."""
         return None
 
     def run(self) -> object:

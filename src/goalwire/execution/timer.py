@@ -96,7 +96,7 @@ def _is_timer_info(annotation: object) -> bool:
 
 
 class Rate:
-    """Sleeps until its timer is due. Unlike rclpy's it needs no executor that spins meanwhile.
+    """Sleeps until its timer is due. It needs no executor that spins meanwhile, unlike rclpy's.
 
     One that does has a turn with each tick, whether somebody sleeps or not.
     """
@@ -230,7 +230,7 @@ class Timer(CallbackSource):
 
     @property
     def clock(self) -> Clock:
-        """The clock it goes by."""
+        """The timer's clock."""
         return self._clock
 
     @property
@@ -251,12 +251,12 @@ class Timer(CallbackSource):
         return not self._canceled and self._schedule.now() >= self._schedule.next_call
 
     def is_canceled(self) -> bool:
-        """Whether it is off."""
+        """True after `cancel`, until `reset`."""
         self._check()
         return self._canceled
 
     def cancel(self) -> None:
-        """Switch it off, until `reset`."""
+        """Stop the calls, until `reset`."""
         self._check()
         self._canceled = True
         self._timer_entry.cancel()
@@ -282,7 +282,7 @@ class Timer(CallbackSource):
         return self._schedule.next_call - now
 
     def destroy(self) -> None:
-        """End it. Idempotent."""
+        """End the timer. Idempotent."""
         self._destroyed = self._canceled = True
         self._timer_entry.cancel()
 
@@ -301,7 +301,7 @@ class Timer(CallbackSource):
 
     @property
     def next_call_ns(self) -> int:
-        """When the next call is due, on its clock."""
+        """When the next call is due, in ns of the timer's clock."""
         self._schedule.now()
         return self._schedule.next_call
 

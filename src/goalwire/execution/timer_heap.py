@@ -1,4 +1,4 @@
-"""The due times of timers and asyncio loops, and a thread that calls those which no executor runs."""
+"""The due times of timers and asyncio loops, and a thread for those without an executor."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class TimerHeap:
                 entry.due = entry.timer_heap = None
 
     def call_due(self, now: int) -> None:
-        """Call everything that is due at `now`."""
+        """Call every entry that is due at `now`."""
         while (earliest := self.earliest) is not None and earliest <= now:
             with self._lock:
                 heap = self.heap
@@ -94,7 +94,7 @@ class TimerHeap:
             entry.call()
 
     def reset_in_child(self) -> None:
-        """In a forked child: the lock may be held by a thread that is not there."""
+        """In a forked child, make a new lock: a thread of the parent may hold the old one."""
         self._lock = Lock()
 
     def _leave_behind(self, entry: TimerEntry) -> None:
@@ -115,7 +115,7 @@ CLOSING_S = 5.0
 
 
 class ShutdownListener(Protocol):
-    """Something that is told of the shutdown."""
+    """An object whose `end` is called at the shutdown."""
 
     def end(self) -> None:
         """The shutdown has begun. May come more than once."""
@@ -158,7 +158,10 @@ class TimerThread:
         self.set(entry, 0)
 
     def tell_end(self, who: ShutdownListener) -> None:
-        """Call `who.end()` at the shutdown, on the thread; at once after it. Held weakly."""
+        """Call `who.end()` at the shutdown, on this thread; at once after the shutdown.
+
+        `who` is held weakly.
+        """
         self._listeners.add(who)
         if self._thread is None:
             self._start()
@@ -170,7 +173,7 @@ class TimerThread:
         self._timer_heap.discard(entry)
 
     def close(self) -> None:
-        """Call what is left and end the thread, after the shutdown. Idempotent."""
+        """Call the remaining entries and end the thread, after the shutdown. Idempotent."""
         with self._lock:
             thread = self._thread
         if thread is not None and thread is not threading.current_thread():
@@ -213,7 +216,7 @@ class TimerThread:
             try:
                 self._timer_heap.call_due(now)
             except Exception as error:  # a mistake of ours: the other entries must be called all the same
-                from goalwire.logging import get_logger  # needed only then
+                from goalwire.logging import get_logger  # imported only if needed
                 from goalwire.logging.tracebacks import traceback_text
 
                 get_logger('goalwire.execution').error(

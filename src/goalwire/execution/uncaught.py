@@ -30,7 +30,7 @@ def install_excepthooks() -> None:
 
 
 def _excepthook(kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
-    """Print what was not caught; nothing if Ctrl-C or SIGTERM ended a wait of ours."""
+    """Print an uncaught exception; nothing if Ctrl-C or SIGTERM ended a wait of this library."""
     if not _ended_a_wait(error.with_traceback(traceback)):
         _print(kind, error)
     if isinstance(error, KeyboardInterrupt):
@@ -41,12 +41,12 @@ def _excepthook(kind: type[BaseException], error: BaseException, traceback: Trac
 
 
 def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
-    """Print what was not caught in a thread."""
+    """Print a thread's uncaught exception."""
     error = arguments.exc_value
     if error is None or isinstance(error, SystemExit):
         return
     if isinstance(error, ExternalShutdownException):
-        return  # the program ends: so does what spins in its threads
+        return  # the program ends, and the executors that spin in its threads, too
     if isinstance(error, ClosedError) and exits.has_begun():
         return  # the same, a moment later: in a callback
     name = threading.current_thread().name if arguments.thread is None else arguments.thread.name

@@ -34,15 +34,15 @@ class Waited(Protocol):
 
     @property
     def counts_up(self) -> bool:
-        """True: `events` counts all that there have been; False: those that wait to be taken."""
+        """True if `events` counts all events so far; False if it counts only the waiting ones."""
 
     @property
     def events(self) -> int:
-        """See `counts_up`."""
+        """The number of events; see `counts_up`."""
 
 
 _watching = Lock()
-"""Held while somebody begins or ends to watch, and nothing else."""
+"""Held only while a thread begins or ends to watch."""
 
 
 def watch(entity: Waited, wake: Callable[[], None]) -> None:
@@ -110,7 +110,7 @@ class WaitSet:
             entities.clear()
 
     def look(self) -> None:
-        """Watch what is in it, and nothing else; see what is ready."""
+        """Watch exactly the members, and note which of them are ready."""
         wanted = {entity for entities in self._entities.values() for entity in entities}
         for entity in wanted - self._seen.keys():
             self._seen[entity] = 0
@@ -124,13 +124,13 @@ class WaitSet:
         self._seen = counts
 
     def close(self) -> None:
-        """Watch nothing any more."""
+        """Stop watching."""
         self.clear()
         self.look()
 
     @property
     def timers(self) -> Sequence[Timer]:
-        """The timers in it."""
+        """The timers among the members."""
         return cast('list[Timer]', self._entities['timer'])
 
     def _is_ready(self, entity: Waited, events: int) -> bool:
@@ -219,13 +219,13 @@ class Waitable(Generic[T]):
         self._futures: list[Future[Any]] = []
 
     def __enter__(self) -> object:
-        """Keep what is waited for alive meanwhile."""
+        """Keep the members alive while they are waited for."""
         return self
 
     def __exit__(
         self, t: type[BaseException] | None, v: BaseException | None, tb: TracebackType | None
     ) -> None:
-        """Keep it no longer."""
+        """Release the members."""
 
     def add_future(self, future: Future[Any]) -> None:
         """Let the done callbacks of `future` run in the executor that runs this."""
@@ -245,11 +245,11 @@ class Waitable(Generic[T]):
         raise NotImplementedError(f'{type(self).__name__} must say whether it is_ready(wait_set)')
 
     def take_data(self) -> T:
-        """Take what `execute` shall get, so that this is ready no more."""
+        """Take the data for `execute`, so that this is not ready any longer."""
         raise NotImplementedError(f'{type(self).__name__} must have a take_data()')
 
     async def execute(self, taken_data: T) -> None:
-        """Do the work, with what `take_data` returned."""
+        """Do the work with the data of `take_data`."""
         raise NotImplementedError(f'{type(self).__name__} must have an execute(taken_data)')
 
     def get_num_entities(self) -> NumberOfEntities:
@@ -257,7 +257,7 @@ class Waitable(Generic[T]):
         raise NotImplementedError(f'{type(self).__name__} must have a get_num_entities()')
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
-        """Add what to wait for, and keep the indices."""
+        """Add the things to wait for, and keep their indices."""
         raise NotImplementedError(f'{type(self).__name__} must have an add_to_wait_set(wait_set)')
 
 
@@ -270,7 +270,7 @@ class SelfDriven(Waitable[T]):
 
 
 class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
-    """Something with several event queues. Its methods do by hand what executors do by themselves.
+    """A waitable with several event queues. Programs call the methods in place of an executor.
 
     Used as a context it is destroyed at the block's end.
     """
@@ -284,7 +284,7 @@ class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
         self.destroy()
 
     def event_queues(self) -> list[EventQueue[Any]]:
-        """Where its events wait."""
+        """The queues of its events."""
         raise NotImplementedError
 
     def is_ready(self, wait_set: WaitSet) -> bool:  # noqa: ARG002
@@ -375,7 +375,7 @@ class WaitablePoller(CallbackSource):
         return waitable.execute(data)
 
     def close(self) -> None:
-        """Ask no more; a thread that asks now ends that by itself."""
+        """Stop asking. A thread that asks at the moment ends that by itself."""
         self._closed = True
         self.look()
 

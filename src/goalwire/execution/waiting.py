@@ -83,7 +83,7 @@ class WeakListeners(dict[ReferenceType[L], None]):
         self.pop(ref(listener), None)
 
     def alive(self) -> list[L]:
-        """Return those that still live."""
+        """Return the objects that still live."""
         # Python 3.11 may collect garbage while it makes a tuple of a dict, which then changes: so a list.
         found = []
         for reference in list(self):
@@ -101,16 +101,16 @@ class StopCondition(Protocol):
 
     @property
     def completion_state(self) -> object:
-        """True once it has come.
+        """True once the awaited event has come.
 
         hot path: an attribute of futures, since a call would cost 0.6 us with each look after a sleep.
         """
 
     def add_waker(self, waker: Callable[[], None]) -> None:
-        """Call `waker` when it comes, or has come. Does nothing if others wake the sleeper."""
+        """Have `waker` called once the event has come. Does nothing if others wake the sleeper."""
 
     def remove_waker(self, waker: Callable[[], None]) -> None:
-        """Take a waker back."""
+        """Remove a waker."""
 
 
 class SignalReceiver(Protocol):
@@ -123,7 +123,7 @@ class SignalReceiver(Protocol):
     """The wait on the wire in which the main thread is, if it is: a signal ends that wait."""
 
     def hears(self) -> bool:
-        """Whether signals come to it."""
+        """Whether the calling thread runs signal handlers."""
 
 
 LISTENING: list[SignalReceiver] = []
@@ -236,7 +236,7 @@ class ShutdownWatch:
         watchers[self] = None
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         self._watchers.pop(self, None)
 
 
@@ -295,7 +295,10 @@ class ShutdownSignal:
         self.external_sleepers.discard(who)
 
     def new_waiter(self) -> Waiter:
-        """A place for one thread to sleep in while it waits for what the wire may bring; the end wakes it."""
+        """Return a place for one thread to sleep in while it waits for the wire.
+
+        The context's end wakes it.
+        """
         return WireWaiter(self)
 
     def borrow_waiter(self) -> Waiter:
@@ -325,7 +328,7 @@ class ShutdownSignal:
         return True
 
     def end_in_child(self, reason: str) -> None:
-        """End it in a forked child, and tell nobody: whoever waits under it is a thread of the parent's."""
+        """End in a forked child, and tell nobody: the threads that wait are the parent's."""
         self.reason = reason
         self.alive = False
         self._session = None
@@ -373,7 +376,7 @@ class ContextLike(Protocol):
 
     @property
     def shutdown_signal(self) -> ShutdownSignal:
-        """Whether the context is up, and who is woken when that ends."""
+        """Whether the context is up, and the sleepers that its end wakes."""
 
     def ok(self) -> bool:
         """Whether it is initialised and not shut down."""
@@ -383,12 +386,12 @@ _provider: list[Callable[[], ContextLike]] = []
 
 
 def provide_default_context(provider: Callable[[], ContextLike]) -> None:
-    """Say where `default_context` finds the default context; rclpy does that once."""
+    """Set the function that returns the default context; rclpy does so once."""
     _provider[:] = [provider]
 
 
 def default_context() -> ContextLike:
-    """The context for what was made without one. Raises RuntimeError if rclpy was not imported."""
+    """Return the default context. Raises RuntimeError if rclpy was not imported."""
     if not _provider:
         raise RuntimeError('there is no default context: pass context=..., or import rclpy first')
     return _provider[0]()

@@ -20,11 +20,11 @@ import warnings
 from contextlib import suppress
 
 Identity = tuple[int, int]
-"""Device and inode: what a descriptor's number refers to."""
+"""Device and inode: they identify the file behind a descriptor."""
 
 
 def identity_of(fd: int) -> Identity | None:
-    """Return what `fd` refers to, None if it is not open."""
+    """Return the identity of the file behind `fd`, None if it is not open."""
     try:
         status = os.fstat(fd)
     except OSError:
@@ -47,7 +47,7 @@ class WakeupPipe:
         self._identity = identity_of(self._writer)
 
     def take(self) -> None:
-        """Become the wake-up descriptor."""
+        """Install the pipe as the process's wake-up descriptor."""
         if not self._is_intact():
             self._open()  # the program has closed all descriptors, as daemons do
         # trio warns of whatever it finds there. Here trio works all the same, by the rules above.
@@ -107,7 +107,7 @@ class WakeupPipe:
             return
         try:
             if identity_of(own) == before[1]:
-                with suppress(OSError):  # it is full, and its owner is awake; or nobody reads it any more
+                with suppress(OSError):  # the pipe is full, and its owner awake; or nobody reads it
                     os.write(own, numbers)
         finally:
             os.close(own)

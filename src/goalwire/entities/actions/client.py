@@ -272,7 +272,7 @@ class ActionClientCore(TimedCalls):
         """Ask for cancellation, whatever the server says to that."""
         with suppress(ClosedError):
             asked = self.cancel_goal(goal_id, call_context=self._new_context(LATE_S))
-            asked.add_waker(lambda: cast('None', asked.exception()))  # looked at
+            asked.add_waker(lambda: cast('None', asked.exception()))  # the exception counts as seen
 
     # -- waiting -------------------------------------------------------------------------------------------
 

@@ -218,7 +218,7 @@ class GoalFeedback(EventQueue['Sample | None']):
         return self._owner
 
     def open(self, *, in_a_turn: bool) -> None:
-        """The goal is accepted.
+        """Let the feedback through: the goal is accepted.
 
         `in_a_turn`: nobody has been told of that yet. Then one turn of the executor comes first, so that a
         done callback which the program adds before it spins is before the feedback.
@@ -311,5 +311,5 @@ class GoalFeedback(EventQueue['Sample | None']):
             try:
                 then = self._ends.pop(0)
             except IndexError:
-                return  # another thread calls it
+                return  # another thread calls the callback
             then()

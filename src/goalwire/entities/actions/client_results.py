@@ -65,7 +65,7 @@ class GoalResults:
         self._client = client
         self._requests = requests
         self.latencies = Latencies()
-        """From goals to their results."""
+        """The times from goals to their results."""
 
     def ask(self, goal_id: GoalId, call_context: CallContext | None) -> ResultFuture:
         """Return a future for a goal's result: it gives the action's GetResult response."""
@@ -133,14 +133,14 @@ class GoalResults:
             client.dispatch(client.goals.on_result, goal.goal_id, status, payload)
 
     def on_lost(self, call: ResultCall, reason: str) -> None:
-        """No result will come."""
+        """Fail the waiting futures: no result will come."""
         client = self._client
         client.dispatch(client.goals.on_result_failed, call.goal.goal_id, unanswered('result', reason))
         call.awaited_by.report_unanswered(reason)
 
     def deliver(self, future: Future[Any], payload: Payload) -> None:
         """Give the result to one who waits for it."""
-        if future.pending() and not future.set_raw(payload):  # else it was cancelled
+        if future.pending() and not future.set_raw(payload):  # otherwise it was cancelled
             self._client.arrivals.deliver(None)
 
     def fail(self, future: ResultFuture, error: Exception) -> None:

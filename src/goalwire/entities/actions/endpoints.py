@@ -60,7 +60,7 @@ class ActionServerEndpoints:
         self._group = group
         self._declared = ExitStack()
         self.servers: tuple[ActionService, ...] = ()
-        """For goals, results and cancelling."""
+        """The servers for goals, results and cancelling."""
         self.feedback: PublisherPort
         self.status: PublisherPort
 

@@ -87,10 +87,10 @@ class ResultSide(Protocol):
     """The results of an action client as the requests for them see these (GoalResults)."""
 
     def on_reply(self, call: ResultCall, sample: Sample) -> None:
-        """The result is there."""
+        """Take the result that has come."""
 
     def on_lost(self, call: ResultCall, reason: str) -> None:
-        """No result will come."""
+        """Note that no result will come."""
 
 
 class ActionRequests(RequestClient, Introspected):
@@ -246,7 +246,7 @@ class GoalCall(PendingCall):
         context.deadlines.set(self.late, context.shutdown_signal.clock.now() + int(LATE_S * 1e9))
 
     def discard_late(self) -> None:
-        """Listen no longer."""
+        """Stop listening for a late acceptance."""
         client = self.awaited_by
         if self.late is not None:
             client.node.context.deadlines.discard(self.late)

@@ -280,7 +280,7 @@ class ActionServerCore:
         self._later(self.expire)
 
     def _later(self, call: Callable[[], object]) -> None:
-        """Call on the executor's thread."""
+        """Have the executor call a function."""
         self.node.work_queue.post(CallSoon(self.node.work_queue, call))
 
     def _tell_stopped(self, effects: Effects) -> None:

@@ -49,7 +49,7 @@ class ServerDecisions:
         self._server = server
 
     def on_goal(self, request: Request, message: tuple[GoalId, Any]) -> object:
-        """A goal has come."""
+        """Ask the program about a goal that has come."""
         server = self._server
         goal_id, goal = message
         client = request.sample.gid

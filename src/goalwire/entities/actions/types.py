@@ -37,7 +37,7 @@ class ActionType(Protocol[GoalT_co, ResultT_co, FeedbackT_co]):
 
     @property
     def Feedback(self) -> type[FeedbackT_co]:  # noqa: N802
-        """How it is going."""
+        """The action's Feedback class."""
 
 
 class ResultResponse(Protocol[ResultT_co]):

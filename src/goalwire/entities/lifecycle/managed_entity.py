@@ -28,7 +28,7 @@ class ManagedEntity:
         return _SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturnType:  # noqa: ARG002
-        """Release everything: the end."""
+        """Release everything: the node ends."""
         return _SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturnType:  # noqa: ARG002

@@ -176,7 +176,7 @@ def _way_out(state: LifecycleState, possible: list[Transition]) -> str:
 
 
 class LifecycleServices:
-    """Answers for one managed node."""
+    """The services of one managed node."""
 
     def __init__(self, core: LifecycleCore) -> None:
         self._core = core

@@ -33,7 +33,7 @@ class ParameterEvents:
         self._publisher = publisher
 
     def publish(self, changes: Changes) -> None:
-        """Publish what a set did."""
+        """Publish the changes of one set of parameters."""
         if not changes or self._publisher.destroyed or not self._node.context.ok():
             return
         if self._publisher.subscription_count():

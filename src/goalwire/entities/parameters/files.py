@@ -68,12 +68,12 @@ def parameters_from_yaml_file(
     from rcl_interfaces.msg import Parameter as ParameterMessage
 
     content = BytesIO(read_regular(path, LARGEST_PARAMETER_FILE))
-    content.name = path  # YAML's errors tell it
+    content.name = path  # YAML's errors name the line
     try:
         tree = yaml.safe_load(content)
     except yaml.YAMLError:
         raise
-    except Exception as error:  # PyYAML raises anything
+    except Exception as error:  # PyYAML raises exceptions of any kind
         raise FileShapeError(f'{path}: a value cannot be read: {error}') from None
     values = flat_values(tree, target_nodes, use_wildcard=use_wildcard)
     return {

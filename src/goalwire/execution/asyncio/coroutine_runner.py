@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Start(NamedTuple):
-    """A coroutine callback to be run: `ended` is called when it is over."""
+    """A coroutine callback to be run: `ended` is called when it has ended."""
 
     coroutine: Coroutine[Any, Any, object]
     context: Context
@@ -80,7 +80,7 @@ class CoroutineRunner(CallbackSource):
 
     @property
     def load(self) -> int:
-        """How many callbacks run here."""
+        """How many callbacks this runner has under way."""
         return len(self._tasks) + len(self._starting)
 
     def start(self, start: Start) -> None:
@@ -119,7 +119,7 @@ class CoroutineRunner(CallbackSource):
             self._turn.release()
             if self._closing:
                 self.close()
-            elif not is_whole:  # Ctrl-C, or a callback of the loop's that exits: the others go on later
+            elif not is_whole:  # Ctrl-C, or a callback that exits: the other calls go on later
                 self.loop.more = True
                 self.wake()
         if self._closing:
@@ -132,7 +132,10 @@ class CoroutineRunner(CallbackSource):
                 self.work_queue.set_timer_entry(self._timer_entry, due)
 
     def close(self) -> None:
-        """Cancel what runs here and close the loop; a thread in mid-step does so when that is over."""
+        """Cancel the coroutines of this runner and close the loop.
+
+        A thread in the middle of a step does that after the step.
+        """
         self._closing = True
         self.work_queue.discard_timer_entry(self._timer_entry)
         if self._turn.acquire(blocking=False):
@@ -164,7 +167,7 @@ class CoroutineRunner(CallbackSource):
         if loop.is_closed():
             return
         if self._tasks or self._starting:
-            loop.step(self._begin)  # what never began could not clean up
+            loop.step(self._begin)  # a coroutine that never began cannot clean up
         left = asyncio.all_tasks(loop)
         for task in left:
             task.cancel()

@@ -1,4 +1,4 @@
-"""The executor of the asyncio API: the running asyncio loop does what a thread that spins would do."""
+"""The executor of the asyncio API: the running asyncio loop takes the place of a spinning thread."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class AsyncExecutor(CallbackRunner):
         # Not call_soon, even on the loop's own thread: a signal handler may run while the loop sleeps.
         self._ask = partial(self._waker.call, partial(self._context.run, self._turn))
         self._timer: asyncio.TimerHandle | None = None
-        self._timer_due: int | None = None  # None: there is no timer
+        self._timer_due: int | None = None  # None: no timer is set
         self._stop_reading: Callable[[], None] | None = None
         """Ends this loop's reading of the wire; None if it does not read it."""
         self._on_this_thread = active_executors.executors
@@ -101,7 +101,10 @@ class AsyncExecutor(CallbackRunner):
         self._listen()
 
     def close(self) -> None:
-        """Run no more callbacks; what waits goes back to the node. Idempotent; only for the loop's thread."""
+        """Stop running callbacks; waiting work goes back to the node.
+
+        Idempotent; only on the loop's thread.
+        """
         if self._is_shutdown:
             return
         self._is_shutdown = True

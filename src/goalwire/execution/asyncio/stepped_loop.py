@@ -75,7 +75,7 @@ class SteppedSelector(selectors.BaseSelector):
         while self._unwatched:
             fd = self._unwatched.pop()
             if fd in self._keys:
-                with suppress(OSError):  # it is empty
+                with suppress(OSError):  # the selector is empty
                     while os.read(fd, 4096):
                         pass
                 self._fd_selector.arm(fd, self._keys[fd].events, self._report)

@@ -103,7 +103,7 @@ class DirectFuture(asyncio.Future[None]):
         if self.done():
             return
         self.set_result(None)
-        wakeup, self._wakeup = self._wakeup, None  # the task holds this
+        wakeup, self._wakeup = self._wakeup, None  # the task holds a reference to this
         if wakeup is not None:
             self._context.run(wakeup, self)
 
@@ -275,7 +275,7 @@ class AsyncioLoopWaker(LoopWaker):
 
 
 _MS = 1_000_000
-"""ns."""
+"""In ns."""
 
 
 def delay_s(missing_ns: int) -> float:
@@ -408,7 +408,7 @@ class AsyncQueue(Generic[T]):
             try:
                 sleeper = self._sleepers.pop(0)
             except IndexError:
-                return  # another thread wakes it
+                return  # another thread wakes the loop
             self._waker.call(sleeper.resume)
 
     def __aiter__(self) -> Self:
@@ -438,7 +438,7 @@ class AsyncQueue(Generic[T]):
         return items.popleft()
 
     def _leave(self, direct: DirectFuture) -> None:
-        with suppress(ValueError):  # it was woken
+        with suppress(ValueError):  # the loop was woken
             self._sleepers.remove(direct)
 
 
