@@ -38,7 +38,7 @@ def node_arguments(cli_args: Sequence[str] | None) -> Arguments:
 
 
 def override_use(arguments: Arguments) -> OverrideUse | None:
-    """Return what watches whether the arguments' parameters are used; None if there are none."""
+    """Return a watcher that notes which of the arguments' parameters are used; None if there are none."""
     if not arguments.parameters:
         return None
     from goalwire.rules.parameters.unused import OverrideUse

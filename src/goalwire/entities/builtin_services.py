@@ -24,7 +24,7 @@ DescriberT = TypeVar('DescriberT')
 def start_builtin_services(
     node: NodeT, describe: Callable[[NodeT], DescriberT], *, parameters: bool = True, loggers: bool = False
 ) -> DescriberT:
-    """Make a node's services, in ROS 2's order, and return what `describe` makes: what describes its types.
+    """Make a node's services, in ROS 2's order, and return the one that `describe` makes.
 
     The parameters must be there before, for they decide about some of it.
     """
@@ -36,7 +36,7 @@ def start_builtin_services(
 
 
 def offer_logger_services(node: NodeCore) -> None:
-    """Make those through which others read and set the levels of the process's loggers."""
+    """Make the services by which others read and set the levels of the process's loggers."""
     for service, type_name, answer in (
         ('get_logger_levels', 'GetLoggerLevels', _get),
         ('set_logger_levels', 'SetLoggerLevels', _set),

@@ -42,7 +42,7 @@ class TimedCalls:
 
 
 def where(context: Context) -> str:
-    """Return where a context looks for servers: its domain and its wire."""
+    """Return where a context looks for servers, for error texts: its domain and its wire."""
     return f'in domain {context.get_domain_id()} ({selected_identifier()})'
 
 
@@ -60,7 +60,7 @@ class CallContext:
         self.kind = kind
         self.name = name
         self.servers: Sequence[GraphEntity] = ()
-        """The servers that were there when the request was sent."""
+        """The servers that the graph showed when the request was sent."""
         self.attempts = 1
         """How often the request went out."""
         self.begun = self.context.shutdown_signal.clock.now()
@@ -96,7 +96,9 @@ class CallContext:
         return (self.now() - self.begun) / 1e9
 
     def left_ns(self, margin_s: float) -> int | None:
-        """How long the wire has to hold a request: what is left, and `margin_s` for us to be first."""
+        """Return how long the wire has to hold a request: the time left and `margin_s`, so that this side
+        times out first.
+        """
         deadline = self.deadline
         if deadline is None:
             return None
@@ -104,7 +106,7 @@ class CallContext:
         return max(left, 0) + int(margin_s * 1e9)
 
     def retell(self, error: CallError) -> CallError:
-        """Add what is known here to an error of a client; one that tells it already stays as it is."""
+        """Complete a client's error with what this call knows; an error that is complete stays as it is."""
         return error if error.name else self.error(type(error), str(error))
 
     def error(self, kind: type[ErrorT], problem: str) -> ErrorT:
@@ -116,7 +118,7 @@ class CallContext:
         return kind(text, name=self.name, peers=peers, waited=waited)
 
     def no_server(self) -> NoServerError:
-        """Make the error of a call to which no server came: where it was looked for, and what is near."""
+        """Make the error of a call that met no server. It names the place of search and similar names."""
         error = self.error(NoServerError, f'no server came {where(self.context)}')
         hint = self.hint()
         if hint:

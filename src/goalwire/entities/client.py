@@ -179,7 +179,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         return found and self._port.reaches_server()
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
-        """Block until there is a server (True) or the time is over (False); None waits without limit.
+        """Block until there is a server (True) or `timeout_sec` has passed (False); None waits without limit.
 
         Raises as server_is_there does.
         """
@@ -221,7 +221,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         return self._port is None
 
     def destroy(self) -> None:
-        """Undeclare; pending futures stay pending, as in ROS 2, but for those with a time. Idempotent."""
+        """Undeclare. Pending futures stay pending, as in ROS 2; those with a timeout fail. Idempotent."""
         if self._port is None:
             return
         self.node.disown(self)

@@ -54,7 +54,8 @@ class Context:
         """Which of the arguments' parameters the nodes declare; None if the arguments have none."""
         self._logs = False
         self.deadlock_detector = DeadlockDetector()
-        """The request servers of this context's nodes: blocking calls ask whether one of them must answer."""
+        """The request servers of this context's nodes, to find blocking calls that one of them would have
+        to answer."""
         self.rosout = Rosout()
         self.call_timeout: float | None = None
         """s that a call may take to which nobody nearer gives a time; None: without limit, as in ROS 2."""
@@ -114,7 +115,7 @@ class Context:
         return self._fork_guard.is_forked
 
     def reset_in_child(self) -> None:
-        """In a forked child: the lock may be held by a thread that is not there."""
+        """In a forked child, make a new lock: a thread of the parent may hold the old one."""
         self._lock = threading.RLock()
 
     @property
@@ -176,7 +177,7 @@ class Context:
                     logging.release()
 
     def _end_in_child(self) -> None:
-        """End it in a forked child: session, threads and those who wait are the parent's."""
+        """End in a forked child. Session, threads and waiters are the parent's."""
         self.shutdown_signal.end_in_child('shutdown')
         try:
             self._run_shutdown_callbacks()
@@ -296,7 +297,7 @@ def open_contexts() -> set[Context]:
 
 
 def _end_at_exit() -> None:
-    """End what is open, so that threads stop to spin before the sessions close."""
+    """End the open contexts, so that threads stop spinning before the sessions close."""
     for context in open_contexts():
         context.end_at_exit()
 
@@ -305,7 +306,7 @@ at_exit(Stage.CONTEXTS, _end_at_exit)
 
 
 def _report(mismatch: Mismatch) -> None:
-    """Silence is a bug: say once what keeps two peers apart."""
+    """Warn once of a reason why two peers do not hear each other."""
     logging.get_logger('goalwire').warning(str(mismatch))
 
 

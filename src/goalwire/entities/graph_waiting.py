@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec: float | None) -> bool:
-    """Block until `predicate()` holds (True), the time is over or the context ends (False).
+    """Block until `predicate()` holds (True), or until the timeout or the context's end (False).
 
     None and negative times wait without limit. Needs no executor.
     """
@@ -45,7 +45,7 @@ def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec:
 
 
 def tell_near_misses(node: NodeCore, kind: str, name: str, told: str) -> str:
-    """Warn of what in the graph is near to a service or action that was waited for in vain.
+    """Warn of similar names and types in the graph after waiting in vain for a service or action.
 
     Returns that; if it was `told` before, or nothing is near, nothing is said.
     """

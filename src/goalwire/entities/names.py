@@ -69,7 +69,7 @@ def expand_name(name: str, node: NodeName, *, is_service: bool) -> str:
 
 
 def remap_name(full_name: str, node: NodeName, remaps: RemapRules, *, is_service: bool) -> str:
-    """Return what the remap rules make of a fully-qualified name."""
+    """Return a fully-qualified name as the remap rules change it."""
     remap = remaps.service if is_service else remaps.topic
     with rclpy_exceptions():
         renamed = remap(full_name, node.name, node.namespace)

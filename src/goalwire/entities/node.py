@@ -143,11 +143,11 @@ class NodeCore:
         self._owned.pop(id(entity), None)
 
     def owned(self) -> list[Owned]:
-        """Return what the node owns, oldest first."""
+        """Return the node's entities, oldest first."""
         return list(self._owned.values())
 
     def statistics(self) -> NodeStatistics:
-        """Return what each of its entities counts."""
+        """Return the statistics of each of the node's entities."""
         from goalwire.rules import statistics  # made late, since most programs never ask
 
         found: dict[type, list[Any]] = {}
@@ -160,7 +160,10 @@ class NodeCore:
         return statistics.NodeStatistics(self.name.qualified, *records)
 
     def destroy(self) -> None:
-        """Destroy what the node owns, newest first, then the node, whatever any of it raises. Idempotent."""
+        """Destroy the node's entities, newest first, then the node, even if some of them raise.
+
+        Idempotent.
+        """
         self._finalizer.detach()
         with ExitStack() as ends:
             ends.callback(self._close_port)

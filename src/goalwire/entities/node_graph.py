@@ -55,7 +55,9 @@ class NodeGraph:
         node_namespace: str,
         no_demangle: bool = False,  # noqa: ARG002
     ) -> NamesAndTypes:
-        """Return what a node publishes; raises NodeNameNonExistentError, RCLError for a bad name."""
+        """Return the topics that a node publishes, with types; raises NodeNameNonExistentError, RCLError for
+        a bad name.
+        """
         return self._ros_by_node(EndpointKind.PUBLISHER, node_name, node_namespace)
 
     def get_subscriber_names_and_types_by_node(
@@ -64,7 +66,9 @@ class NodeGraph:
         node_namespace: str,
         no_demangle: bool = False,  # noqa: ARG002
     ) -> NamesAndTypes:
-        """Return what a node subscribes to; raises NodeNameNonExistentError, RCLError for a bad name."""
+        """Return the topics that a node subscribes to, with types; raises NodeNameNonExistentError, RCLError
+        for a bad name.
+        """
         return self._ros_by_node(EndpointKind.SUBSCRIPTION, node_name, node_namespace)
 
     def get_service_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
@@ -92,7 +96,7 @@ class NodeGraph:
         return self._ros_count(EndpointKind.SERVICE, service_name)
 
     def wait_for_node(self, fully_qualified_node_name: str, timeout: float) -> bool:
-        """Block until the node is there (True) or `timeout` seconds are over (False).
+        """Block until the node is there (True) or `timeout` seconds have passed (False).
 
         Raises TypeError for a timeout that is not a number; 0 and less look once.
         """

@@ -47,7 +47,7 @@ PENDING_LIMIT = 10_000
 answers."""
 
 MARGIN_S = 1.0
-"""How much longer than its caller the wire waits: the caller's deadline says what happened."""
+"""How much longer than the caller the wire waits, so that the caller's deadline comes first."""
 
 REASONS_LIMIT = 10
 """Different reasons for missing answers that one client logs: servers choose their words."""
@@ -56,7 +56,7 @@ NO_REASON = 'there is none, or it went away'
 
 
 def unanswered(what: str, reason: str) -> CallError:
-    """Return what a server's silence means: it went away or, if it said so, gave the request up."""
+    """Return the error for a server's silence: it went away or, if it said so, gave the request up."""
     return reasons.meaning(reason)(f'no server answered the {what} ({reason or NO_REASON})')
 
 
@@ -85,11 +85,11 @@ class PendingCall(Future[Any]):
     end_lock: LockType
     """Taken by the thread that ends the call."""
     sent_as: int
-    """The number of what was sent last; 0 while nothing is on its way."""
+    """The number of the request that was sent last; 0 while none is on its way."""
     sent_ns: int
     """When, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
     call_context: CallContext | None = None
-    """Its deadline and what its errors tell; None: it stays pending if nobody answers."""
+    """The call's deadline, and the facts for its errors; None: it stays pending if nobody answers."""
     waits = True
     """Whether a call with a context waits for a server. Else it is sent at once."""
     was_sent = False
@@ -97,12 +97,12 @@ class PendingCall(Future[Any]):
     encoded = b''
     """The request of a call with a context, which is sent later or again."""
     introspected: IntrospectedCall | None = None
-    """Where the steps of this call are told; None if nobody wants to know."""
+    """Publishes the steps of this call; None if nobody asked for that."""
     _alarm: TimerEntry | None = None
     _attempts: CallAttempts | None = None
 
     def __init__(self, client: RequestClient, decode: Callable[[Any], Any]) -> None:
-        """`decode` makes the response of what the wire brings."""
+        """`decode` makes the response from the reply's payload."""
         # hot path: the constructor of Future written out, one of the 40 calls that a service call makes
         self.completion_state = PENDING
         self._result = self._exception = self._raw = None
@@ -117,7 +117,7 @@ class PendingCall(Future[Any]):
     # -- sending -------------------------------------------------------------------------------------------
 
     def start(self, call_context: CallContext, payload: bytes) -> None:
-        """Send the request, or wait for a server. Raises what sending raises; then nothing is left of it.
+        """Send the request, or wait for a server. If sending raises, nothing is left of the call.
 
         Raises ShutDownError after the context's end.
         """
@@ -204,12 +204,12 @@ class PendingCall(Future[Any]):
             self.introspected.received(sample)
 
     def complete(self, payload: Any) -> None:
-        """Give the future what it waits for, unless it was cancelled."""
+        """Complete the future, unless it was cancelled."""
         if self.completion_state == PENDING and not self.set_raw(payload):
             self.awaited_by.arrivals.deliver(None)
 
     def on_end(self, reason: str) -> None:
-        """No reply can come any more to what was sent last; `reason` is a server's, or ''."""
+        """No reply can come to the request that was sent last; `reason` is a server's, or ''."""
         if self.end_lock.locked():
             return
         client, context = self.awaited_by, self.call_context
@@ -221,7 +221,7 @@ class PendingCall(Future[Any]):
             client.report_unanswered(reason)
 
     def end(self) -> bool:
-        """End the call: True for the first caller only, who has to complete the future."""
+        """End the call. True for the first caller only, which has to complete the future."""
         if not self.end_lock.acquire(False):
             return False
         if self.call_context is not None:
@@ -229,7 +229,7 @@ class PendingCall(Future[Any]):
         return True
 
     def fail(self, error: Exception) -> None:
-        """End it with `error`, unless it is over."""
+        """End the call with `error`, unless it has ended."""
         attempts = self._attempts
         if attempts is not None and attempts.take_back() and isinstance(error, CallError):
             attempts.on_failure(error, is_last=True)  # the time of the whole call is up
@@ -244,12 +244,12 @@ class PendingCall(Future[Any]):
         super().cancel()
 
     def discard(self) -> None:
-        """Wait for the response no longer; the future stays as it is."""
+        """Stop waiting for the response; the future stays as it is."""
         if self.end():
             self.discard_request()
 
     def discard_request(self) -> None:
-        """Hold nothing for what was sent last, here and on the wire."""
+        """Forget the request that was sent last, here and on the wire."""
         self.awaited_by.discard(self)
 
     def end_with_context(self) -> None:
@@ -258,7 +258,7 @@ class PendingCall(Future[Any]):
             self.fail(ShutDownError(self.call_context.title))
 
     def _discard_timers(self, *, is_answered: bool = False) -> None:
-        """Leave the tables of what waits: the call is over."""
+        """Remove the call from the tables of waiting calls: it has ended."""
         client, context = self.awaited_by, self.call_context
         assert context is not None
         client.timed.pop(self, None)
@@ -354,7 +354,7 @@ class RequestClient:
         self.timed: dict[PendingCall, None] = {}
         """The calls with a context that are not over: on their way, or waiting for a server."""
         self.watches_end = False
-        """Whether the calls in `timed` are told of the context's end: those without an alarm need that."""
+        """True while the calls in `timed` hear of the context's end: those without an alarm need that."""
         self.events = 0
         """How many responses have come; see waitable.Waited."""
         self.watchers: Sequence[Callable[[], None]] = ()
@@ -404,7 +404,7 @@ class RequestClient:
             call.discard_request()
 
     def discard(self, call: PendingCall) -> None:
-        """Hold nothing for what `call` has sent last, here and on the wire."""
+        """Forget the request that `call` has sent last, here and on the wire."""
         sequence, call.sent_as = call.sent_as, 0
         port = self._port
         if self.pending.pop(sequence, None) is not None and port is not None:

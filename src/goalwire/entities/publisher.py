@@ -97,7 +97,7 @@ class PublisherCore(Generic[MsgT]):
         self._port.assert_liveliness()
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
-        """Wait until all reliable subscriptions have what was published; see PublisherPort.
+        """Wait until all reliable subscriptions have received every published message; see PublisherPort.
 
         Raises InvalidHandle once destroyed.
         """

@@ -1,4 +1,4 @@
-"""The events of a publisher or subscription: where they come from, and how they reach a callback.
+"""The events of a publisher or subscription: their sources, and their way to a callback.
 
 If the wire itself reports a kind of event, it comes from the endpoint's port (`Port.watch_event`). Else the
 graph tells which endpoints match and which cannot, and the numbers of messages tell how many were lost. Other
@@ -66,7 +66,7 @@ _FROM_GRAPH = {
 
 
 class EndpointEvents:
-    """Counts what happens to one endpoint, each event from its first reader on, and tells the readers."""
+    """Counts the events of one endpoint, each from its first reader on, and tells the readers."""
 
     def __init__(
         self,
@@ -84,7 +84,7 @@ class EndpointEvents:
         self._port = port
         self._watch_arrivals = watch_arrivals
         self.lock = Lock()
-        """Held over the totals and what a reader has seen of them."""
+        """Guards the totals, and what each reader has seen of them."""
         self._status: dict[EventType, EventStatus] = {}
         self._started: set[EventType] = set()
         self._told_by_wire: set[EventType] = set()
@@ -133,7 +133,7 @@ class EndpointEvents:
 
     @property
     def wire_that_delivers_all_the_same(self) -> str | None:
-        """The name of the wire, where messages flow although QoS do not go together."""
+        """The wire's name, if messages flow there in spite of incompatible QoS."""
         return None if self._enforces_qos else registry.selected_identifier()
 
     def close(self) -> None:
@@ -180,7 +180,7 @@ class EndpointEvents:
     def _watch_graph(self) -> None:
         with self.lock:
             first, self._watches_graph = not self._watches_graph, True
-        if first:  # outside the lock: the endpoints that are there are reported at once
+        if first:  # outside the lock: the present endpoints are reported at once
             own = self.endpoint
             self._watch = self.node.graph.watch_counterparts(own.kind, own.name, weakly(self._on_counterpart))
             self.node.remains.add(self._watch.close)
@@ -231,7 +231,7 @@ class EndpointEvents:
 
 
 class EventReader(CallbackSource):
-    """One callback and what it has seen of an event. Changes that come before it runs are one call."""
+    """One callback, and the totals it has seen. Changes that come before it runs are one call."""
 
     __slots__ = ('_posted', '_seen', '_source', 'callback', 'closed', 'event', 'watchers')
 
@@ -298,7 +298,7 @@ class TopicEndpoint(Protocol):
 
 
 def default_callback(endpoint: TopicEndpoint, event: EventType, topic: str) -> Callable[[Any], object] | None:
-    """Return what warns of an event, with the topic's name as it was given; None if nobody is warned."""
+    """Return a callback that warns of an event, with the topic's name as given; None for other events."""
     warn = _WARNINGS.get(event)
     return None if warn is None else partial(warn, endpoint, event, topic)
 

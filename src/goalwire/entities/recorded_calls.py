@@ -57,7 +57,7 @@ class RecorderWatch:
         self._owner.node.context.sends.soon(self._change)
 
     def _follow(self) -> None:
-        """Begin to publish, or stop that, as it is asked for now. One thread does it, and under no lock."""
+        """Begin or stop publishing, as the recorders want it now. One thread does it, and under no lock."""
         with self._lock:
             is_wanted, current = bool(self._recorders), self._owner.recorded
         if is_wanted and current is None:
@@ -66,7 +66,7 @@ class RecorderWatch:
             self._replace(None)
 
     def _replace(self, reporter: ServiceIntrospection | None) -> None:
-        """Have calls told to another reporter, and close the one that is not needed any more."""
+        """Report calls to another publisher, and close the old one if it is not needed."""
         with self._lock:
             unused = reporter if self._is_closed else self._owner.recorded
             if not self._is_closed:

@@ -55,7 +55,7 @@ class RequestServer:
         )
         self._forget = partial(node.context.deadlock_detector.remove, self.full_name, self.event_queue)
         self.entity: object = self
-        """Of what this is a part: what executors written by users are told."""
+        """The entity that this is a part of, for executors that users have written."""
         self._endpoint = describe_endpoint(node, EndpointKind.SERVICE, self.full_name, support, qos)
         self._port: Port | None = None
         self.destroyed = False
@@ -84,7 +84,7 @@ class RequestServer:
             self._log('a request was refused', self.refused, f'{QUEUE_LIMIT} requests wait already')
 
     def work_off(self) -> None:
-        """Handle what waits on the calling thread, past the executor."""
+        """Handle the waiting requests on the calling thread, past the executor."""
         while (request := self.event_queue.take()) is not None:
             self._handle(request)
 

@@ -147,7 +147,7 @@ class CallAttempts:
         self._tell(None, self._context.now(), None)
 
     def discard_alarms(self) -> None:
-        """The call is over: send nothing again, and end no attempt."""
+        """Cancel the alarms: the call has ended, and neither sends again nor ends an attempt."""
         deadlines, sends = self._context.context.deadlines, self._context.context.sends
         for thread, alarm in ((deadlines, self.patience), (sends, self.again)):
             thread.discard(alarm)

@@ -71,7 +71,7 @@ class Rosout:
         self._sink: SinkHandle | None = None
 
     def join(self, node: LoggingNode, qos: QoS = ROSOUT) -> None:
-        """Publish what `node` logs, until it is destroyed."""
+        """Publish the log of `node`, until it is destroyed."""
         outlet = _Outlet(self, node, qos)
         with self._lock:
             fellows = self._outlets.setdefault(outlet.name, [])
@@ -98,18 +98,19 @@ class Rosout:
                 return
             was_first = fellows[0] is outlet
             fellows.remove(outlet)
-            heir = fellows[0] if was_first and fellows else None  # who is dropped, too, passes it on
+            # A thread whose line is dropped passes the turn on, too
+            heir = fellows[0] if was_first and fellows else None
             if not fellows:
                 del self._outlets[name]
         if heir is not None:
-            with suppress(ClosedError):  # the context has ended: nothing is published any more
+            with suppress(ClosedError):  # the context has ended: nothing can be published
                 self._ways[name] = heir.open()
                 return
         if was_first:
             self._ways.pop(name, None)
 
     def close(self) -> None:
-        """Publish nothing more: the context ends. Idempotent."""
+        """Stop publishing: the context ends. Idempotent."""
         with self._lock:
             sink, self._sink = self._sink, None
             self._outlets.clear()
@@ -124,11 +125,11 @@ class Rosout:
         try:
             publish(encode_log(record))
         except (ClosedError, ForkedError):
-            return  # the line came too late, or from a child process: others have it
+            return  # the line came too late, or from a child process: other outlets are open
 
 
 class _Outlet:
-    """One node's claim to publish what is logged under `name`."""
+    """One node's claim to publish the log lines under `name`."""
 
     def __init__(self, hub: Rosout, node: LoggingNode, qos: QoS) -> None:
         self.name = node.logger_name
@@ -140,7 +141,7 @@ class _Outlet:
         self._port: PublisherPort | None = None
 
     def open(self) -> Callable[[bytes], None]:
-        """Declare the publisher and return what sends its messages; raises ClosedError without its node."""
+        """Declare the publisher and return its publish function; raises ClosedError if the node has gone."""
         node = self._node()
         if node is None:
             raise ClosedError(f"the node of the logger '{self.name}' was dropped")

@@ -86,7 +86,7 @@ class Introspected:
         raise NotImplementedError
 
     def choose_reporter(self) -> None:
-        """Have calls told to whoever wants to know of them by now."""
+        """Choose where calls are reported: to the program's publisher, a recorder's, or nowhere."""
         self.introspection = self.configured or self.recorded
 
     def _end_configured(self) -> None:
@@ -104,7 +104,7 @@ class Introspected:
 
 
 class ServiceIntrospection:
-    """Publishes the events of one client or service; what fails here is logged and harms no call."""
+    """Publishes the events of one client or service. Failures here are logged and harm no call."""
 
     def __init__(
         self, owner: Introspected, clock: Clock, qos: QoS, *, contents: bool, postfix: str = POSTFIX
@@ -119,7 +119,7 @@ class ServiceIntrospection:
         self._logger_name = node.logger_name
         self._failed = False
         self.topic = node.resolve(owner.full_name + postfix)
-        # It never waits: some steps are told on the transport's own threads.
+        # It never waits: the transport's own threads report some steps.
         endpoint = describe_endpoint(
             node, EndpointKind.PUBLISHER, self.topic, support, qos, waits_for_room=False
         )
@@ -134,7 +134,7 @@ class ServiceIntrospection:
         self.flush()
 
     def note(self, step: Step, gid: bytes, sequence: int, message: object = None) -> None:
-        """Put one step behind those that wait to be published."""
+        """Queue one step to be published."""
         try:
             self._dispatcher.post(self._event_of(step, gid, sequence, message))
         except GoalwireError as error:

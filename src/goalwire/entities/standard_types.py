@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 try:
     from goalwire.entities.standard_hashes import MESSAGES, SERVICES  # the build writes that module
-except ModuleNotFoundError:  # a checkout that was never installed: each is computed when it is asked for
+# A checkout that was never installed: each hash is computed when it is first asked for
+except ModuleNotFoundError:
     MESSAGES, SERVICES = {}, {}
 
 T_co = TypeVar('T_co', covariant=True)

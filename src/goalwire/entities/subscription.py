@@ -104,7 +104,9 @@ class SubscriptionCore(Generic[MsgT]):
         self._callback = callback
 
     def _receiver(self) -> Callable[[Sample], None]:
-        """Return what the transport calls with each message: the event queue's method, which saves a call."""
+        """Return the function that the transport calls with each message: the event queue's method, which
+        saves a call.
+        """
         return self.event_queue.deliver
 
     def _handle(self, sample: Sample) -> object:
@@ -187,7 +189,7 @@ class SubscriptionCore(Generic[MsgT]):
         return self._port is None
 
     def destroy(self) -> None:
-        """Undeclare; what is queued is not delivered any more. Idempotent."""
+        """Undeclare. Queued messages are not delivered. Idempotent."""
         port, self._port = self._port, None
         if port is not None:
             self.node.disown(self)
@@ -203,7 +205,7 @@ def queue_depth(qos: QoS) -> int | None:
 
 
 def _info(sample: Sample, taken: int) -> MessageInfo:
-    """Return what is told of a message before which `taken` were taken.
+    """Return the MessageInfo of a message before which `taken` were taken.
 
     rmw_zenoh counts them from 0 on; DDS, which numbers nothing, tells neither number.
     """
@@ -246,7 +248,7 @@ def wait_for_message(
 
 
 class _Awaited(SubscriptionCore[MsgT]):
-    """Keeps what arrives for the thread that waits."""
+    """Keeps the arriving messages for the thread that waits."""
 
     def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
         self._samples: deque[Sample] = deque(maxlen=max(qos.depth, 1))
@@ -263,7 +265,7 @@ class _Awaited(SubscriptionCore[MsgT]):
     def receive(self, deadline: int | None) -> MsgT | None:
         """Wait for a message that can be decoded; None at `deadline` (steady ns) or the context's end."""
         while block_on(self._arrival, deadline, self.node.context.shutdown_signal):
-            self._arrival = Future()  # before looking: what comes now completes this one
+            self._arrival = Future()  # before looking: a message that comes from now on completes this
             while self._samples:
                 sample = self._samples.popleft()
                 try:

@@ -137,7 +137,7 @@ class ActionSupport:
 
 
 def _what_to_give(given: object) -> str:
-    """Say what to write instead of an object that is not an interface's class."""
+    """Return advice on what to write instead of an object that is not an interface's class."""
     if isinstance(given, ModuleType):
         package, _, rest = given.__name__.partition('.')
         names = [name for name in dir(given) if name[0].isupper() and not name.startswith('Metaclass_')]

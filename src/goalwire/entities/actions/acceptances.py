@@ -36,7 +36,8 @@ class Acceptances:
         """Complete the future of a goal that a server has accepted or refused, now or in its turn."""
         if call not in self._blocking and self._server_shares_executor():
             self._waiting.deliver((call, payload))
-            if call in self._blocking:  # by now: who blocks notes that first, and then looks at the answers
+            # By now: a blocking thread notes that it waits, and then looks at the answers
+            if call in self._blocking:
                 self.complete_waiting()
         else:
             _complete(call, payload)

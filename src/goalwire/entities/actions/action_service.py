@@ -36,7 +36,7 @@ class ActionService(RequestServer, Introspected):
 
 
 class ReportedRequest(Request):
-    """A request whose arrival and answer are told."""
+    """A request that reports its arrival and its answer."""
 
     __slots__ = ('_introspection', '_request', 'sample')
 

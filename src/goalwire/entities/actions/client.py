@@ -224,7 +224,7 @@ class ActionClientCore(TimedCalls):
         self.dispatch(self.goals.on_send_failed, goal.goal_id, unanswered('goal', reason))
 
     def cancel_sending(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
-        """Wait no longer for a server to accept a goal. If one still does so, the goal is cancelled."""
+        """Stop waiting for a server to accept a goal. If one still accepts it, the goal is cancelled."""
         if isinstance(sending, GoalCall):
             sending.cancel_goal()
 
@@ -290,7 +290,10 @@ class ActionClientCore(TimedCalls):
         return all(each.reaches_server() for each in requests)
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
-        """Block until there is a server (True) or the time is over (False); None waits without limit."""
+        """Block until there is a server (True) or `timeout_sec` has passed (False).
+
+        None waits without limit.
+        """
         if wait_for_graph(self.node.context, self.server_is_there, timeout_sec):
             return True
         self._told = tell_near_misses(self.node, 'action', self.full_name, self._told)
@@ -337,7 +340,7 @@ class ActionClientCore(TimedCalls):
     # -- the end -------------------------------------------------------------------------------------------
 
     def destroy(self) -> None:
-        """Undeclare; futures that are pending stay so, as in ROS 2, but for those with a time. Idempotent."""
+        """Undeclare. Pending futures stay pending, as in ROS 2; those with a timeout fail. Idempotent."""
         if self.destroyed:
             return
         self.destroyed = True

@@ -63,7 +63,7 @@ class ResultWaiting(Protocol):
     """The results of an action client as their futures see them (GoalResults)."""
 
     def cancel(self, future: ResultFuture) -> None:
-        """Wait for this result no longer."""
+        """Stop waiting for this result."""
 
 
 class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
@@ -230,7 +230,9 @@ class GoalFeedback(EventQueue['Sample | None']):
             self._go_on()
 
     def end(self, then: Callable[[], object]) -> None:
-        """Take no more, and call `then` after the callbacks for all that waits; now, if nothing does."""
+        """Take no more feedback, and call `then` after the callbacks for the waiting ones; now, if none
+        waits.
+        """
         self.closed = True
         self._ends.append(then)
         if self.hurried or not (self._posted or self._events or self._running):
@@ -288,7 +290,7 @@ class GoalFeedback(EventQueue['Sample | None']):
         return self._run_beside(event)
 
     def _run_beside(self, event: Sample | None) -> object:
-        """Run the callback while others of this goal may run."""
+        """Run the callback; others of this goal may run at the same time."""
         running = self._running
         if event is None:
             self._is_ending = True

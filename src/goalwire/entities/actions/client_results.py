@@ -1,4 +1,4 @@
-"""The results of goals: one request for all who wait for that of a goal, and the reasons behind failures."""
+"""The results of goals, each with one request for all its waiters, and the reasons behind failures."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class ResultClient(Protocol):
 
 
 class GoalResults:
-    """Asks for the results of one client's goals, and gives each to those who wait for it."""
+    """Asks for the results of one client's goals, and gives each to its waiters."""
 
     def __init__(self, client: ResultClient, requests: ActionRequests) -> None:
         self._client = client
@@ -99,7 +99,7 @@ class GoalResults:
         with client.lock:
             goal = client.goals.active.get(goal_id)
             if goal is None or goal.request is not None or not goal.waiters:
-                return  # no waiter is left, or it was asked for again meanwhile
+                return  # no waiter is left, or another thread has asked again meanwhile
             goal.request = call = ResultCall(self._requests, goal, self)
         try:
             self._requests.start(call, wire.encode_result_request(goal_id))
@@ -109,14 +109,17 @@ class GoalResults:
             raise
 
     def cancel(self, future: ResultFuture) -> None:
-        """Complete this future no more. With the last that waits for a result its request is cancelled."""
+        """Leave this future pending for good.
+
+        With a goal's last waiter the request for its result is cancelled.
+        """
         with self._client.lock:
             request = self._client.goals.on_result_cancelled(future.goal_id, future)
         if request is not None:
             request.discard()
 
     def on_reply(self, call: ResultCall, sample: Sample) -> None:
-        """The result is there. It is given to those that wait after the feedback that came before it."""
+        """Take the result. Its waiters get it after the feedback that came before it."""
         client, goal = self._client, call.goal
         payload, reason = wire.split_reason(sample.payload)
         if reason and not goal.reason:
@@ -139,7 +142,7 @@ class GoalResults:
         call.awaited_by.report_unanswered(reason)
 
     def deliver(self, future: Future[Any], payload: Payload) -> None:
-        """Give the result to one who waits for it."""
+        """Give the result to one waiter."""
         if future.pending() and not future.set_raw(payload):  # otherwise it was cancelled
             self._client.arrivals.deliver(None)
 

@@ -35,7 +35,10 @@ _STATUS_LIMIT = 10
 
 
 class ClientStreams:
-    """The subscriptions of one action client: what they bring goes through the executor, in its group."""
+    """The subscriptions of one action client.
+
+    Their messages go through the executor, in the client's group.
+    """
 
     def __init__(
         self,
@@ -90,7 +93,7 @@ class ClientStreams:
         self._ports[0].catch_up()
 
     def close(self) -> None:
-        """Subscribe no longer, and forget what waits."""
+        """Unsubscribe, and forget the waiting messages."""
         for port in self._ports:
             port.close()
         self.statuses.close()

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import GraphEntity
 
 Handle = Callable[[Request, Any], object]
-"""Called with a request and what was decoded of it."""
+"""Called with a request and its decoded content."""
 
 REMEMBERED = 1000
 """How many clients that have gone are known, should a goal of theirs still wait for the executor."""
@@ -43,7 +43,7 @@ class ActionQoS:
 
 
 class ActionServerEndpoints:
-    """The endpoints of one action server. Requests come from `open` on, those for results as goal ids."""
+    """The endpoints of one action server. Requests come from `open` on."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class ActionServerEndpoints:
             self._declared = undo.pop_all()
 
     def take_result_requests(self) -> None:
-        """Handle on this thread what waits to be told a result, past the executor."""
+        """Handle the waiting requests for results on this thread, past the executor."""
         _, results, _ = self.servers
         results.work_off()
 

@@ -43,10 +43,10 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import Sample
 
 LATE_S = 10.0
-"""How long a goal that nobody waits for any more may still be accepted: it is cancelled then."""
+"""How long a server may still accept a goal that nobody waits for any more. The goal is cancelled then."""
 
 LATE_LIMIT = 1000
-"""How many such goals of one client are listened for."""
+"""How many goals of one client may wait for a late acceptance."""
 
 
 class ActionSide(Protocol):
@@ -84,7 +84,7 @@ class ActionSide(Protocol):
 
 
 class ResultSide(Protocol):
-    """The results of an action client as the requests for them see these (GoalResults)."""
+    """The results of an action client as seen by the requests for them (GoalResults)."""
 
     def on_reply(self, call: ResultCall, sample: Sample) -> None:
         """Take the result that has come."""
@@ -99,14 +99,14 @@ class ActionRequests(RequestClient, Introspected):
     margin_s = LATE_S + MARGIN_S
 
     def __init__(self, action: ActionSide, what: str, name: str, support: ServiceSupport, qos: QoS) -> None:
-        """`what` tells what is asked for, in a warning that nobody answers."""
+        """`what` names the kind of request in the warning that nobody answers."""
         self.action = action
         self.what = what
         self.support = support
         super().__init__(action.node, describe_endpoint(action.node, EndpointKind.CLIENT, name, support, qos))
         self.arrivals = action.arrivals
         self.late: dict[GoalCall, None] = {}
-        """Goals that nobody waits for any more, not long ago, and which a server may still accept."""
+        """Goals that nobody waits for any more, and which a server may still accept."""
         self._reported: set[str] = set()
         watch_recorders(self)
 
@@ -232,12 +232,15 @@ class GoalCall(PendingCall):
             self.awaited_by.action.discard_goal(self.goal, '')
 
     def cancel_goal(self) -> None:
-        """Wait no longer for a server to accept it, and cancel it if one does. The future gets no error."""
+        """Stop waiting for a server to accept the goal, and cancel it if one does.
+
+        The future gets no error.
+        """
         Future.cancel(self)
         self.fail(DeadlineError(f'{self.awaited_by.what_fails()}: nobody waits for the answer any more'))
 
     def _await_late_accept(self, client: ActionRequests) -> None:
-        """Listen to the server for a while, for the latest few of such goals."""
+        """Listen for a late acceptance for a while; for the latest LATE_LIMIT goals only."""
         context = client.node.context
         self.late = TimerEntry(self.discard_late)
         client.late[self] = None
@@ -259,7 +262,7 @@ class GoalCall(PendingCall):
 
 
 class CancelCall(PendingCall):
-    """A cancel request. It does not wait for a server: whoever cancels a goal has had one."""
+    """A cancel request. It does not wait for a server: the goal to cancel has one."""
 
     waits = False
 

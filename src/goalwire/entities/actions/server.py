@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 Effects = effect.ServerEffects[Request, bytes]
 _USERS = (effect.AskGoal, effect.Accepted, effect.AskCancel, effect.StoppedByServer)
-"""The effects that call the user: the method that feeds the reactor performs these itself."""
+"""Effects that call the program: the method that feeds the reactor performs these itself."""
 
 
 class ActionServerCore:
@@ -169,7 +169,7 @@ class ActionServerCore:
             self.logger.error(f"Action '{self.name}': a client was not told ({type(item).__name__}): {error}")
 
     def expire(self) -> None:
-        """Discard the results whose time is over."""
+        """Discard the results that were kept for long enough."""
         if not self.destroyed:
             self.dispatch(self.reactor.on_time, self.now())
 
@@ -228,7 +228,10 @@ class ActionServerCore:
             raise RCLError(str(error)) from None  # rclpy raises that, with this text
 
     def finished(self, handle: ServerGoalHandle, outcome: object) -> None:
-        """Execution is over. A result that cannot be sent is logged, and the default one sent instead."""
+        """Take the outcome of a goal's execution.
+
+        If its result cannot be sent, that is logged, and an empty result is sent.
+        """
         if isinstance(outcome, Failure):
             result = None
             if outcome.result is not None:
@@ -240,7 +243,9 @@ class ActionServerCore:
         self.dispatch(self.reactor.on_result, handle.goal_id_bytes, result, self.now())
 
     def failure(self, handle: ServerGoalHandle, error: Exception) -> Failure:
-        """Call the program's on_failure with an error of execute; return what the client gets."""
+        """Call the program's on_failure with the error that execute raised; return the outcome for the
+        client.
+        """
         self.failed += 1
         result: object = None
         if self.callbacks.failed is not None:

@@ -1,4 +1,4 @@
-"""What the program decides for an action server: which goals it accepts, and which cancellations.
+"""The program's decisions for an action server: which goals it accepts, and which cancellations.
 
 A callback that fails has refused, and its error goes on.
 """
@@ -90,7 +90,7 @@ class ServerDecisions:
         return server.callbacks.accepted(handle)
 
     def on_cancel(self, request: Request, message: tuple[GoalId, int]) -> Coroutine[Any, Any, None] | None:
-        """A cancel request has come; it may mean many goals, and the user is asked once about each."""
+        """Ask the program about a cancel request that has come: once for each goal that it means."""
         server = self._server
         goal_id, stamp_ns = message
         asked = server.dispatch(server.reactor.on_cancel_request, goal_id, stamp_ns, request, server.now())

@@ -59,7 +59,7 @@ class ActionCallbacks:
         self.accepted = accepted
         self.cancel = cancel
         self.failed = failed
-        """Gets what execute raised; may return a result to send along."""
+        """Gets the error that execute raised; may return a result to send along."""
         self.stopped_by_server = stopped_by_server
         """Gets a goal that was cancelled or aborted by the server's own policy."""
 
@@ -100,10 +100,12 @@ class GoalServing(Protocol):
         """End a goal."""
 
     def finished(self, handle: ServerGoalHandle, outcome: object) -> None:
-        """Execution is over; `outcome` is a result, or a Failure."""
+        """Take the outcome of the goal's execution: a result, or a Failure."""
 
     def failure(self, handle: ServerGoalHandle, error: Exception) -> Failure:
-        """Call the program's on_failure with an error of execute; return what the client gets."""
+        """Call the program's on_failure with the error that execute raised; return the outcome for the
+        client.
+        """
 
 
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
@@ -175,7 +177,10 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._server.begin_execution(self)
 
     def publish_feedback(self, feedback: FeedbackT) -> None:
-        """Send feedback to the goal's client. Raises TypeError for what is not the action's Feedback."""
+        """Send feedback to the goal's client.
+
+        Raises TypeError for an object of another type than the action's Feedback.
+        """
         self._server.publish_feedback(self, feedback)
 
     def succeed(self, response: ResultT | None = None) -> None:

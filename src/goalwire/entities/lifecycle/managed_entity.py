@@ -17,7 +17,7 @@ _SUCCESS = TransitionCallbackReturnType.SUCCESS
 
 
 class ManagedEntity:
-    """Its callbacks get the state that the transition started in. Override those that are of interest."""
+    """Each callback gets the state from which the transition started. Override those that you need."""
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturnType:  # noqa: ARG002
         """Prepare for work."""
@@ -110,7 +110,7 @@ def call_each(
 
 
 def checked(outcome: object, callback: str) -> TransitionCallbackReturnType:
-    """Return what a transition callback returned; raises TypeError for anything but an answer."""
+    """Return the answer of a transition callback; raises TypeError for anything but an answer."""
     if isinstance(outcome, TransitionCallbackReturnType):
         return outcome
     if isinstance(outcome, CoroutineType):

@@ -54,7 +54,7 @@ class LifecycleCore:
         self._logger = get_logger(node.logger_name)
 
     def trigger(self, wanted: int | str) -> TransitionCallbackReturnType:
-        """Make the transition of this id or label, and return what its callback said.
+        """Make the transition of this id or label, and return its callback's answer.
 
         Raises RCLError if there is none from the present state.
         """
@@ -80,7 +80,7 @@ class LifecycleCore:
         return transition
 
     def perform(self, transition: Transition) -> TransitionCallbackReturnType:
-        """Run the callbacks of a transition that has begun, to its end; returns what the first one said."""
+        """Run the callbacks of a transition that has begun, to its end; return the first one's answer."""
         before = transition.start
         outcomes = []
         try:

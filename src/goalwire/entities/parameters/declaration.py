@@ -50,7 +50,8 @@ def _declaration(
     if not 1 <= len(given) <= 3:
         raise TypeError(f'Invalid parameter tuple length {where}: {given}; expecting length between 1 and 3')
     name, value, descriptor = (*given, None, None)[:3]
-    if type(value).__name__ == 'ParameterValue':  # a message; the name is asked so that none need be imported
+    # A message; the name is compared, so that its module need not be imported
+    if type(value).__name__ == 'ParameterValue':
         value = value_of(value)
     if not isinstance(name, str):
         raise TypeError(f'First element {name} {where} is not a str.')

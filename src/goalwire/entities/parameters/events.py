@@ -1,4 +1,4 @@
-"""/parameter_events: publishes what changed in this node's parameters, and reads those of other nodes."""
+"""/parameter_events: publishes the changes of this node's parameters, and reads those of other nodes."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class ParameterEventCallbackHandle:
 
 
 class ParameterWatch:
-    """Hands each event to those whom it concerns; the callback added last is called first.
+    """Hands each event to its callbacks; the callback added last is called first.
 
     `parameter_callbacks`, `event_callbacks` and `event_callback` are rclpy's names: its programs read them.
     """
@@ -130,7 +130,7 @@ class ParameterWatch:
 
 
 def parameters_from_event(event: ParameterEvent) -> Iterator[ParameterMessage]:
-    """Return what an event says to be new, then what changed."""
+    """Return the new parameters of an event, then the changed ones."""
     yield from event.new_parameters
     yield from event.changed_parameters
 

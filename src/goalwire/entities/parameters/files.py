@@ -52,14 +52,14 @@ def _read(path: str) -> NodeValues:
 
 
 def parameter_value_from_text(text: str) -> ParameterValueMessage:
-    """Return the value that YAML text stands for; what is nothing else is a string."""
+    """Return the value of a YAML text; a text of no other type is a string."""
     return value_message(*typed_text(text))
 
 
 def parameters_from_yaml_file(
     path: str, target_nodes: list[str] | None, namespace: str, *, use_wildcard: bool
 ) -> dict[str, ParameterMessage]:
-    """Return what a parameter file says, by `namespace` and name in one.
+    """Return the parameters in a file, by `namespace` and name in one.
 
     Raises OSError (also for what is not a regular file, or too large), yaml.YAMLError with file and line,
     FileShapeError (a RuntimeError).
@@ -85,7 +85,7 @@ def parameters_from_yaml_file(
 
 
 def values_from_yaml_file(path: str, node_name: str, *, use_wildcard: bool) -> dict[str, object]:
-    """Return what a parameter file says for one node, by names, as `read_yaml` returns it.
+    """Return a file's parameters for one node, by names, as `read_yaml` returns them.
 
     Raises OSError (also for what is not a regular file, or too large), FieldValueError for what is not YAML,
     FileShapeError (a RuntimeError).

@@ -46,7 +46,7 @@ DefaultT = TypeVar('DefaultT')
 
 
 class NodeParameters:
-    """Mixed into Node. The values live in a ParameterTable; what callers see is rclpy's."""
+    """Mixed into Node. A ParameterTable holds the values; callers see rclpy's types."""
 
     PARAM_REL_TOL = RELATIVE_TOLERANCE
 
@@ -282,7 +282,7 @@ class NodeParameters:
     # -- callbacks -----------------------------------------------------------------------------------------
 
     def add_pre_set_parameters_callback(self, callback: Before) -> None:
-        """Call `callback(parameters)` before a set; what it returns is set instead. Raises TypeError."""
+        """Call `callback(parameters)` before a set; the list it returns is set instead. Raises TypeError."""
         _add(callback, self._ros_set_callbacks.before)
 
     def add_on_set_parameters_callback(self, callback: On) -> None:

@@ -93,7 +93,7 @@ class ParameterServices:
         return response
 
     def _try(self, messages: list[ParameterMessage]) -> SetParametersResult:
-        """Set all or none. What the client did wrong is the answer; what callbacks raise is not."""
+        """Set all or none. A client's mistake is the answer; errors of callbacks go on."""
         try:
             parameters = [Parameter.from_parameter_msg(message) for message in messages]
         except ValueError as error:  # a parameter type that does not exist, from any client
