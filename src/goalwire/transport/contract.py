@@ -74,10 +74,11 @@ class Endpoint:
     ignore_local: bool = False
     """True for a subscription that wants nothing from its own session."""
     waits_for_room: bool | None = None
-    """Whether a reliable publisher waits where the wire is full. None: where its history should reach all.
-    Feedback waits, however small its history; log lines and service events never do."""
+    """Whether a reliable publisher waits if the wire is full. None: it waits if its history should reach
+    all. Publishers of feedback wait, however small their history; those of log lines and service events
+    never do."""
     part_hashes: Callable[[], tuple[str, str]] | None = None
-    """Tells the hashes of a service's request and response, for a wire that announces those (DDS)."""
+    """Returns the hashes of a service's request and response, for a wire that announces those (DDS)."""
 
 
 class Sample(NamedTuple):
@@ -162,7 +163,7 @@ class Port(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Undeclare. Idempotent; nothing is delivered once it has returned, save what was under way."""
+        """Undeclare. Idempotent. Nothing is delivered once it has returned, apart from messages under way."""
 
     def watch_event(
         self,
@@ -185,7 +186,9 @@ class Port(ABC):
         return None
 
     def catch_up(self) -> None:  # noqa: B027 - most wires deliver in the order in which things arrive
-        """Deliver what has arrived by now, where the wire may deliver later arrivals elsewhere first."""
+        """Deliver everything that has arrived by now, if the wire could deliver later arrivals elsewhere
+        first.
+        """
 
 
 class PublisherPort(Port):
@@ -201,10 +204,11 @@ class PublisherPort(Port):
         """Hand one message to the wire. Raises ClosedError, ForkedError or TransportError."""
 
     def assert_liveliness(self) -> None:
-        """Show that the publisher is alive, where its QoS leaves that to its user."""
+        """Show that the publisher is alive, if its QoS leaves that to the user."""
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:  # noqa: ARG002
-        """Wait until all reliable subscriptions have what was published; False if the time is over first.
+        """Wait until all reliable subscriptions have received every message; False if the time runs out
+        first.
 
         True, as here, where the wire acknowledges only by flow control.
         """
@@ -239,7 +243,7 @@ class ClientPort(Port):
 
     @abstractmethod
     def cancel(self, sequence: int) -> None:
-        """Hold nothing for this request any more: nobody waits for its reply, and neither function is called.
+        """Forget a request: nobody waits for its reply, and neither function is called.
 
         A function that is running at this moment goes on. A request that has ended, or never was, is ignored.
         """
@@ -278,13 +282,14 @@ class Session(ABC):
     id: str
     """The `session` that the graph shows for this session's own nodes and endpoints."""
     enforces_qos = False
-    """True where endpoints with incompatible QoS exchange nothing (DDS); else QoS prevents nothing."""
+    """True if endpoints with incompatible QoS exchange nothing (DDS). Otherwise QoS prevents nothing."""
     compares_definitions = True
     """True if different definitions of one type keep endpoints apart; DDS compares only names."""
     discovers_at_once = True
-    """True where `watch_graph` tells everything there is before it returns; else it comes piece by piece."""
+    """True if `watch_graph` tells of everything before it returns; otherwise the graph comes piece by
+    piece."""
     knows_its_peers = False
-    """True if no peer can be met but those that `has_heard_all` counts."""
+    """True if the session meets only the peers that `has_heard_all` counts."""
     wire_poller: WirePoller | None = None
     """Where idle threads may wait on this wire; None if it has threads of its own that must do that."""
 
@@ -305,14 +310,17 @@ class Session(ABC):
 
     @abstractmethod
     def silence(self) -> None:
-        """Have publishers and clients send nothing more: they raise ClosedError. Servers go on answering.
+        """Refuse to send from now on: publishers and clients raise ClosedError. Servers go on answering.
 
         Any thread, signal handlers too: it takes no lock, and waits for nothing.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Undeclare everything, send what is queued, disconnect. Idempotent; never called from `deliver`."""
+        """Undeclare everything, send the queued messages, disconnect.
+
+        Idempotent; never called from `deliver`.
+        """
 
 
 @record
@@ -331,4 +339,4 @@ class Transport:
     identifier: str
     """Its name in RMW_IMPLEMENTATION: 'rmw_zenoh_cpp', 'goalwire_memory'."""
     open: Callable[[SessionOptions], Session]
-    """Connects. Raises TransportError with a sentence that says what to do."""
+    """Opens a session. Raises TransportError with a sentence that says what to do."""

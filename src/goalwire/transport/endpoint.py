@@ -156,7 +156,7 @@ class Children:
             self._children.pop(gid, None)
 
     def close(self) -> None:
-        """Close all that are there."""
+        """Close all children."""
         with self._lock:
             children = list(self._children.values())
         for child in children:

@@ -1,4 +1,4 @@
-"""The nodes of a session and their endpoints, as ros_discovery_info tells them to the others."""
+"""The nodes of a session and their endpoints, as ros_discovery_info announces them."""
 
 from __future__ import annotations
 
@@ -31,15 +31,16 @@ class Announcement:
     """What a session tells of its nodes; a session publishes what `take` returns, after each change."""
 
     def __init__(self, guid: bytes) -> None:
-        """`guid` is the participant's."""
+        """`guid` is the GUID of the participant."""
         self._guid = guid
         self._gid_size = gid_size()
         self._lock = Lock()
         self._nodes: dict[int, tuple[NodeName, dict[bytes, None], dict[bytes, None]]] = {}
-        self._changed = True  # a session without nodes tells so: else others would wait for it to tell them
+        # A session without nodes announces that, so that others do not wait for its nodes
+        self._changed = True
 
     def add_node(self, node_id: int, name: NodeName) -> None:
-        """A node has come."""
+        """Add a node that has come."""
         with self._lock:
             self._nodes[node_id] = name, {}, {}
             self._changed = True
@@ -59,7 +60,7 @@ class Announcement:
             self._changed = True
 
     def remove(self, node_id: int, gids: Iterable[bytes]) -> None:
-        """Endpoints of a node have gone; unknown ones are no error."""
+        """Remove endpoints of a node; unknown ones are ignored."""
         with self._lock:
             if node_id not in self._nodes:
                 return
@@ -70,7 +71,7 @@ class Announcement:
             self._changed = True
 
     def take(self) -> bytes | None:
-        """Return what is to be published now; None if nothing has changed since."""
+        """Return the announcement to publish now; None if nothing has changed since the last one."""
         with self._lock:
             if not self._changed:
                 return None
@@ -82,6 +83,6 @@ class Announcement:
         return encode_info(ParticipantInfo(self._guid, nodes), self._gid_size)
 
     def put_back(self) -> None:
-        """What was taken last could not be published."""
+        """Have the last announcement taken again: it could not be published."""
         with self._lock:
             self._changed = True

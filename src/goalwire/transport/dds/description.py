@@ -17,7 +17,7 @@ _MARK = '::dds_::'
 
 
 class Role(Enum):
-    """The kinds of DDS topics."""
+    """The kinds of DDS topics: messages, requests and replies."""
 
     TOPIC = 'rt'
     REQUEST = 'rq'

@@ -48,7 +48,7 @@ class NodeInfo:
 
 @record
 class ParticipantInfo:
-    """One participant's nodes."""
+    """The nodes of one participant."""
 
     gid: bytes
     nodes: tuple[NodeInfo, ...] = ()
@@ -215,7 +215,7 @@ class DiscoveryState:
             participant.speaks_ros = True
 
     def endpoint_came(self, found: Found) -> list[Change]:
-        """An endpoint is there."""
+        """Add an endpoint that has come."""
         participant = self._participants.get(found.participant)
         if participant is not None:
             participant.seen.add(found.gid)
@@ -234,7 +234,7 @@ class DiscoveryState:
         return [_show(participant, found, owner)]
 
     def endpoint_went(self, gid: bytes) -> list[Change]:
-        """An endpoint has gone."""
+        """Remove an endpoint that has gone."""
         changes = self.show_unclaimed([gid])
         participant = self._participants.get(self._participant_of.pop(gid, b''))
         if participant is None:  # an endpoint that the graph does not show

@@ -35,7 +35,7 @@ def chosen() -> str:
 
 
 class Range(Enum):
-    """How far discovery looks (ROS_AUTOMATIC_DISCOVERY_RANGE)."""
+    """The reach of discovery (ROS_AUTOMATIC_DISCOVERY_RANGE)."""
 
     SUBNET = 'SUBNET'
     LOCALHOST = 'LOCALHOST'

@@ -100,7 +100,7 @@ def _look_up_all(hosts: Iterable[str], ipv6: bool) -> dict[str, list[str]]:
     count = len(left)
 
     def work() -> None:
-        with suppress(IndexError):  # none is left
+        with suppress(IndexError):  # all have told what they have
             while True:
                 host = left.popleft()
                 answers.put((host, _look_up(host, ipv6)))

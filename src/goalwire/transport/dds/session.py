@@ -66,7 +66,7 @@ class DdsContext(ABC):
     guard: ForkGuard
 
     def __init__(self, guid: bytes, domain_id: int, enclave: str) -> None:
-        """`guid` is the participant's."""
+        """`guid` is the GUID of the participant."""
         self.guid = guid
         self.id = guid.hex()
         self.domain_id = domain_id

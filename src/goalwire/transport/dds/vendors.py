@@ -32,7 +32,7 @@ def rmw_for(vendor: bytes) -> str:
 class _Counting(ParticipantListener):
     def __init__(self) -> None:
         self.found: dict[bytes, bytes] = {}
-        """The vendor of each participant."""
+        """The vendor of each participant, by GUID prefix."""
 
     def on_participant(self, participant: ParticipantData) -> None:
         self.found[participant.prefix] = participant.vendor

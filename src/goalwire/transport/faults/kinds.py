@@ -43,7 +43,7 @@ class Packet(NamedTuple):
 
     @property
     def path(self) -> Path:
-        """Where it travels."""
+        """The sending and the receiving node."""
         return self.kind, self.name, self.source, self.target
 
 
@@ -63,7 +63,7 @@ class Fault(ABC):
     name: str = '*'
     kind: Kind | None = None
     struck: int = field(default=0, init=False)
-    """How often it has struck."""
+    """How many packets the fault has struck."""
 
     strikes_on: ClassVar[frozenset[Kind]] = EVERYTHING
 
@@ -93,7 +93,7 @@ class Fault(ABC):
 
     @abstractmethod
     def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:
-        """Do it."""
+        """Apply the fault to a packet."""
 
 
 def qualified(node: str) -> str:
@@ -110,7 +110,7 @@ def to_ns(seconds: float) -> int:
 
 @dataclass(eq=False)
 class Loss(Fault):
-    """Lost, at the fault's rate."""
+    """Loses packets at the fault's rate."""
 
     def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
         return ()
@@ -118,7 +118,7 @@ class Loss(Fault):
 
 @dataclass(eq=False)
 class LostReply(Loss):
-    """Only replies are lost."""
+    """Loses only replies."""
 
     strikes_on = frozenset({Kind.REPLY})
 

@@ -18,7 +18,7 @@ class Watching(Protocol):
     """A session that is told what the faults change in its graph."""
 
     def look_again(self) -> None:
-        """A partition may have changed."""
+        """Look at the partitions again: one may have changed."""
 
     def kill(self, name: str) -> None:
         """Remove a dead node's endpoints from the graph."""
@@ -68,7 +68,7 @@ class Plan:
         self._look_again()
 
     def discard(self) -> None:
-        """Lose what is under way."""
+        """Lose the packets under way."""
         self._delay_queue.clear()
 
     @property
@@ -89,7 +89,7 @@ class Plan:
     # -- what sessions ask ---------------------------------------------------------------------------------
 
     def opened(self, session: Watching) -> None:
-        """A session is there."""
+        """Take note of a session that was opened."""
         with self._lock:
             self._sessions += (session,)
         self._look_again()

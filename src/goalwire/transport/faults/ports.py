@@ -73,7 +73,7 @@ class ReceivingPort(FaultyPort, Generic[T]):
 
     @abstractmethod
     def _receive(self, arrived: T) -> None:
-        """Take what the wire delivers."""
+        """Take a message that the wire delivers."""
 
     def _send_on(self, sample: Sample, source: str, deliver: Callable[[Sample], None]) -> bool:
         """Deliver what the faults make of a sample from the node `source`; False: nothing."""
@@ -159,7 +159,7 @@ class FaultyCall:
             self._on_reply(sample)
 
     def on_end(self, reason: str) -> None:
-        """End, the first time."""
+        """End the call, at the first time."""
         if self._client.ended(self):
             self._on_end(reason)
 
@@ -283,7 +283,7 @@ class Arrival:
         self.inner = inner
         self._service = service
         self.client = client
-        """The node that asks."""
+        """The node that sent the request."""
         self._lock = Lock()
         self._copies = 0
         self._is_answered = False

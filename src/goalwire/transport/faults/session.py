@@ -171,12 +171,12 @@ class FaultySession(Session):
         self.faults.call('session.close')
 
     def discard(self, node: FaultyNode) -> None:
-        """A node has been closed."""
+        """Forget a node that was closed."""
         with self._lock:
             self._nodes = tuple(each for each in self._nodes if each is not node)
 
     def look_again(self) -> None:
-        """A partition may have changed."""
+        """Look at the partitions again: one may have changed."""
         for filtered_graph in self._graphs:
             filtered_graph.look_again()
         for node in self._nodes:
@@ -263,7 +263,7 @@ class Faults(Plan):
         super().__init__(*faults, seed=seed, clock=clock)
 
     def over(self, transport: Transport) -> Transport:
-        """Return `transport` with these faults."""
+        """Return `transport` with these faults on it."""
 
         def open_with_faults(options: SessionOptions) -> Session:
             self.call('transport.open')

@@ -49,7 +49,7 @@ class MemoryDomain:
         self._drain(watchers)
 
     def remove_publisher(self, publisher: MemoryPublisher) -> None:
-        """Take a publisher off."""
+        """Remove a publisher from the domain."""
         key = key_of(publisher.entity)
         with self._lock:
             _discard_from(self._publishers, key, publisher.gid)
@@ -70,7 +70,7 @@ class MemoryDomain:
         self._drain(watchers)
 
     def remove_subscription(self, subscription: MemorySubscription) -> None:
-        """Take a subscription off."""
+        """Remove a subscription from the domain."""
         key = key_of(subscription.entity)
         with self._lock:
             _discard_from(self._subscriptions, key, subscription.gid)

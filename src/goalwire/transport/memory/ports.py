@@ -110,7 +110,7 @@ class MemoryPublisher(OpenPort, PublisherPort):
             self._targets = tuple(target for target in self._targets if target is not subscription)
 
     def flush(self) -> None:
-        """Deliver what is queued."""
+        """Deliver the queued messages."""
         self._dispatcher.drain()
 
 

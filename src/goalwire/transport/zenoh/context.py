@@ -33,7 +33,7 @@ none.
 
 
 class Waiting(NamedTuple):
-    """One message that waits."""
+    """A message that waits for room."""
 
     owner: object
     size: int

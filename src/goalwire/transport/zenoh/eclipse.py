@@ -166,7 +166,7 @@ class EclipseQuery(Query):
 
 
 class _Asked:
-    """A query on its way."""
+    """A query that eclipse-zenoh sends."""
 
     __slots__ = ('_in_flight', '_on_answer', '_on_end', 'token')
 
@@ -260,7 +260,7 @@ class _Publisher(_Held):
         self.put: Callable[..., None] = publisher.put
 
     def has_room(self, size: int) -> bool:  # noqa: ARG002
-        """Zenoh does not tell."""
+        """Always the same: zenoh does not tell."""
         return False
 
 

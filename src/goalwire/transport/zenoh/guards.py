@@ -58,12 +58,12 @@ class LinkGuard:
         return self._security.refusal(self.who, act, key, session)
 
     def count(self, act: Act) -> None:
-        """Count something that was refused."""
+        """Count an act that was refused."""
         self._security.refused.count(f'refused {act.value}', self.who)
 
 
 class SessionSecurity:
-    """What one session knows of the keystore that it was opened with."""
+    """The keystore as one session knows it."""
 
     def __init__(self, chosen: Chosen) -> None:
         """Raises SecurityError if the policy or the list of revoked names cannot be used."""
@@ -105,7 +105,7 @@ class SessionSecurity:
     # ---- what it may do
 
     def refusal(self, who: str, act: Act, key: str, session: str) -> str:
-        """Return why an identity may not do something, as its caller is told; '' if it may."""
+        """Return why an identity may not do something, in words for its caller; '' if it may."""
         policy = self._policy
         if act in questions.LEARNING:
             asked = questions.any_of(act, key, session) or ()
@@ -139,7 +139,7 @@ class SessionSecurity:
         self._unwritten.append(entry)  # the session's section is held: nothing may wait for a disk here
 
     def write_audit(self) -> None:
-        """Write down what was refused since the last time. If that fails, it is logged once."""
+        """Write the refusals since the last time into the audit log. If that fails, it is logged once."""
         entries = [self._unwritten.popleft() for _ in range(len(self._unwritten))]
         if not entries:
             return
@@ -201,7 +201,7 @@ class SessionSecurity:
 
 
 def _rights(policy: Policy, who: str) -> object:
-    """Return what decides about an identity, without the lines where it stands."""
+    """Return the rights of an identity, without the lines of the policy in which they stand."""
     grants = {(each.verb, each.pattern, each.domains) for each in policy.grants.get(who, ())}
     return policy.mode, grants
 

@@ -40,7 +40,7 @@ _MOST_DIGITS = 20  # more than any number of 64 bits has
 
 
 class _Declared:
-    """Something declared under a number."""
+    """A declaration with a number."""
 
     __slots__ = ('_number', '_protocol', 'address')
 
@@ -65,7 +65,7 @@ class _Publisher:
         self.has_room: Callable[[int], bool] = publication.has_room
 
     def undeclare(self) -> None:
-        """Give its key's number up."""
+        """Undeclare the number of its key."""
         self._publication.close()
 
 
@@ -102,7 +102,7 @@ class HistoryPublisher:
         self._publication.put(payload, attachment, stamp, source)
 
     def _on_query(self, query: Query) -> None:
-        """Answer with what is kept: the last `_max`, of the numbers `_sn`."""
+        """Answer with the kept messages: the last `_max`, those with the numbers `_sn`."""
         with self._lock:
             kept = list(self._kept)
         wanted = dict(part.partition('=')[::2] for part in query.parameters.split(';'))
@@ -119,7 +119,7 @@ class HistoryPublisher:
         query.end()
 
     def undeclare(self) -> None:
-        """Take it off the wire; what it kept is gone."""
+        """Undeclare, and forget the kept messages."""
         for number in self._declared:
             self._protocol.undeclare(number)
         self._publication.close()
@@ -148,7 +148,7 @@ class _Querier(wire.Querier):
         on_end: Callable[[], None],
         timeout_ns: int | None,
     ) -> object:
-        """Send a query; what it returns is its number."""
+        """Send a query and return its number."""
         if not self._is_open:
             raise ClosedError('undeclared')
         seconds = self._untimed_s if timeout_ns is None else timeout_ns // 1_000_000_000 + 1.0
@@ -160,7 +160,7 @@ class _Querier(wire.Querier):
         self._cancel(asked)
 
     def undeclare(self) -> None:
-        """Ask no more."""
+        """Stop asking."""
         self._is_open = False
         self._querier.close()
 

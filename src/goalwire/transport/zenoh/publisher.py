@@ -38,7 +38,7 @@ def may_block(endpoint: Endpoint) -> bool:
 
 
 def declare(wire: Wire, key: str, endpoint: Endpoint) -> Publisher:
-    """Declare what puts messages on `key` as the endpoint's QoS asks."""
+    """Declare a publisher that puts messages on `key` as the endpoint's QoS asks."""
     qos = endpoint.qos
     waits = may_block(endpoint)
     if not qos.is_transient_local:  # on the wire the same as an advanced publisher without its features
@@ -52,7 +52,8 @@ class Large(NamedTuple):
     blocks: bool
     """Publishing waits for room, as with any message."""
     put: Callable[..., None] | None
-    """Sends and waits for room, on a thread; None: messages may be dropped, as those of a best-effort one."""
+    """Sends on a thread of its own and waits for room. None: messages may be dropped, as those of a
+    best-effort publisher."""
     depth: int
     """How many may wait for that thread."""
 
@@ -100,7 +101,10 @@ class ZenohPublisher(OpenPort, PublisherPort):
         return self._dropped
 
     def publish(self, payload: bytes) -> None:
-        """Put one message; all subscriptions get those of several threads in the same order."""
+        """Put one message.
+
+        If several threads publish, all subscriptions get the messages in the same order.
+        """
         state = self.state
         if state.closed or state.guard.is_silent:  # in a forked child the turn may be another thread's
             state.check_sending()
@@ -139,7 +143,9 @@ class ZenohPublisher(OpenPort, PublisherPort):
                     pass
 
     def _publish_late(self, payload: bytes) -> None:
-        """Publish what a signal's handler has published while its thread was publishing; in the section."""
+        """Publish the messages that a signal's handler has published in the midst of a publish; in the
+        section.
+        """
         try:
             if self.state.closed or self.state.guard.is_silent:
                 return
@@ -152,7 +158,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
             self._note_drop([len(payload)], f'zenoh refused it: {reason}')
 
     def _publish_large(self, payload: bytes) -> None:
-        """Publish a large message, or one behind such; the turn is held."""
+        """Publish a large message, or a message that waits behind a large one. The caller has the turn."""
         if len(payload) > LARGEST:
             raise TransportError(
                 f'{self.state.title}: a message of {len(payload)} bytes cannot be sent, for peers take '
@@ -193,7 +199,10 @@ class ZenohPublisher(OpenPort, PublisherPort):
             )
 
     def leave(self) -> None:
-        """Publish nothing more; if another thread is just publishing, it is undeclared when that ends."""
+        """Stop publishing.
+
+        If another thread publishes at the moment, the publisher is undeclared after that.
+        """
         cancelled = self._turn.finish(self, LEAVING_S)
         self._put = refuse_use
         if cancelled:

@@ -1,4 +1,4 @@
-"""What a key of ROS's on Zenoh means for a policy: which verbs on which name allow an act on that key.
+"""The meaning of ROS's keys on Zenoh for a policy: the verbs and names that allow an act on a key.
 
 Topics, services and the parts of actions have keys of one form; the DDS type in a key tells them apart. What
 is not of ROS's form is nothing that a policy can allow.
@@ -36,7 +36,7 @@ _OF_ACTIONS = {
 
 
 class Question(NamedTuple):
-    """One of several ways to be allowed something: any of these verbs on a name in a domain."""
+    """One of several ways to be allowed: any of these verbs on a name in a domain."""
 
     verbs: tuple[Verb, ...]
     name: str
@@ -48,7 +48,7 @@ Questions: TypeAlias = tuple[Question, ...] | None
 
 
 class _Subject(NamedTuple):
-    """What a data key is about."""
+    """The subject of a data key."""
 
     domain: int
     name: str
@@ -82,7 +82,7 @@ def _offering(subject: _Subject) -> Question:
 
 
 def _using(subject: _Subject) -> Question:
-    """Ask whether somebody may get what is published on a topic, or call a service."""
+    """Ask whether an identity may receive a topic's messages, or call a service."""
     action, part = subject.action
     if action:
         return Question(_OF_ACTIONS[part], action, subject.domain)
@@ -122,7 +122,7 @@ def _of_token(token: str, session: str, *, learns: bool) -> tuple[Questions, Que
 
 
 def need_of(entity: GraphEntity) -> Question:
-    """Return what the owner of an endpoint must be allowed; of an action's feed or result, to watch it."""
+    """Return the need of an endpoint's owner; for an action's feedback or result, the need to watch it."""
     subject = _subject(0, entity.name, dds_type(entity.type_name))
     wanted = _using(subject) if entity.kind in _USERS else _offering(subject)
     if Verb.WATCH in wanted.verbs and subject.action[1] != 'send_goal':
@@ -143,7 +143,7 @@ _DATA: dict[Act, Callable[[_Subject], Question]] = {
 
 
 def all_of(act: Act, key: str, session: str) -> Questions:
-    """Return the questions that must all be answered with yes; none for what is only learnt."""
+    """Return the questions that must all be answered with yes; none for what is only seen in the graph."""
     if act is Act.DECLARE_TOKEN:
         if key.startswith(f'{GRAPH_SPACE}/'):
             return _of_token(key, session, learns=False)[0]
@@ -157,7 +157,7 @@ def all_of(act: Act, key: str, session: str) -> Questions:
 
 
 def any_of(act: Act, key: str, session: str) -> Questions:
-    """Return the questions of which one must be answered with yes, to be told of something."""
+    """Return the questions of which one must be answered with yes before something is shown."""
     if act is Act.LEARN_TOKEN and key.startswith(f'{GRAPH_SPACE}/'):
         return _of_token(key, session, learns=True)[1]
     subject = _subject_of(key)

@@ -43,7 +43,7 @@ _INIT = bytes.fromhex('1900c109f1') + os.urandom(15) + b'\x01' + bytes.fromhex('
 _ID = 0x1F
 _INIT_ID, _CLOSE_ID = 0x01, 0x03
 _LISTENS = '0A'
-"""TCP_LISTEN in /proc/net/tcp."""
+"""The state TCP_LISTEN in /proc/net/tcp."""
 
 
 class Holder(Enum):
@@ -75,7 +75,7 @@ def look(port: int, patience: float = PATIENCE_S) -> Holder:
         return Holder.MUTE
     except ConnectionRefusedError:
         return Holder.NOBODY
-    except OSError:  # it hung up
+    except OSError:  # the other side hung up
         return Holder.STRANGER
     finally:
         greeter.close()
@@ -129,7 +129,7 @@ _TCP = Pattern(r'(?:tcp|tls|ws)/(?:\[([^]"]+)\]|(localhost|[\d.]+)):(\d+)')
 
 
 def is_taken(endpoints: str) -> bool:
-    """Return whether somebody listens where these endpoints (a list, as text) would, as far as TCP tells."""
+    """Return whether somebody listens at one of these endpoints (a list, as text), as far as TCP shows it."""
     # The C part of `socket`. To import that one while Ctrl-C ends the program, on this thread, makes Python
     # forget that it was Ctrl-C (its namedtuples call `eval`): the program would exit with 1.
     import _socket
@@ -231,7 +231,7 @@ class EmbeddedRouter:
             get_logger(LOGGER).warning(str(error))
 
     def stand_back(self) -> None:
-        """Wait for the port no longer. Any thread, and no lock: also zenoh's."""
+        """Stop waiting for the port. Any thread; takes no lock, not even one of zenoh's."""
         self._closed.set()
 
     def close_sockets(self) -> None:
@@ -267,7 +267,8 @@ class Rendezvous:
         self._left: set[int] = set()
 
     def offer(self, port: int, config: Configuration) -> None:
-        """Offer the rendezvous until as many `stop_offering`; raises TransportError where zenoh refuses.
+        """Offer the rendezvous until `stop_offering` was called as often; raises TransportError if zenoh
+        refuses.
 
         Where the port was left to somebody else's router, nothing is offered; nor in a forked child of a
         process that has used eclipse-zenoh, which cannot be started there.
@@ -281,7 +282,7 @@ class Rendezvous:
         close_at_exit(self)
 
     def stop_offering(self, port: int) -> None:
-        """One session offers it no more; with the last one another process takes over."""
+        """Take one session's offer back. After the last one another process takes over."""
         self._routers.close(port)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""A router for a whole site: what the rendezvous is for one machine, for all machines that reach it."""
+"""A router for a whole site. It does for all machines that reach it what the rendezvous does for one."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ _REQUESTS = {
     ),
     Verb.SET: (('/set_parameters', _SERVICE), ('/set_parameters_atomically', _SERVICE)),
 }
-"""The services that a verb lets be called: what stands behind the name, and the type."""
+"""The services that a verb allows to call: the end of the name, and the type."""
 _FEEDS = (('/_action/feedback', '*'), ('/_action/status', '*'))
 
 
@@ -106,7 +106,7 @@ def _tokens(grant: Grant, codes: str, suffix: str = '') -> Iterator[str]:
 
 
 def _nodes(grant: Grant, codes: str = '*') -> Iterator[str]:
-    """Return the expressions of the tokens of nodes with a grant's names, and of what they have."""
+    """Return the expressions of the tokens of a grant's nodes, and of their endpoints."""
     space, _, name = grant.pattern.rpartition('/')
     places = [(namespace, name.replace('*', '$*') if name != '*' else '*') for namespace in _mangled(space)]
     if name == '**':
@@ -121,7 +121,7 @@ def _nodes(grant: Grant, codes: str = '*') -> Iterator[str]:
 
 
 def _topic_rules(path: str, type_: str, *, publishes: bool) -> Iterator[Rule]:
-    """Return the rules of a topic: its messages, what its publishers keep, and who wants them."""
+    """Return the rules of a topic: for its messages, for kept messages, and for its subscribers."""
     key = canonical(f'{path}/{type_}/*')
     history = canonical(f'{path}/{type_}/*/@adv/**')
     sends, hears = (_IN, _OUT) if publishes else (_OUT, _IN)
@@ -166,7 +166,7 @@ def _rules_of(grant: Grant) -> Iterator[Rule]:
 
 
 def _token_rules(grant: Grant) -> Iterator[Rule]:
-    """Return the rules of tokens of endpoints: their owners show them, and those who use them see them."""
+    """Return the rules of endpoints' tokens: their owners declare them, and their users see them."""
     offers = {Verb.PUBLISH: ('MP', 'MS', ('',)), Verb.SERVE: ('SS MP', 'SC MS', ('', '/_action/*'))}
     uses: dict[Verb, tuple[str, str, tuple[str, ...]]] = {
         Verb.SUBSCRIBE: ('MS', 'MP', ('',)),
@@ -186,7 +186,7 @@ def _token_rules(grant: Grant) -> Iterator[Rule]:
 
 
 def _denials(grants: tuple[Grant, ...]) -> Iterator[tuple[_Narrower, Rule]]:
-    """Return what must be denied, since a wider grant would let it through."""
+    """Return the denials for keys that a wider grant would let through."""
     for each in _NARROWER:
         is_covered = any(
             grant.verb is each.wide and _could_cover(grant.pattern, each.suffix) for grant in grants
@@ -206,7 +206,7 @@ def _could_cover(pattern: str, suffix: str) -> bool:
 
 
 def inexpressible(policy: Policy) -> list[str]:
-    """Return what a router's rules refuse although the policy allows it, in sentences."""
+    """Return sentences about acts that the policy allows and a router's rules refuse."""
     found = []
     for who, grants in policy.grants.items():
         for narrower, _ in _denials(grants):
@@ -262,6 +262,6 @@ def access_control(policy: Policy, revoked: Collection[str]) -> Settings:
 
 
 def _always() -> list[Rule]:
-    """Return what everybody may do: ask for tokens, of which each one gets those that it may see."""
+    """Return the rights of everybody: to ask for tokens. Each one gets those that it may see."""
     keys = ('**', f'{_GRAPH}/**', '**/@adv/**')
     return [Rule(flow, _WATCHING, key) for flow in (_IN, _OUT) for key in keys]

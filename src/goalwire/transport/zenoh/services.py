@@ -58,8 +58,8 @@ class ZenohCall:
             self._on_reply(sample)
 
     def end(self) -> None:
-        """No reply can come any more, or the client closes: end it once."""
-        if self._client.waiting.pop(self._sequence, None) is not None:  # one thread gets it
+        """End the call once: no reply can come any more, or the client closes."""
+        if self._client.waiting.pop(self._sequence, None) is not None:  # only one thread gets the function
             self._on_end(self._reason)
 
 
@@ -99,7 +99,7 @@ class ZenohClient(OpenPort, ClientPort):
         return sequence
 
     def cancel(self, sequence: int) -> None:
-        """Hold nothing for this request any more; a reply that is being handed over is waited for."""
+        """Forget a request. If a reply is being handed over, wait for that."""
         call = self.waiting.pop(sequence, None)
         if call is not None and call.asked is not None and not self.state.guard.is_forked:
             self._querier.cancel(call.asked)
@@ -133,7 +133,7 @@ class ZenohRequest(Request):
             raise answered_before(service.state)
         self._is_answered = True
         if not service.discard(self):
-            return  # the server has closed or the request was dropped: the client was told
+            return  # the server has closed, or the request was dropped: its client was told
         _, sequence, _, _, gid = self.sample
         attachment = encode(sequence, time_ns(), GID_SIZE, gid)
         try:
@@ -174,7 +174,7 @@ class ZenohService(OpenPort):
         self._waiting: dict[tuple[bytes, int], ZenohRequest] = {}
 
     def declare(self) -> Declared:
-        """Let requests in."""
+        """Declare the queryable, which lets requests in."""
         return self.context.wire.declare_queryable(self.key, self._on_query)
 
     def _on_query(self, query: Query) -> None:
@@ -199,7 +199,7 @@ class ZenohService(OpenPort):
             self._deliver(request)
         except BaseException:
             request.cancel()
-            raise  # the wire logs it
+            raise  # the wire logs the error
 
     def _refuse(self, query: Query, reason: str) -> None:
         self.context.rejects.add('request', reason, self.state)
@@ -218,7 +218,7 @@ class ZenohService(OpenPort):
             return self._waiting.pop(call, None) is not None  # a signal's handler may have been here
 
     def cancel_all(self) -> None:
-        """Let no request in any more and end every unanswered one."""
+        """Undeclare the queryable, and end every unanswered request."""
         with self._lock:
             self._is_open = False
             waiting = list(self._waiting.values())

@@ -110,7 +110,7 @@ def _open_eclipse(configuration: Configuration, why: str) -> Wire:
 
 
 def _watch_tokens(context: ZenohContext, listener: GraphListener) -> Declared:
-    """Tell `listener` of every token; those there already come before this returns."""
+    """Tell `listener` of every token; of the present ones before this returns."""
 
     def on_token(token: str, is_there: bool) -> None:
         try:
@@ -190,7 +190,7 @@ class ZenohNode(OpenNode):
 
     @contextmanager
     def _opening(self, endpoint: Endpoint) -> Iterator[NewEndpoint]:
-        """Name an endpoint; what was declared of it is undone where the block fails."""
+        """Name an endpoint. If the block fails, its declarations are undone."""
         context, node_id = self._context, self._id
         title = f"{endpoint.kind.value} '{endpoint.name}'"
         with self.ports.opening(title) as state, context.refusing(title):
@@ -201,7 +201,7 @@ class ZenohNode(OpenNode):
             yield NewEndpoint(state, key, token, own_entity(token, context.id, node_id, self._name, endpoint))
 
     def _show(self, new: NewEndpoint) -> Callable[[], object]:
-        """Declare the token; return what takes it back."""
+        """Declare the endpoint's token; return the function that undeclares it."""
         self._context.own[new.token] = new.entity
         token = self._context.wire.declare_token(new.token)
         return partial(self._hide, new.token, token)
@@ -244,8 +244,9 @@ def open_session(options: SessionOptions) -> Session:
 
 
 def _secure(enclave: str) -> SessionSecurity | None:
-    """Return what a session with an identity knows of its keystore. Raises SecurityError."""
-    from goalwire.security.environment import choose_identity  # most programs run without
+    """Return the session's part of its keystore. Raises SecurityError."""
+    # Imported here, since most programs run without security
+    from goalwire.security.environment import choose_identity
     from goalwire.transport.zenoh.guards import SessionSecurity
 
     identity = choose_identity(enclave)
@@ -253,7 +254,7 @@ def _secure(enclave: str) -> SessionSecurity | None:
 
 
 def _greet_holder(plan: Plan) -> Holder:
-    """Return what answers on the port where routers are met; a holder that is not a router is logged.
+    """Return a description of the program at the port of the rendezvous; one that is not a router is logged.
 
     A session that meets such goes on trying, but never waits long for one answer, so that it can be closed at
     any time.
@@ -333,7 +334,7 @@ class ZenohSession(OpenSession):
         self._context = context
         self._lock = RLock()
         self.watchers: list[Declared] = []
-        """The session's own declarations, beside those of nodes."""
+        """The declarations of the session itself, beside those of its nodes."""
         self.state.undo += [stop_offering, self._disconnect, self.nodes.close, self._unwatch_all]
         close_at_exit(self)
 
@@ -362,7 +363,7 @@ class ZenohSession(OpenSession):
             undeclare(watcher)
 
     def _disconnect(self) -> None:
-        """Send what is queued, hang up, and wait for callbacks under way."""
+        """Send the queued messages, disconnect, and wait for callbacks under way."""
         try:
             self._context.wire.close()
         except self._context.errors as error:

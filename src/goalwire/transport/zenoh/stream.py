@@ -53,7 +53,7 @@ class StreamState(Generic[T]):
     def __init__(self, emit: Callable[[T], None], depth: int, *, numbered: bool, recovers: bool) -> None:
         self.is_asking = False
         self.asked_s = 0.0
-        """When the last question was sent; set by whoever sends it."""
+        """When the last question was sent; set by its sender."""
         self.is_alive = False
         """True while a token shows the publisher."""
         self._emit = emit
@@ -64,7 +64,7 @@ class StreamState(Generic[T]):
         self._seen: dict[bytes, int] = {}
         self._answered: dict[bytes, int] = {}
         self._runs: dict[bytes, list[tuple[int, int]]] = {}
-        """First and last numbers of what came behind a gap that no answer has filled."""
+        """First and last numbers of the runs behind gaps that no answer has filled."""
 
     def ask(self) -> str | None:
         """Return the question for the history, or None if one is out already; `end` must follow."""
@@ -124,7 +124,7 @@ class StreamState(Generic[T]):
             self._take(gid, held, item)
 
     def end(self) -> None:
-        """All answers to the question have come: what waited is due, whatever is still missing."""
+        """Note that all answers to the question have come: the waiting messages are due now."""
         self.is_asking = False
         held, self._held = self._held, []
         if held:

@@ -30,7 +30,7 @@ UNNUMBERED = 'uhlc'
 """The entity chunk of publishers whose messages have no number of the wire."""
 
 KEPT_STREAMS = 1000
-"""How many publishers are remembered; beyond, those that have gone are discarded, the oldest first."""
+"""How many publishers are remembered. Beyond, those that have gone are forgotten, the oldest first."""
 
 _NUMBER_SIZE = 4
 Read = Callable[[Message], Sample | None]
@@ -54,7 +54,7 @@ def _came(raw: Message, sample: Sample) -> _Came:
 
 
 class HistorySubscriber:
-    """One declared subscription; `read` drops what breaks the rules."""
+    """One declared subscription; `read` drops messages that break the rules."""
 
     def __init__(
         self, context: ZenohContext, key: str, depth: int, read: Read, deliver: Callable[[Sample], None]
@@ -95,7 +95,7 @@ class HistorySubscriber:
         self._declared.append(wire.declare_token(f'{self._key}/@adv/sub/{live.address}/_'))
 
     def undeclare(self) -> None:
-        """Take everything off the wire."""
+        """Undeclare everything."""
         self._is_open = False
         while self._declared:
             undeclare(self._declared.pop())
@@ -211,7 +211,7 @@ def declare(
     endpoint: Endpoint,
     deliver: Callable[[Sample], None],
 ) -> list[Declared]:
-    """Declare what brings messages of `key` to `deliver`: one subscriber, or two for types with buffers."""
+    """Declare a subscriber that brings messages of `key` to `deliver`; two for types with buffers."""
     reject = _rejecter(context, state)
     takes_own = not endpoint.ignore_local
     if endpoint.qos.is_transient_local:
@@ -219,7 +219,7 @@ def declare(
         subscriber.declare(recovers=endpoint.qos.is_reliable, takes_own=takes_own)
         return [subscriber]
     keys = [key]
-    if uses_cpu_channel(endpoint):  # each message comes through exactly one of the two
+    if uses_cpu_channel(endpoint):  # only one of the two gets each message
         keys.append(f'{key}/{CPU_BUFFERS}')
     return [
         context.wire.declare_subscriber(each, _handler(reject, deliver), takes_own=takes_own) for each in keys
@@ -227,12 +227,12 @@ def declare(
 
 
 def _rejecter(context: ZenohContext, state: EndpointState) -> Callable[[RemoteError], None]:
-    """Return what counts a message that breaks the rules."""
+    """Return a function that counts messages which break the rules."""
     return lambda error: context.rejects.add('message', error, state)
 
 
 def _reader(reject: Callable[[RemoteError], None]) -> Callable[[Message], Sample | None]:
-    """Return what makes a Sample of the wire's, or None of one that is rejected."""
+    """Return a function that makes a Sample from a message of the wire, or None if it is rejected."""
 
     def read_sample(raw: Message) -> Sample | None:
         try:

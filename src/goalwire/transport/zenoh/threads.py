@@ -61,7 +61,7 @@ RUNTIME_VARIABLE = 'ZENOH_RUNTIME'
 """Zenoh reads it when its threads start, with the first session of a process."""
 
 _has_threads = False
-"""Whether a session has been opened: zenoh reads the variable no more."""
+"""True once a session has been opened: zenoh does not read the variable again."""
 
 
 def open_session(config: zenoh.Config) -> zenoh.Session:
@@ -104,7 +104,7 @@ def _let_callers_out() -> None:
 
 def _has_callers() -> bool:
     ours = threading.get_ident()
-    frames = sys._current_frames().items()  # documented, for such purposes
+    frames = sys._current_frames().items()  # documented by Python for such purposes
     return any(frame.f_code.co_filename.startswith(_HERE) for thread, frame in frames if thread != ours)
 
 

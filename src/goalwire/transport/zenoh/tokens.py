@@ -77,7 +77,7 @@ def graph_key(domain_id: int) -> str:
 
 
 DEFAULT_DEPTH = 42
-"""The depth that is used where 0 is given."""
+"""The depth that stands for 0."""
 
 _DIGITS = 20
 """As many as the greatest number of 64 bits has."""
@@ -249,7 +249,7 @@ def gid_of(token: str) -> bytes:
 
 
 def own_entity(token: str, session: str, node_id: int, node: NodeName, endpoint: Endpoint) -> GraphEntity:
-    """Return what `parse` makes of the token of an endpoint of ours."""
+    """Return the entity of an endpoint of our own, as `parse` would read it from the token."""
     return GraphEntity(
         endpoint.kind,
         session,

@@ -41,13 +41,13 @@ class Message(Protocol):
 
     @property
     def source_info(self) -> SourceInfo | None:
-        """Its publisher and number, where the publisher numbers. Raises RemoteError."""
+        """The publisher and number of the message, if the publisher numbers. Raises RemoteError."""
 
 
 OnMessage: TypeAlias = Callable[[Message], None]
 OnAnswer: TypeAlias = Callable[[Message | ReplyError], None]
 OnToken: TypeAlias = Callable[[str, bool], None]
-"""Gets a token, and whether it is there."""
+"""Gets a token, and whether it is there now."""
 
 
 class Declared(Protocol):
@@ -63,7 +63,7 @@ def undeclare(declared: Declared) -> None:
     Zenoh's Python objects refuse while another thread is inside one of their methods, and undeclare
     themselves when the last reference goes: so the caller drops its own afterwards.
     """
-    with suppress(RuntimeError):  # "Already borrowed"
+    with suppress(RuntimeError):  # its text is "Already borrowed"
         declared.undeclare()
 
 
@@ -88,7 +88,7 @@ class Publisher(Declared, Protocol):
         """Called with a payload and `attachment=`; puts one message."""
 
     def has_room(self, size: int) -> bool:
-        """Whether so many bytes put now are sure not to be dropped, nor a small message after them."""
+        """Whether `size` bytes that are put now, and a small message after them, will not be dropped."""
 
 
 class Querier(ABC):
@@ -110,11 +110,11 @@ class Querier(ABC):
 
     @abstractmethod
     def cancel(self, asked: object) -> None:
-        """Hold nothing for a query any more. One that has ended changes nothing."""
+        """Forget a query. A query that has ended is ignored."""
 
     @abstractmethod
     def undeclare(self) -> object:
-        """Ask no more; queries on their way go on."""
+        """Stop asking; queries on their way go on."""
 
 
 class Wire(ABC):
@@ -125,21 +125,26 @@ class Wire(ABC):
     wire_poller: WirePoller | None
     """The place where idle threads wait on the wire; None for a wire that has threads of its own for that."""
     errors: tuple[type[Exception], ...]
-    """The exceptions that any of these methods raises when it fails or is closed."""
+    """The exceptions that these methods raise when they fail or the session is closed."""
     discovers_at_once = False
-    """True where opening waits for what the router knows. eclipse-zenoh sometimes does not (1.10.2)."""
+    """True if opening waits until the router has told what it knows. eclipse-zenoh sometimes does not
+    (1.10.2)."""
 
     @abstractmethod
     def explain(self, error: Exception) -> str:
-        """Return what one of `errors` says, for users."""
+        """Return the text of one of `errors`, for users."""
 
     @abstractmethod
     def declare_publisher(self, key: str, *, reliable: bool, waits: bool) -> Publisher:
-        """Declare what puts on a key; `waits` where the wire is full, else messages are dropped."""
+        """Declare a publisher on a key.
+
+        With `waits` it waits if the wire is full; otherwise messages are dropped.
+        """
 
     @abstractmethod
     def declare_history_publisher(self, key: str, *, reliable: bool, waits: bool, depth: int) -> Publisher:
-        """Declare one that keeps its last messages for those who come late, as Zenoh's advanced ones do.
+        """Declare a publisher that keeps its last messages for later subscribers, as Zenoh's advanced
+        publishers do.
 
         It shows itself by a token `<key>/@adv/pub/<session>/<number>/_` and answers queries on that key. The
         number is 'uhlc' unless it is reliable and so numbers its messages.
@@ -147,11 +152,11 @@ class Wire(ABC):
 
     @abstractmethod
     def put_waiting(self, key: str, payload: Payload, attachment: bytes) -> None:
-        """Put a message that waits where the wire is full, however its publisher was declared."""
+        """Put a message that waits if the wire is full, however its publisher was declared."""
 
     @abstractmethod
     def declare_subscriber(self, key: str, on_message: OnMessage, *, takes_own: bool = True) -> Subscriber:
-        """Declare a callback for what is put on matching keys; with `takes_own` also by this session."""
+        """Declare a callback for messages on matching keys; with `takes_own` also for this session's."""
 
     @abstractmethod
     def declare_queryable(self, key: str, on_query: Callable[[Query], None]) -> Declared:
@@ -159,7 +164,7 @@ class Wire(ABC):
 
     @abstractmethod
     def declare_querier(self, key: str) -> Querier:
-        """Declare what asks on a key."""
+        """Declare a querier of a key."""
 
     @abstractmethod
     def ask_all(
@@ -179,18 +184,18 @@ class Wire(ABC):
 
     @abstractmethod
     def declare_token(self, token: str) -> Declared:
-        """Show a token to all who watch."""
+        """Show a token to all watchers."""
 
     @abstractmethod
     def watch_tokens(self, key: str, on_token: OnToken, *, waits: bool) -> Declared:
-        """Tell of tokens that are there, some maybe twice, and of those that come and go, in order.
+        """Tell of present tokens, some maybe twice, and of those that come and go, in order.
 
         With `waits`, what others answer within a while is told before this returns.
         """
 
     @abstractmethod
     def wait_for_router(self, seconds: float) -> bool:
-        """Return whether there is a link to a router, or comes to be within so many seconds.
+        """Return whether there is a link to a router, or one comes up within `seconds`.
 
         A peer that answers where a router was expected will do: it is linked, and works.
         """
@@ -207,9 +212,12 @@ class Wire(ABC):
         return bool
 
     def refused(self) -> dict[str, int]:
-        """Return how much of what peers sent was ignored, by kind, as far as the session tells."""
+        """Return how many messages of peers were ignored, by kind, as far as the session tells."""
         return {}
 
     @abstractmethod
     def close(self) -> None:
-        """Send what waits, hang up, and wait for callbacks under way. Raises one of `errors` if cut short."""
+        """Send what waits, disconnect, and wait for callbacks under way.
+
+        Raises one of `errors` if cut short.
+        """

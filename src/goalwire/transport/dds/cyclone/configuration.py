@@ -101,7 +101,7 @@ _VARIABLE = re.compile(r'\$\{(\w+)(?::-([^}]*))?\}')
 
 
 def loopback(ipv6: bool) -> str:
-    """Return this machine's own address."""
+    """Return the loopback address."""
     return '[::1]' if ipv6 else '127.0.0.1'
 
 

@@ -248,7 +248,7 @@ class QueueingWriter(Writer):
         if thread is None:
             super().delete()
             return
-        self.library.dds_delete(self.handle)  # ends the thread's waiting
+        self.library.dds_delete(self.handle)  # wakes the thread, which ends
         thread.join(CLOSING_S)
         if fallback_writer is not None:
             fallback_writer.delete()

@@ -111,7 +111,7 @@ class Discovery:
         return reader, library.dds_create_readcondition(reader, ANY_STATE)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self.waitset_thread.close()
 
     def has_heard_all(self) -> bool:
@@ -203,7 +203,7 @@ class Discovery:
         """Yield each new state: whether it is there, and the record, to be read at once."""
         samples, infos = (c_void_p * _AT_ONCE)(), (SampleInfo * _AT_ONCE)()
         while True:
-            samples[0] = None  # asks for a loan
+            samples[0] = None  # asks the library for a loan
             count = self._library.dds_take(reader, samples, infos, _AT_ONCE, _AT_ONCE)
             if count <= 0:
                 return

@@ -137,7 +137,7 @@ _loaded: list[tuple[Library, ForkGuard]] = []
 
 
 def load() -> Library:
-    """Return the library.
+    """Load and return the library.
 
     Raises TransportError if there is none or it does not fit, ForkedError in a child whose parent uses it.
     """

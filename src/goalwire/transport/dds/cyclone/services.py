@@ -248,7 +248,7 @@ class CycloneClient(ClientEnd):
             self._context.rejects.add('reply', error, self.state)
             return
         if client != self._writer.instance:
-            return  # another client's
+            return  # a reply for another client
         if sequence < 0:  # see service_header.py
             self._answered(-sequence, publication, refusal_reason(payload))
             return

@@ -38,7 +38,7 @@ class Peer(NamedTuple):
     """A matched endpoint."""
 
     handle: int
-    """The library's number of it."""
+    """The library's number of the endpoint."""
     gid: bytes
     service_id: str
     client_id: str

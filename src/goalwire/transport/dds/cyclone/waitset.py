@@ -65,7 +65,7 @@ class WaitSet:
             self._library.dds_waitset_detach(self._set, condition)
 
     def descriptor(self) -> int | None:
-        """None: a waitset has none."""
+        """None: a waitset has no descriptor."""
         return None
 
     def next_due(self) -> float:

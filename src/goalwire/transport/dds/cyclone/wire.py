@@ -71,7 +71,7 @@ class _Scratch:
 
 
 class _Threads(threading.local):
-    """One for each thread."""
+    """Buffers, one set for each thread."""
 
     def __init__(self) -> None:
         self.scratch = _Scratch()
@@ -134,7 +134,7 @@ class Participant:
         """True once all is about to go with the participant: then nothing is taken off one by one."""
 
     def leave_at_once(self) -> None:
-        """Take nothing off the wire one by one any more: all is about to go with the participant."""
+        """Stop taking entities off the wire one by one: the participant is about to go with all of them."""
         self.leaving = True
 
     def topic(self, name: str, type_name: str) -> int:
@@ -148,7 +148,7 @@ class Participant:
 
 
 class Writer:
-    """One writer."""
+    """A writer of the library."""
 
     def __init__(self, participant: Participant, topic: str, type_name: str, qos: int) -> None:
         self.library = library = participant.library
@@ -198,7 +198,7 @@ class Writer:
         return make(self.serdata_type, SERIALIZED_DATA, count, addressof(pieces), size + padding)
 
     def delete(self) -> None:
-        """Take it off the wire."""
+        """Delete the writer, which takes it off the wire."""
         if not self._participant.leaving:
             self.library.dds_delete(self.handle)
 
@@ -258,7 +258,7 @@ class Reader:
         return count, taken
 
     def delete(self) -> None:
-        """Take it off the wire."""
+        """Delete the reader, which takes it off the wire."""
         if not self._participant.leaving:
             self.library.dds_delete(self.handle)
 

@@ -138,14 +138,14 @@ def protect_rendezvous(settings: Settings, port: int) -> None:
 
 
 def everywhere(port: int) -> list[Json]:
-    """Return where a protected session listens: at every address of this machine, which may lack IPv6."""
+    """Return the addresses of a protected session: all of this machine, with or without IPv6."""
     import _socket  # `socket` takes 5 ms, and may not be imported while Ctrl-C ends the program
 
     try:
         with closing(_socket.socket(_socket.AF_INET6, _socket.SOCK_STREAM)) as probe:
             probe.bind(('::', 0))
     except OSError:
-        return [f'tls/0.0.0.0:{port}']  # strangers are kept out
+        return [f'tls/0.0.0.0:{port}']  # the session is protected against strangers
     return [f'tls/[::]:{port}']
 
 

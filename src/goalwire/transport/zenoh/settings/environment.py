@@ -27,7 +27,7 @@ START_ROUTER = 'start one (ros2 router; beside an installed ROS 2 also ros2 run 
 
 
 def advise_unreached(mode: str) -> str:
-    """Return what to do if a session reaches nobody at its addresses; a client needs a router there."""
+    """Return advice for a session that reaches nobody at its addresses; a client needs a router there."""
     check = 'check ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be reached'
     return f'{START_ROUTER}, or {check}' if mode == 'client' else check
 

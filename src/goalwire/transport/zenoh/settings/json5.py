@@ -33,7 +33,10 @@ _END = ''
 
 
 class Json5Error(Exception):
-    """A text that is not JSON5; says where, and what is wrong. It becomes a TransportError or a warning."""
+    """A text that is not JSON5: says the position and the mistake.
+
+    It becomes a TransportError or a warning.
+    """
 
 
 class Document(NamedTuple):
@@ -56,7 +59,7 @@ class _Reader:
         self._text = text
         self._at = 0
         self._start = 0
-        """Where the current token begins."""
+        """The position of the current token."""
         self._kind = ''
         self._word = ''
         self._lines: dict[str, int] = {}

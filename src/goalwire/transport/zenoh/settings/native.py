@@ -27,7 +27,7 @@ _WITH_PEERS = (['router', 'peer'], ['peer', 'router'], ['peer'])
 
 
 class BeyondOursError(Exception):
-    """A configuration asks for what sessions of ours do not do: eclipse-zenoh is used then."""
+    """A configuration that needs more than sessions of our own offer; eclipse-zenoh is used then."""
 
 
 _At: TypeAlias = Callable[[str], Json]
@@ -35,7 +35,10 @@ _At: TypeAlias = Callable[[str], Json]
 
 
 def native_settings(values: Json) -> Settings:
-    """Return what a session of ours is opened with. Raises BeyondOursError, naming what it does not do."""
+    """Return the settings of a session of our own.
+
+    Raises BeyondOursError, which names the unknown setting.
+    """
     mode = str(value_at(values, 'mode') or 'peer')
     role = _ROLES.get(mode)
     if role is None:
@@ -116,7 +119,7 @@ def _refuse(at: _At) -> None:
 
 
 def _setting(path: str, value: Json) -> str:
-    import json  # 2 ms, and few ask for what is not there
+    import json  # imported here: it takes 2 ms, and few configurations name unknown settings
 
     return f'{path}={json.dumps(value)}'
 
@@ -126,7 +129,7 @@ def _or(value: Json, otherwise: Json) -> Json:
 
 
 def _meets_peers(at: _At) -> bool:
-    """Whether a session connects to those that routers tell of."""
+    """Whether a session connects to the nodes that routers tell of."""
     if at('scouting/gossip/enabled') is False:
         return False
     told = at('scouting/gossip/target')

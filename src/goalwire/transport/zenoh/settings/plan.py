@@ -1,4 +1,5 @@
-"""Plans what a process opens: a session and a rendezvous, each from built-in settings or a file.
+"""Plans what a process opens: a session and a rendezvous, from built-in settings or files, with the overrides
+on top.
 
 The overrides come on top of either.
 """
@@ -31,7 +32,7 @@ class Plan(NamedTuple):
 
     session: Configuration
     rendezvous: Configuration | None
-    """None: this process offers none."""
+    """None if this process offers no rendezvous."""
     port: int
     local: int | None
     """The TCP port of this machine that the session connects to; None: it connects elsewhere."""
@@ -132,7 +133,7 @@ def router_config(
 
 
 def _refuse_plain(config: Configuration) -> None:
-    """Raise TransportError if a router with rules would also talk to those who show no certificate."""
+    """Raise TransportError if a router with rules would also let in sessions without a certificate."""
     for name in ('listen', 'connect'):
         endpoints = config.at(f'{name}/endpoints')
         for each in endpoints if isinstance(endpoints, list) else [endpoints]:

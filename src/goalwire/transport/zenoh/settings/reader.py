@@ -15,7 +15,7 @@ from goalwire.transport.zenoh.settings.values import Configuration, Json, Settin
 
 
 def read_file(variable: str) -> Configuration | None:
-    """Return what the file holds that a variable names; None if it names none. Raises TransportError."""
+    """Return the content of the file that a variable names; None if it names none. Raises TransportError."""
     uri = os.environ.get(variable)
     if not uri:
         return None
@@ -77,7 +77,7 @@ def _path_of(uri: str) -> str:
 
 
 def read_overrides() -> list[tuple[str, Json]]:
-    """Return the pairs of ZENOH_CONFIG_OVERRIDE that hold; rmw_zenoh too reports others and goes on."""
+    """Return the valid pairs of ZENOH_CONFIG_OVERRIDE. Others are reported, as rmw_zenoh does."""
     pairs, broken = environment.overrides()
     for part in broken:
         _warn(part, 'it is not of the form key/path=value')

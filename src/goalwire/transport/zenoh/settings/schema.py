@@ -19,7 +19,7 @@ class Kind(NamedTuple):
     """The values that a setting takes."""
 
     expected: str
-    """In words: 'true or false'."""
+    """The description in words: 'true or false'."""
     fits: Callable[[Json], bool]
     by_mode: bool = False
     """Whether it may be one value for each mode."""

@@ -30,7 +30,7 @@ def router_settings(identity: Chosen, port: int) -> Settings:
 
 
 def session_settings(identity: Chosen, router: str) -> Settings:
-    """Return the settings of a session that talks by way of a router alone."""
+    """Return the settings of a session that talks only through a router."""
     config = Configuration(built_in.session(0))
     config.set('mode', 'client')
     config.set('connect/endpoints', [router])

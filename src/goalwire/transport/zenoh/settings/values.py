@@ -1,4 +1,4 @@
-"""A configuration as values: what JSON holds, and where in it a setting is."""
+"""A configuration as values: those that JSON has, and the path of a setting in them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Configuration(NamedTuple):
         return value_at(self.values, path)
 
     def set(self, path: str, value: Json) -> None:
-        """Set one value, and leave those beside it as they are."""
+        """Set one value, and leave its neighbours as they are."""
         *parents, name = path.split('/')
         within = self.values
         for each in parents:
