@@ -14,10 +14,10 @@ class Entity:
     """Ends with its node or, before that, by `close()` or at the end of its own `with` block."""
 
     name: str
-    """Fully qualified."""
+    """The fully-qualified name."""
 
     def close(self) -> None:
-        """End it. Idempotent."""
+        """End the entity. Idempotent."""
         raise NotImplementedError
 
     def __enter__(self) -> Self:

@@ -28,7 +28,7 @@ class GraphProblem:
     """Endpoints that do not go together."""
 
     name: str
-    """Of their topic or service."""
+    """The types of their topic or service."""
     text: str
     """The problem, and how to solve it."""
     endpoints: tuple[GraphEntity, ...]
@@ -47,7 +47,7 @@ class GraphView:
 
     @property
     def version(self) -> int:
-        """Another number after each change."""
+        """A number that differs after each change."""
         return self._graph.version
 
     def nodes(self) -> list[str]:
@@ -71,7 +71,7 @@ class GraphView:
         return self._graph.topic_names_and_types()
 
     def services(self) -> NamesAndTypes:
-        """Return every service with its types, also those that somebody calls and nobody serves."""
+        """Return every service with its types, including services with clients but no server."""
         return self._graph.service_names_and_types()
 
     def served(self) -> NamesAndTypes:

@@ -94,7 +94,7 @@ class SharedContexts:
 
 
 CONTEXTS = SharedContexts()
-"""Those of this process."""
+"""The contexts of this process."""
 
 
 class Node:
@@ -228,7 +228,7 @@ class Node:
 
     @property
     def parameters(self) -> Parameters:
-        """Its parameters."""
+        """The node's parameters."""
         self._open_core()
         return self._parameters
 

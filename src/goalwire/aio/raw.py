@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class RawSubscription(Entity):
-    """Made by Node.raw_subscription."""
+    """Receives serialized messages. Made by Node.raw_subscription."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class RawSubscription(Entity):
         node.own(self)
 
     def close(self) -> None:
-        """Receive no more. Idempotent."""
+        """Stop receiving. Idempotent."""
         port, self._port = self._port, None
         if port is not None:
             self._node.disown(self)
@@ -48,7 +48,7 @@ class RawSubscription(Entity):
 
 
 class RawPublisher(Entity):
-    """Made by Node.raw_publisher."""
+    """Publishes serialized messages. Made by Node.raw_publisher."""
 
     def __init__(self, node: NodeCore, topic: str, type_name: str, type_hash: str, qos: QoS) -> None:
         self.name = node.resolve(topic)
@@ -84,7 +84,7 @@ class RawPublisher(Entity):
         return self._port
 
     def close(self) -> None:
-        """Publish no more. Idempotent."""
+        """Stop publishing. Idempotent."""
         port, self._port = self._port, None
         if port is not None:
             self._node.disown(self)

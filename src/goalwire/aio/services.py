@@ -30,7 +30,7 @@ ResponseT = TypeVar('ResponseT')
 
 
 class Client(Entity, Generic[RequestT, ResponseT]):
-    """Made by Node.client."""
+    """Calls one service. Made by Node.client."""
 
     def __init__(
         self,
@@ -117,7 +117,7 @@ class LoggedService(ServiceCore):
 
 
 class Service(Entity, Generic[RequestT, ResponseT]):
-    """Made by Node.service."""
+    """Serves one service. Made by Node.service."""
 
     def __init__(
         self,

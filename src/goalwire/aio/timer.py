@@ -52,7 +52,7 @@ class Timer(Entity):
         return self._core.statistics()
 
     def close(self) -> None:
-        """Tick no more. Idempotent."""
+        """Stop ticking. Idempotent."""
         self._node.disown(self)
         self._core.destroy()
         self._stream.close()

@@ -28,7 +28,7 @@ MsgT = TypeVar('MsgT')
 
 
 class Publisher(Entity, Generic[MsgT]):
-    """Made by Node.publisher."""
+    """Publishes on one topic. Made by Node.publisher."""
 
     def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
         self._core: PublisherCore[MsgT] = PublisherCore(node, msg_type, topic, qos)
@@ -61,7 +61,7 @@ class Publisher(Entity, Generic[MsgT]):
         return self._core.statistics()
 
     def close(self) -> None:
-        """Publish no more. Idempotent."""
+        """Stop publishing. Idempotent."""
         self._core.destroy()
 
 
@@ -138,7 +138,7 @@ class Subscription(Entity, Generic[MsgT]):
         return self._core.stream.dropped
 
     def statistics(self) -> SubscriptionStatistics:
-        """Count what has come."""
+        """Count the received messages."""
         return self._core.statistics()
 
     def publishers(self) -> int:

@@ -45,7 +45,9 @@ class CriticalSection:
     __slots__ = ('acquire', 'is_busy', 'late', 'lock', 'mend', 'release')
 
     def __init__(self, mend: Callable[[], object] = lambda: None) -> None:
-        """`mend` puts right what was left half done where `run` or `run_late` raises; it is called inside."""
+        """`mend` repairs half-done work after an exception in `run` or `run_late`; it is called inside the
+        section.
+        """
         self.mend = mend
         self.lock = RLock()
         self.acquire, self.release = self.lock.acquire, self.lock.release
@@ -64,7 +66,7 @@ class CriticalSection:
             if self.is_busy:
                 self.late.append(do)
                 return False
-            if self.late:  # this interrupts who was about to do that, on the way out
+            if self.late:  # this interrupts the code that was about to do that, on its way out
                 self.run_late()
             try:
                 self.is_busy = True
@@ -79,7 +81,7 @@ class CriticalSection:
         return True
 
     def run_late(self) -> None:
-        """Do what was left for later; under the lock, on the way out, or before what comes next."""
+        """Do the work that was left for later; under the lock, on the way out or before other work."""
         late = self.late
         while late:
             try:

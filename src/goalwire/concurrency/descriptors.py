@@ -20,7 +20,7 @@ OF_A_SESSION = 32
 
 
 def require_free(title: str, count: int = OF_A_SESSION) -> None:
-    """Raise TransportError where less than `count` descriptors are free; `title` says what for."""
+    """Raise TransportError if fewer than `count` descriptors are free; `title` names their use."""
     free = _count_free(count)
     if free < count:
         raise TransportError(
@@ -72,7 +72,7 @@ class LibrarysSockets:
     ) -> None:
         self._opened = dict(_sockets().items() - self._before.items())
         for descriptor in self._opened:
-            with suppress(OSError):  # it was closed meanwhile
+            with suppress(OSError):  # the descriptor was closed meanwhile
                 os.set_inheritable(descriptor, False)
         reset_in_children(self)
 
@@ -85,7 +85,7 @@ class LibrarysSockets:
 
 
 def _sockets() -> dict[int, int]:
-    """Return this process's sockets that others inherit, with their inodes; none if that is unknown."""
+    """Return this process's sockets that a child inherits, with their inodes; none if that is unknown."""
     found = {}
     try:
         names = os.listdir('/dev/fd')  # noqa: PTH208 - pathlib takes 5 ms to import

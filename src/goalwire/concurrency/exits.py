@@ -1,4 +1,4 @@
-"""The interpreter's exit: what is open is closed, in order, each on its own, whatever Ctrl-C does.
+"""The interpreter's exit: open things are closed in order, each by itself, even if Ctrl-C comes.
 
 A program need not shut anything down. Python calls the functions of `atexit` once its non-daemon threads have
 ended; its daemon threads still run, and may spin. So contexts end first: spins return, and callbacks that
@@ -43,7 +43,7 @@ def has_begun() -> bool:
 
 
 def perform(steps: Iterable[Callable[[], object]]) -> None:
-    """Perform all steps, whatever some of them raise; raise the first of these errors at last."""
+    """Perform all steps, even if some of them raise; raise the first of these errors at the end."""
     failure: BaseException | None = None
     for step in steps:
         try:

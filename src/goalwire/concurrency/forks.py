@@ -1,4 +1,4 @@
-"""Forked children: they know what they have inherited, reset it, or leak it.
+"""Forked children: objects that know what they have inherited, and reset it or leak it.
 
 A fork copies a process's memory and descriptors, but not its threads. So in the child a lock may be held for
 ever, by a thread that is not there, and whoever waits for one of the parent's threads waits for ever. Sockets
@@ -20,10 +20,13 @@ from goalwire.errors import ForkedError
 
 
 class Inherited(Protocol):
-    """Something that knows what to do in a forked child."""
+    """An object that knows what to do in a forked child."""
 
     def reset_in_child(self) -> None:
-        """Give up what is the parent's. Called in the child, once for each fork, before any other code."""
+        """Give up everything that is the parent's.
+
+        Called in the child, once for each fork, before any other code.
+        """
 
 
 _guards: WeakSet[ForkGuard] = WeakSet()
@@ -74,11 +77,11 @@ class ForkGuard:
     def __init__(self) -> None:
         self.is_forked = False
         self.is_silent = False
-        """True where publishers and clients send nothing more: after `silence`, and in a forked child."""
+        """True if publishers and clients must not send: after `silence`, and in a forked child."""
         _guards.add(self)
 
     def silence(self) -> None:
-        """Have publishers and clients send nothing more. Any thread, signal handlers too; takes no lock."""
+        """Refuse to send from now on. Any thread, signal handlers too; takes no lock."""
         self.is_silent = True
 
     def check(self, what: str) -> None:

@@ -50,7 +50,7 @@ let_others_run: Callable[[], object] = getattr(os, 'sched_yield', partial(sleep,
 
 
 def look_ns(env: Mapping[str, str] = os.environ) -> int:
-    """Return how long to look before a sleep; raises TransportError for a text that is not such a time."""
+    """Return how long to look before a sleep, in ns; raises TransportError for a text that is not a time."""
     text = env.get(LOOK_VARIABLE) or str(DEFAULT_LOOK_US)
     if not (text.isascii() and text.isdigit() and int(text) <= LONGEST_LOOK_US):
         raise TransportError(
@@ -71,7 +71,7 @@ class Look:
     __slots__ = ('_before', '_left', '_longest_ns', '_looks', '_pause', '_times', '_tries', '_wait')
 
     def __init__(self, wait: Callable[[int], int], longest_ns: int) -> None:
-        """`wait` is the wire's: it takes ns and returns what it has found."""
+        """`wait` is the wire's: it takes a time in ns and returns how much is ready."""
         self._wait = wait
         self._longest_ns = longest_ns
         self._looks = self._tries = False
@@ -100,7 +100,7 @@ class Look:
         return found
 
     def _decide(self) -> None:
-        """Choose what the next waits do, after some that all did the same."""
+        """Choose between spinning and sleeping for the next waits, from the times of the last ones."""
         median = sorted(self._times)[TRIED // 2]
         self._times.clear()
         if not self._tries:  # time to try the other way
@@ -122,7 +122,7 @@ class WireSet(Protocol):
         """The requests that wait for an answer: not empty if one is likely to come soon."""
 
     def wait(self, timeout_ns: int, /) -> int:
-        """Return how much is ready within `timeout_ns`, or earlier 0; negative once the wire is no more."""
+        """Wait up to `timeout_ns`; return how much is ready, negative once the wire is closed."""
 
     def descriptor(self) -> int | None:
         """Return a descriptor that is readable when `wait` would find something; None without one."""
@@ -131,7 +131,7 @@ class WireSet(Protocol):
         """Return when `wait` would find something at the latest, on the monotonic clock."""
 
     def serve(self, found: int) -> None:
-        """Deliver what the last `wait` has found."""
+        """Deliver the events that the last `wait` has found."""
 
     def interrupt(self) -> None:
         """End the current `wait`, or else the next. Any thread."""
@@ -208,14 +208,14 @@ class LeaderFollowers(WirePoller):
         return self._follow(sleeper, timeout_ns)
 
     def ensure_polled(self) -> None:
-        with suppress(RuntimeError):  # it is awake
+        with suppress(RuntimeError):  # the leader is awake already
             self._gate.release()
 
     def interrupt(self) -> None:
         self._set.interrupt()
 
     def _lead(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
-        """Deliver what comes until `sleeper` is woken (True) or the time is over (False)."""
+        """Deliver incoming events until `sleeper` is woken (True) or its time has passed (False)."""
         self._leaders_thread = get_ident()
         deadline = None if timeout_ns is None else monotonic_ns() + timeout_ns
         left = FOREVER
@@ -235,7 +235,7 @@ class LeaderFollowers(WirePoller):
             else:
                 found = self._set.wait(left)
             self._was_busy = found > 0
-            sleeper.interrupt = None  # what this thread delivers to itself needs none
+            sleeper.interrupt = None  # a delivery of this thread to itself needs no wake-up
             if found < 0 or self._closed:
                 return True
             if found:
@@ -273,7 +273,7 @@ class LeaderFollowers(WirePoller):
             return None
         own = os.dup(fd)  # it stays valid in the loop's selector when the session closes
         self._loops.append(get_ident())
-        self._set.interrupt()  # whoever leads leaves the wire to the loop
+        self._set.interrupt()  # the leading thread leaves the wire to the loop
         self.ensure_polled()
         return own
 
@@ -299,7 +299,7 @@ class LeaderFollowers(WirePoller):
         return self._set.next_due()
 
     def _read_for_loops(self) -> None:
-        """Deliver what the loops have left, since one may be busy for long. Looks in vain grow rarer."""
+        """Deliver the events that the loops have left, since a loop may be busy for long."""
         found = self._set.wait(0)
         if found > 0:
             self._set.serve(found)
@@ -364,5 +364,5 @@ class LeaderFollowers(WirePoller):
             self._deserted.wait(CLOSING_S)
 
     def reset_in_child(self) -> None:
-        """In a forked child: nothing comes to this session any more, and nobody is waited for."""
+        """In a forked child, forget the waiting threads; nothing comes to this session any more."""
         self._closed = True

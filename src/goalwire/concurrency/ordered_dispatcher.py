@@ -29,7 +29,7 @@ class OrderedDispatcher(Generic[T]):
         self._turn = Lock()
 
     def drain(self) -> None:
-        """Deliver what is queued, unless another thread, or a caller further up, is at it."""
+        """Deliver the queued items, unless another thread, or a caller further up, does so already."""
         # The outer test is repeated after the turn was given back: an item posted just before is not lost.
         items = self._items
         while items and self._turn.acquire(False):

@@ -24,17 +24,17 @@ from goalwire.concurrency.sigpipe import NO_SIGPIPE
 from goalwire.reports import report_failure
 
 IN, OUT = 1, 4
-"""As in epoll and poll."""
+"""The values that epoll and poll use."""
 IS_PORTABLE = not (hasattr(select, 'epoll') and hasattr(os, 'eventfd'))
-"""Whether this system lacks what only Linux has."""
+"""True if this system lacks epoll or eventfd, which only Linux has."""
 
 Handler: TypeAlias = Callable[[int], None]
 """Gets the events that a descriptor is ready for: bits of IN and OUT, or others if it has ended."""
 
 _SOME = 64
-"""Cancelled timers that are kept until they are due."""
+"""How many cancelled timers are kept until they are due."""
 _FORMER_DESCRIPTORS = 1024
-"""Descriptors that select takes."""
+"""Descriptors that `select` can watch at most."""
 
 
 class Timer:
@@ -48,7 +48,7 @@ class Timer:
         self._when_cancelled = when_cancelled
 
     def cancel(self) -> None:
-        """Do not call it."""
+        """Forget the call."""
         if self.function is not None:
             self.function = None
             self._when_cancelled()
@@ -137,7 +137,7 @@ class _SocketPair:
 
 
 class Poller:
-    """One session's descriptors and timers. One thread at a time waits; any may change what is waited for."""
+    """One session's descriptors and timers. One thread waits at a time; any thread may add and remove."""
 
     def __init__(
         self,
@@ -172,7 +172,7 @@ class Poller:
         self._poller.register(self._bell_fd, IN)
         fd = self.descriptor()
         self._precise = fd if fd is not None and fd < _FORMER_DESCRIPTORS else None
-        """epoll's own descriptor, where select can wait for it."""
+        """epoll's own descriptor, if select can wait for it."""
 
     # ---- what is waited for
 
@@ -183,19 +183,19 @@ class Poller:
         self._look_again()
 
     def modify(self, fd: int, events: int) -> None:
-        """Wait for other events of a descriptor. One that is not registered any more changes nothing."""
+        """Wait for other events of a descriptor. An unregistered one is ignored."""
         with suppress(OSError, KeyError, ValueError):
             self._poller.modify(fd, events)
             self._look_again()
 
     def unregister(self, fd: int) -> None:
-        """Wait for a descriptor no more. One that is not registered changes nothing."""
+        """Stop waiting for a descriptor. An unregistered one is ignored."""
         if self._handlers.pop(fd, None) is not None:
             with suppress(OSError, KeyError, ValueError):
                 self._poller.unregister(fd)
 
     def _look_again(self) -> None:
-        if self._portable:  # a selector may wait for what it was told before
+        if self._portable:  # a selector may still wait for the earlier events
             self.interrupt()
 
     def call_later(self, delay_s: float, function: Callable[[], None]) -> Timer:
@@ -211,7 +211,7 @@ class Poller:
         return timer
 
     def _note_cancelled(self) -> None:
-        """Count it; where most are cancelled, let go of those, which may not be due for long."""
+        """Count a cancelled timer. If most timers are cancelled, remove those now."""
         with self._lock:
             self._cancelled += 1
             if self._cancelled > _SOME and 2 * self._cancelled > len(self._timers):
@@ -271,11 +271,11 @@ class Poller:
         return len(events) or self._next_due <= monotonic()
 
     def _is_gone(self) -> bool:
-        """Whether this was closed meanwhile."""
+        """Whether the descriptor was closed meanwhile."""
         return self.closed
 
     def serve(self, _found: int = 0) -> None:
-        """Call the handlers of what the last `wait` has found, and the timers that are due."""
+        """Call the handlers of the events that the last `wait` has found, and the due timers."""
         handlers = self._handlers
         for fd, events in self._events:
             handler = handlers.get(fd)
@@ -294,7 +294,7 @@ class Poller:
             self._run(function)
 
     def _take_due(self) -> Timer | None:
-        """Take out the next timer that is due; None where none is."""
+        """Take out the next due timer; None if none is due."""
         with self._lock:
             while self._timers:
                 entry = heapq.heappop(self._timers)
@@ -327,7 +327,7 @@ class Poller:
                 report_failure(self._name, error)
 
     def close(self) -> None:
-        """Let go of everything; nobody waits any more. Idempotent."""
+        """Close everything. Nobody may wait any more. Idempotent."""
         self.closed = True
         self._precise = None
         self._handlers.clear()

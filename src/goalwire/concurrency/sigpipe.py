@@ -1,4 +1,4 @@
-"""Writing to a peer that may be gone.
+"""Writing to a peer that may have gone, without the signal SIGPIPE.
 
 The system answers such a write with SIGPIPE. Python ignores that signal, but some programs give it back its
 default, which kills them. So no socket is written to without these flags: the write fails with EPIPE alone.
@@ -21,6 +21,6 @@ _SO_NOSIGPIPE = 0x1022
 
 
 def refuse_sigpipe(sock: socket.socket) -> None:
-    """Have writes to a socket raise no SIGPIPE where that is an option of sockets, and no flag of writes."""
+    """Have writes to a socket raise no SIGPIPE, on systems where that is an option of the socket."""
     if sys.platform == 'darwin':
         sock.setsockopt(_socket.SOL_SOCKET, _SO_NOSIGPIPE, 1)

@@ -1,4 +1,4 @@
-"""Waiting on a wire instead of on a lock, so that what comes wakes the thread that wants it.
+"""Waiting on a wire instead of on a lock, so that an incoming message wakes the thread that wants it.
 
 A session that has sockets of its own offers a `WirePoller`. Threads with nothing to do wait in it, each as a
 `Sleeper`; `leader_followers` is what fulfils it.
@@ -26,7 +26,7 @@ class Sleeper(Protocol):
 
 
 class SleepingThread:
-    """A thread that blocks in a call until what it waits for has happened."""
+    """A thread that blocks in a call until an awaited event."""
 
     __slots__ = ('_gate', 'interrupt')
 
@@ -44,7 +44,7 @@ class SleepingThread:
         return self._gate.acquire(timeout=timeout_ns / 1e9)
 
     def wake(self) -> None:
-        """End its sleep."""
+        """Wake the sleeping thread."""
         try:
             self._gate.release()
         except RuntimeError:
@@ -91,5 +91,7 @@ class WirePoller(ABC):
         """Undo one `attach_loop` of that thread (`get_ident()`). Any thread, once the loop is closed."""
 
     def serve_ready(self) -> float:
-        """Deliver what is there now; return when to call this again at the latest, on the monotonic clock."""
+        """Deliver the present events; return when to call this again at the latest, on the monotonic
+        clock.
+        """
         return float('inf')

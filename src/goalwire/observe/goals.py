@@ -33,7 +33,7 @@ class ReportedGoal(NamedTuple):
 
     @property
     def is_active(self) -> bool:
-        """True until it ends."""
+        """True until the goal ends."""
         return self.status in ACTIVE
 
 
@@ -82,7 +82,7 @@ class Goal:
 
     @property
     def is_active(self) -> bool:
-        """True until it ends."""
+        """True until the goal ends."""
         return self.status in ACTIVE
 
     def move(self, status: str, now: float) -> bool:
@@ -135,7 +135,7 @@ class GoalTable:
         self._reported: dict[str, list[str]] = {}
         self._watched_since: dict[str, float] = {}
         self.version = 0
-        """It rises with each change."""
+        """A number that rises with each change."""
 
     def __iter__(self) -> Iterator[Goal]:
         return iter(self._goals.values())
@@ -208,7 +208,9 @@ class GoalTable:
         return goal
 
     def end(self, goal: Goal, status: str, problem: str, now: float) -> None:
-        """Note how a goal ended if the server did not say it: it was refused, or the server is gone."""
+        """Note the end of a goal that its server did not report: the goal was refused, or the server has
+        gone.
+        """
         goal.problem = problem
         goal.move(status, now)
         self.version += 1

@@ -16,11 +16,11 @@ class Latencies:
     def __init__(self, kept: int = KEPT) -> None:
         self._seconds: deque[float] = deque(maxlen=kept)
         self.number = 0
-        """How many calls were answered, those that are no longer kept included."""
+        """How many calls were answered, including those that are no longer kept."""
         self.failed = 0
 
     def note(self, seconds: float) -> None:
-        """Note an answer."""
+        """Count one answer."""
         self._seconds.append(seconds)
         self.number += 1
 

@@ -27,11 +27,11 @@ class LogLine:
     node: str
     text: str
     place: str
-    """File, line and function."""
+    """The file, line and function that logged it."""
 
     @property
     def level_name(self) -> str:
-        """DEBUG to FATAL."""
+        """The level in words, DEBUG to FATAL."""
         return LEVELS.get(self.level, str(self.level))
 
 
@@ -43,7 +43,7 @@ class LogBook:
         self._count = 0
 
     def take(self, message: Any, _at: float = 0.0) -> None:
-        """Note an rcl_interfaces/msg/Log."""
+        """Add a line from an rcl_interfaces/msg/Log."""
         self._count += 1
         file, function = message.file[:_MOST_NAME], message.function[:_MOST_NAME]
         place = f'{file}:{message.line} {function}' if file else ''
@@ -60,7 +60,7 @@ class LogBook:
 
     @property
     def version(self) -> int:
-        """Rises with each line."""
+        """A number that rises with each line."""
         return self._count
 
     @property

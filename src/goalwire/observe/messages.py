@@ -34,7 +34,7 @@ def fields_of(cls: type) -> tuple[Field, ...]:
 
 
 def as_data(value: Any) -> Any:
-    """Return a message as JSON has it: long arrays and texts cut, what is not a finite number as a text."""
+    """Return a message in JSON's types: long arrays and texts cut, NaN and infinities as texts."""
     if hasattr(value, 'get_fields_and_field_types'):
         return {name: as_data(getattr(value, name)) for name in value.get_fields_and_field_types()}
     if isinstance(value, bool) or value is None:
@@ -59,7 +59,7 @@ def _shorten(items: list[Any], count: int) -> list[Any]:
 
 
 def cut(text: str, most: int) -> str:
-    """Return a text of at most so many characters; if it was longer, its end says how long."""
+    """Return a text of at most `most` characters. The end of a cut text says how long it was."""
     return text if len(text) <= most else f'{text[:most]}… ({len(text)} characters)'
 
 

@@ -48,7 +48,7 @@ def plain_value(message: Any) -> Any:
 
 
 def nodes_with_parameters(services: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
-    """Return the nodes that can be asked for their parameters."""
+    """Return the nodes with parameter services."""
     return [
         name.removesuffix(LIST)
         for name, types in services
@@ -82,14 +82,14 @@ class NodeParameters:
         return await self._clients[service].call(cls.Request(**fields), timeout=self._timeout)
 
     async def names(self, prefixes: Sequence[str] = ()) -> list[str]:
-        """Return the names of the parameters, sorted; with the prefix `arm`, those such as `arm.reach`."""
+        """Return the names of the parameters, sorted. The prefix `arm` selects those such as `arm.reach`."""
         from rcl_interfaces.srv import ListParameters
 
         response = await self._ask(ListParameters, 'list_parameters', prefixes=list(prefixes))
         return sorted(response.result.names)
 
     async def values(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return the ParameterValue messages of those parameters that have a value."""
+        """Return the ParameterValue messages of those of these parameters that have a value."""
         found = await self._values(names) if names else []
         if len(found) != len(names):
             # A node answers with nothing at all if one of the parameters has a type and no value yet.
@@ -105,7 +105,7 @@ class NodeParameters:
         return list((await self._ask(GetParameters, 'get_parameters', names=list(names))).values)
 
     async def descriptors(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return the ParameterDescriptor messages of those parameters that the node has."""
+        """Return the ParameterDescriptor messages of those of these parameters that the node has."""
         found = await self._descriptors(names)
         if len(found) != len(names):  # a node answers with nothing at all if it lacks one of the names
             known = set(await self.names())
@@ -136,7 +136,7 @@ class NodeParameters:
         return list(zip([name for name, _ in values], response.results, strict=False))
 
     async def read(self) -> list[RemoteParameter]:
-        """Return all parameters, with what the node says of them."""
+        """Return all parameters, with values and descriptions."""
         names = await self.names()
         values, descriptors = await self.values(names), await self.descriptors(names)
         return [_parameter(name, values.get(name), about) for name, about in descriptors.items()]
@@ -159,7 +159,7 @@ class RemoteParameter:
 
     @property
     def kind(self) -> str:
-        """The type's name."""
+        """The name of the parameter's type."""
         return kind_name(self.number)
 
 
@@ -198,7 +198,7 @@ def fit_typed_value(parameter: RemoteParameter, typed: object) -> Any:
     least, most = parameter.least, parameter.most
     if least is not None and most is not None and isinstance(value, int | float):
         low, high = min(least, most), max(least, most)
-        if not low <= value <= high:  # NaN, too
+        if not low <= value <= high:  # also True for NaN
             reason = f'give a number from {low:g} to {high:g}, not {value:g}'
             raise FieldValueError(parameter.name, reason, parameter.kind)
     return value

@@ -8,11 +8,11 @@ from typing import NamedTuple
 WINDOW_S = 3.0
 """A rate is that of the latest seconds."""
 _LEAST_S = 0.5
-"""The least time between the messages from which a rate is told: of a burst it would be anything."""
+"""The least time between the messages of a rate. In a burst the rate would be arbitrary."""
 
 
 class Pace(NamedTuple):
-    """Messages and bytes in a second."""
+    """A rate: messages and bytes per second."""
 
     messages: float
     bytes: float
@@ -57,7 +57,7 @@ class Rate:
         return Pace(0.0, 0.0)
 
     def latest(self) -> Pace | None:
-        """Return the pace of what came last, however long ago and in however short a time."""
+        """Return the rate of the latest messages, however long ago and however close together they came."""
         if len(self._arrivals) < 2:
             return None
         (began, first, before), (ended, last, size) = self._arrivals[0], self._arrivals[-1]

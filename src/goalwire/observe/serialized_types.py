@@ -8,7 +8,8 @@ from goalwire.transport.contract import EndpointKind
 
 
 def serialized_type(graph: Graph, topic: str, type_name: str) -> MessageSupport:
-    """Return what a raw subscription to a topic needs of the type 'pkg/msg/Name', which may be unknown here.
+    """Return the type support for a raw subscription to the type 'pkg/msg/Name', which may be unknown
+    here.
 
     The hash is that of the topic's publishers, or else of its subscriptions: on Zenoh a subscription with
     another hash hears nothing.

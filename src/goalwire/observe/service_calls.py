@@ -1,4 +1,4 @@
-"""Calls of a service as its introspection events tell them, whoever makes them."""
+"""Calls of a service, from its introspection events, whoever makes them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from goalwire.observe.latencies import Latencies
 KEPT = 1000
 POSTFIX = '/_service_event'
 STEPS = ('REQUEST_SENT', 'REQUEST_RECEIVED', 'RESPONSE_SENT', 'RESPONSE_RECEIVED')
-"""By the number in service_msgs/msg/ServiceEventInfo."""
+"""The kinds of events, by the number in service_msgs/msg/ServiceEventInfo."""
 _SENT, _RECEIVED, _ANSWERED, _CAME = range(len(STEPS))
 
 
 class SeenCall:
-    """One call: the times of its steps in s since 1970, each by the clock of who published it."""
+    """One call: the times of its steps in s since 1970. Each time is by the clock of its publisher."""
 
     def __init__(self, client: str, number: int) -> None:
         self.client = client
@@ -60,7 +60,7 @@ class ServiceCalls:
         self.server = Latencies()
         """From the request's arrival to the response's sending, as the server tells them."""
         self.version = 0
-        """It rises with each event."""
+        """A number that rises with each event."""
 
     def take(self, event: Any, _at: float = 0.0) -> None:
         """Note an event: a message of the service's type `Name_Event`."""

@@ -56,7 +56,7 @@ _UNREAD: NodeValues = {}
 
 @record
 class ParameterFile:
-    """One `--params-file PATH`, and what it says once it has been read."""
+    """One `--params-file PATH`, and the file's content once it has been read."""
 
     path: str
     nodes: NodeValues = _UNREAD
@@ -84,7 +84,7 @@ class Arguments:
     """Remap rules found outside `--ros-args`; they count, and ROS 2 warns."""
 
     def overrides_for(self, full_node_name: str) -> dict[str, ParameterValue]:
-        """Return what `-p` and the files give to the node with this fully qualified name.
+        """Return the parameters that `-p` and the files give to the node with this fully qualified name.
 
         As in rcl the values are collected by the names of nodes that they are for, `-p` without one meaning
         `/**`. A later name wins over an earlier one, and counts from where it appeared first.
@@ -177,7 +177,7 @@ _SWITCHES = {
 
 
 class _Parser:
-    """Collects what the arguments say while it walks over them."""
+    """Collects the parsed arguments while it walks over the texts."""
 
     def __init__(self) -> None:
         self.remaps: list[RemapRule] = []

@@ -30,7 +30,7 @@ class Latencies:
         return sum(self.counts)
 
     def histogram(self) -> LatencyHistogram:
-        """Return what was noted so far."""
+        """Return the durations so far as a histogram."""
         from goalwire.rules.statistics import LatencyHistogram
 
         return LatencyHistogram(tuple(self.counts))

@@ -37,7 +37,7 @@ class TransitionCallbackReturnType(Enum):
 
 
 class LifecycleState(NamedTuple):
-    """A state as callbacks get it."""
+    """A state, in the form that callbacks get."""
 
     label: str
     state_id: int

@@ -65,7 +65,7 @@ class ReliabilityPolicy(QoSPolicyEnum):
 
 
 class DurabilityPolicy(QoSPolicyEnum):
-    """Whether late subscribers get what was published before they came."""
+    """Whether late subscribers get messages from before they came."""
 
     SYSTEM_DEFAULT = 0
     TRANSIENT_LOCAL = 1
@@ -85,7 +85,7 @@ class LivelinessPolicy(QoSPolicyEnum):
 
 
 class PolicyKind(IntEnum):
-    """Which policy is meant, as records of events say it (rmw_qos_policy_kind_t)."""
+    """The policy in a record of an event (rmw_qos_policy_kind_t)."""
 
     RMW_QOS_POLICY_INVALID = 1 << 0
     RMW_QOS_POLICY_DURABILITY = 1 << 1
@@ -146,7 +146,7 @@ class QoS:
 
     @property
     def is_reliable(self) -> bool:
-        """True unless best effort was asked for."""
+        """True for any reliability but best effort."""
         return self.reliability is not ReliabilityPolicy.BEST_EFFORT
 
     def stated(self) -> QoS:

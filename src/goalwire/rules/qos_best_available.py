@@ -36,7 +36,7 @@ def is_open(qos: QoS) -> bool:
 
 
 def for_subscription(qos: QoS, publishers: Sequence[QoS]) -> QoS:
-    """Return the QoS of a subscription that shall receive from all of these publishers."""
+    """Return the QoS of a subscription that receives from all of these publishers."""
 
     def all_offer(policy: str, value: IntEnum) -> bool:
         return bool(publishers) and all(getattr(each, policy) is value for each in publishers)
@@ -55,7 +55,7 @@ def for_subscription(qos: QoS, publishers: Sequence[QoS]) -> QoS:
 
 
 def for_publisher(qos: QoS, subscriptions: Sequence[QoS]) -> QoS:
-    """Return the QoS of a publisher that shall be heard by all of these subscriptions."""
+    """Return the QoS of a publisher that all of these subscriptions can hear."""
     manual = any(each.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC for each in subscriptions)
     request = QoS(
         reliability=ReliabilityPolicy.RELIABLE,
@@ -68,7 +68,7 @@ def for_publisher(qos: QoS, subscriptions: Sequence[QoS]) -> QoS:
 
 
 def for_service(qos: QoS) -> QoS:
-    """Return the QoS of a service or client: the services' default for what is open."""
+    """Return the QoS of a service or client: open policies become the services' default."""
     return _fill_in(qos, SERVICES_DEFAULT)
 
 
@@ -79,7 +79,7 @@ def _choose_duration(choose: Callable[[Iterable[int]], int], durations: Iterable
 
 
 def _fill_in(qos: QoS, found: QoS) -> QoS:
-    """Take from `found` what `qos` leaves open."""
+    """Replace the open policies of `qos` by those of `found`."""
     return replace(
         qos,
         reliability=(

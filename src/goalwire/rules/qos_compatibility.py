@@ -23,7 +23,7 @@ from goalwire.rules.qos import (
 
 
 class QoSCompatibility(IntEnum):
-    """The verdict; WARNING: it depends on what the middleware makes of an open policy."""
+    """A verdict. WARNING: it depends on how the middleware fills an open policy."""
 
     OK = 0
     WARNING = 1

@@ -49,7 +49,7 @@ EventType: TypeAlias = PublisherEvent | SubscriptionEvent
 
 
 class EventStatus:
-    """A record of what has happened so far. Two with equal fields are equal."""
+    """The totals of one event so far. Two with equal fields are equal."""
 
     __slots__: Sequence[str] = ()
 
@@ -96,7 +96,7 @@ class IncompatibleType(_Count):
 
 
 class LivelinessChanged(EventStatus):
-    """How many publishers are alive, and how many are not any more."""
+    """How many publishers are alive, and how many have ceased to be."""
 
     __slots__ = ('alive_count', 'alive_count_change', 'not_alive_count', 'not_alive_count_change')
 
@@ -202,7 +202,7 @@ def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *
 
 
 class SequenceGaps:
-    """Counts the messages that are missing in what publishers number from 1 on without a gap.
+    """Counts the missing messages of publishers that number theirs from 1 on without a gap.
 
     A message that comes late or twice is not lost, and of a publisher met under way nothing counts before its
     first message (rmw_zenoh counts the distance in either direction).
@@ -220,5 +220,5 @@ class SequenceGaps:
         return 0 if newest is None else sequence - newest - 1
 
     def discard(self, publisher: bytes) -> None:
-        """The publisher has gone."""
+        """Forget a publisher that has gone."""
         self._newest.pop(publisher, None)

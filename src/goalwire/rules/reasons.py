@@ -31,7 +31,7 @@ def refused(problem: str) -> str:
 
 
 def rejected(error: Exception) -> str:
-    """The request breaks the rules."""
+    """Return the reason for a request that breaks the rules."""
     return peer_text(f'{_REJECTED}{error}')
 
 
@@ -48,7 +48,7 @@ def failed(error: BaseException) -> str:
 
 
 def described(error: BaseException) -> str:
-    """Return an error in one line: its type and what it says."""
+    """Return an error in one line: its type and its text."""
     kind, text = type(error).__name__, str(error)
     return f'{kind}: {text}' if text else kind
 

@@ -11,18 +11,18 @@ from goalwire.records import record
 
 @record
 class CallAttempt:
-    """One attempt of a call, when it is over."""
+    """One attempt of a call, after its end."""
 
     name: str
     """The fully-qualified name of the service."""
     peers: tuple[str, ...]
     """The nodes that served it when the request went out."""
     number: int
-    """1 for the first."""
+    """The number of the attempt, 1 for the first."""
     began: float
     """s after the beginning of the call."""
     lasted: float
-    """s from then on."""
+    """How long it lasted, in s."""
     error: CallError | None
     """Why it failed; None if it was answered."""
     retry_in: float | None
@@ -54,10 +54,10 @@ class Retry:
     refund: float = 0.1
     """How much an answer gives back to the budget: with 0.1, one retry in ten calls can go on for ever."""
     on_attempt: Callable[[CallAttempt], object] | None = None
-    """Is called with each attempt when that is over, on the node's executor or loop."""
+    """Called with each attempt after its end, on the node's executor or loop."""
 
     def __post_init__(self) -> None:
-        """Raises ValueError for numbers that make no sense, TypeError for what is of another type."""
+        """Raises ValueError for impossible numbers, TypeError for values of another type."""
         self._check_types()
         if self.attempts < 1:
             raise ValueError(f'attempts={self.attempts}: a call has one attempt at least')
@@ -86,7 +86,9 @@ class Retry:
             raise TypeError(f'on_attempt={self.on_attempt!r}: give a function that takes a CallAttempt')
 
     def delay(self, failures: int, chance: float) -> float:
-        """Return the s to wait after so many failures; `chance` is a random number from 0 up to 1."""
+        """Return the wait in s after `failures` failed attempts; `chance` is a random number from 0 up to
+        1.
+        """
         try:
             steady = min(self.first_delay * self.factor ** (failures - 1), self.longest_delay)
         except OverflowError:
@@ -109,11 +111,11 @@ class RetryBudget:
         self.tokens = policy.budget
 
     def on_failure(self) -> None:
-        """An attempt has failed."""
+        """Note that an attempt has failed."""
         self.tokens = max(self.tokens - 1.0, 0.0)
 
     def on_answer(self) -> None:
-        """A call was answered."""
+        """Note that a call was answered."""
         self.tokens = min(self.tokens + self._policy.refund, self._policy.budget)
 
     @property
@@ -141,7 +143,7 @@ class Attempts:
         self.began = now
 
     def on_answer(self) -> None:
-        """The attempt was answered."""
+        """Note that the attempt was answered."""
         self._budget.on_answer()
 
     def on_failure(self, error: CallError, now: int, deadline: int | None) -> int | None:

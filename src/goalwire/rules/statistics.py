@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @record
 class LatencyHistogram:
-    """How long things took. `counts[n]`: those of at least 2**(n-1) and less than 2**n ns."""
+    """Counts of durations by size: `counts[n]` has those of at least 2**(n-1) and less than 2**n ns."""
 
     counts: tuple[int, ...]
 
@@ -170,12 +170,12 @@ class TimerStatistics:
     """The counts of one timer."""
 
     period: float
-    """In seconds."""
+    """The period in seconds."""
     calls: int
     missed: int
     """Periods that went by without a call, since an earlier one was late."""
     lateness: LatencyHistogram
-    """From when a call was due to when it came."""
+    """How late calls came."""
 
 
 @record

@@ -123,7 +123,7 @@ class Duration:
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec)
 
     def get_c_duration(self) -> DurationType:
-        """Return what rclpy hands to its C layer: here the span itself."""
+        """Return the duration for rclpy's C layer: here the object itself."""
         return self
 
 

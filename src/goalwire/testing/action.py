@@ -1,4 +1,4 @@
-"""A scripted action server: does what the test says, and remembers its goals."""
+"""A scripted action server: does as the test says, and remembers its goals."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class Conduct(Generic[GoalT, ResultT, FeedbackT]):
     """How goals are treated. It may be changed at any time, for the goals that come after that."""
 
     feedback: Iterable[FeedbackT] = ()
-    """Published one after the other."""
+    """The feedback messages, published one after the other."""
     every: float = 0.1
     """s between them, and from the last one to the end."""
     result: ResultT | Callable[[GoalT], ResultT] | None = None
     """The result of a goal; None: one of default values."""
     refuse: bool | Callable[[GoalT], bool] = False
-    """Which goals are not accepted."""
+    """Tells which goals are refused."""
     abort: bool = False
     """Whether goals end aborted, not succeeded."""
     never_ends: bool = False
@@ -136,7 +136,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
             raise AssertionError(f"action '{self.name}': wanted {count} goals, got {self.goals}")
 
     def assert_goal(self, **fields: object) -> None:
-        """Raise AssertionError unless the last goal that was accepted has these values in its fields."""
+        """Raise AssertionError unless the fields of the last accepted goal have these values."""
         if not self.goals:
             raise AssertionError(f"action '{self.name}' got no goal")
         wrong = describe_differences(self.goals[-1], fields)
@@ -150,7 +150,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
 
 
 async def _pause(called_off: Future[None], seconds: float) -> None:
-    """Sleep, but no longer than until the goal is called off."""
+    """Sleep, but only until the goal is called off."""
     import asyncio
 
     try:

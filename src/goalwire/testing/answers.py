@@ -16,7 +16,7 @@ class _Never(Enum):
 
 
 NEVER: Final = _Never.NEVER
-"""No answer at all, as long as the service is there."""
+"""Stands for an answer that never comes while the service is there."""
 
 
 @record

@@ -1,4 +1,4 @@
-"""Regression tests from a bag: recorded requests and goals are sent to what is tested."""
+"""Regression tests from a bag: its requests and goals are sent to the tested program."""
 
 from __future__ import annotations
 

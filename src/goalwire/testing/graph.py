@@ -102,7 +102,7 @@ class Graph:
         for program in self._programs:
             program.stop()
         if rclpy is not None and self._programs:
-            rclpy.get_default_context().shutdown_signal.end('the graph was closed')  # what a signal does
+            rclpy.get_default_context().shutdown_signal.end('the graph was closed')  # as a signal does
         for program in self._programs:
             if not program.close():
                 self.blame(f"program '{program.name}' did not end with its context")
@@ -124,14 +124,14 @@ class Graph:
             context.try_shutdown()
 
     def blame(self, problem: str) -> None:
-        """Make the test fail at the end of the block, with this sentence. Any thread."""
+        """Make the test fail with this sentence at the end of the block. Any thread."""
         self._problems.append(problem)
 
     # -- what it is ----------------------------------------------------------------------------------------
 
     @property
     def transport(self) -> str:
-        """'memory', 'zenoh' or 'dds'."""
+        """The wire: 'memory', 'zenoh' or 'dds'."""
         return self._transport
 
     @property
@@ -141,7 +141,7 @@ class Graph:
 
     @property
     def environment(self) -> dict[str, str]:
-        """The variables that bring a child process into this graph, beside its others."""
+        """The environment variables that bring a child process into this graph."""
         return dict(self._world.variables)
 
     @property

@@ -1,4 +1,4 @@
-"""A record of what a test has seen, in order; the test can wait for more."""
+"""A record of the things that a test has seen, in order; the test can wait for more."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 T = TypeVar('T')
 
 PATIENCE = 5.0
-"""s that a test waits for what should come, unless it says otherwise."""
+"""How long a test waits for an expected item, in s, unless it says otherwise."""
 
 _SHOWN = 10
 
@@ -22,19 +22,19 @@ class Log(Generic[T]):
     """A list that any thread appends to. It reads like a list, and can be waited for."""
 
     def __init__(self, what: str) -> None:
-        """`what` says in messages what is in here: "messages on '/chatter'"."""
+        """`what` names the content in messages: "messages on '/chatter'"."""
         self._what = what
         self._items: list[T] = []
         self._grown = Condition()
 
     def append(self, item: T) -> None:
-        """Note one more. Any thread."""
+        """Add one item. Any thread."""
         with self._grown:
             self._items.append(item)
             self._grown.notify_all()
 
     def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[T]:
-        """Block until there are `count` of them, and return those that there are then.
+        """Block until there are `count` items, and return all items.
 
         Raises AssertionError after `timeout` s, RuntimeError inside an asyncio loop, which it would hold up.
         """
@@ -43,7 +43,7 @@ class Log(Generic[T]):
     def wait_until(
         self, condition: Callable[[list[T]], bool], wanted: str = 'others', *, timeout: float = PATIENCE
     ) -> list[T]:
-        """Block until `condition(items)` holds; `wanted` says in the message what that means."""
+        """Block until `condition(items)` holds; `wanted` describes the condition for the error."""
         if running_loop() is not None:
             raise RuntimeError(
                 'this wait would hold up the asyncio loop that it is called in: await asyncio.to_thread(…)'
@@ -88,7 +88,7 @@ class Log(Generic[T]):
 
 
 def describe_differences(message: object, fields: dict[str, object]) -> list[str]:
-    """Say which fields of a message are not what they should be."""
+    """Describe the fields of a message that differ from the expected ones."""
     return [
         f'{name} is {getattr(message, name)!r}, not {value!r}'
         for name, value in fields.items()

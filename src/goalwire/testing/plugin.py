@@ -42,7 +42,7 @@ def gw_clock(request: pytest.FixtureRequest) -> Iterator[VirtualClock]:
 def gw_graph(request: pytest.FixtureRequest) -> Iterator[Graph]:
     """A graph of the test's own, of nodes, scripted servers and recorders; see goalwire.testing.Graph."""
     if 'gw_clock' in request.fixturenames:
-        request.getfixturevalue('gw_clock')  # what is made in the graph shall live in that time
+        request.getfixturevalue('gw_clock')  # everything made in the graph shall live in virtual time
     from goalwire.testing import Graph
 
     with Graph(request.config.getoption('--gw-transport')) as graph:

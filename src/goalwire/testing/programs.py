@@ -85,4 +85,4 @@ class Program:
             try:
                 self._loop.call_soon_threadsafe(self._task.cancel)
             except RuntimeError:
-                return  # closed in between
+                return  # closed by another thread meanwhile

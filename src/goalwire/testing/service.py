@@ -25,7 +25,7 @@ class _Core(ServiceCore):
     """Its callback may fail, which its client learns of: the test wanted it."""
 
     def failed(self, error: Exception) -> None:
-        """Nothing to tell here."""
+        """Report nothing: the test wanted the failure."""
 
 
 class FakeService(Generic[RequestT, ResponseT]):
@@ -50,7 +50,7 @@ class FakeService(Generic[RequestT, ResponseT]):
         self._spinning = host(node)
 
     def answer_with(self, answers: Answers[ResponseT]) -> None:
-        """Answer otherwise from now on."""
+        """Set the answer for later requests."""
         self._script = Script(answers, self._response)
 
     def _answer(self, request: RequestT, _response: object) -> object:
@@ -102,7 +102,7 @@ class FakeService(Generic[RequestT, ResponseT]):
         self.assert_called(0)
 
     def assert_called_with(self, **fields: object) -> None:
-        """Raise AssertionError unless the last request has these values in its fields."""
+        """Raise AssertionError unless the fields of the last request have these values."""
         self.assert_called()
         wrong = describe_differences(self.requests[-1], fields)
         if wrong:

@@ -56,6 +56,6 @@ class Spinning:
 
 
 def host(core: NodeCore) -> Spinning:
-    """Spin one of the graph's own nodes."""
+    """Have one of the graph's own nodes spun."""
     executor = SingleThreadedExecutor(context=core.context)
     return Spinning(core.name.qualified, Hosted(core), executor)

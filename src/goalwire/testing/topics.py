@@ -41,7 +41,7 @@ class _Core(SubscriptionCore[MsgT]):
 
 
 class Recorder(Generic[MsgT]):
-    """Made by Graph.record."""
+    """Keeps the messages of one topic. Made by Graph.record."""
 
     def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
         self._node = node
@@ -50,23 +50,23 @@ class Recorder(Generic[MsgT]):
         self.messages = self._core.messages
         """The messages that have come so far."""
         self.times = self._core.times
-        """When, in s of time.monotonic()."""
+        """When it came, in s of time.monotonic()."""
 
     def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[MsgT]:
         """Block until `count` messages have come; raises AssertionError after `timeout` s."""
         return self.messages.wait_for(count, timeout=timeout)
 
     def wait_for_publisher(self, count: int = 1, *, timeout: float = PATIENCE) -> None:
-        """Block until that many publishers are there; raises AssertionError after `timeout` s."""
+        """Block until `count` publishers are there; raises AssertionError after `timeout` s."""
         _wait_for_peers(self._node, self.name, 'publishers', self._core.publisher_count, count, timeout)
 
     def close(self) -> None:
-        """Listen no more. Idempotent."""
+        """Stop listening. Idempotent."""
         self._node.destroy()
 
 
 class Publisher(Generic[MsgT]):
-    """Made by Graph.publisher."""
+    """Publishes on one topic. Made by Graph.publisher."""
 
     def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
         self._node = node
@@ -78,11 +78,11 @@ class Publisher(Generic[MsgT]):
         self._core.publish(message_of(self._core.msg_type, message, fields))  # type: ignore[arg-type]
 
     def wait_for_subscriber(self, count: int = 1, *, timeout: float = PATIENCE) -> None:
-        """Block until that many subscriptions are there; raises AssertionError after `timeout` s."""
+        """Block until `count` subscriptions are there; raises AssertionError after `timeout` s."""
         _wait_for_peers(self._node, self.name, 'subscriptions', self._core.subscription_count, count, timeout)
 
     def close(self) -> None:
-        """Publish no more. Idempotent."""
+        """Stop publishing. Idempotent."""
         self._node.destroy()
 
 

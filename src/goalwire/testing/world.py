@@ -66,7 +66,7 @@ class World:
         raise LocalError(f'{_DOMAINS} graphs are open on this machine: close some')
 
     def close(self) -> None:
-        """Put the variables back. Idempotent."""
+        """Restore the environment variables. Idempotent."""
         for name, value in self._before.items():
             if value is None:
                 os.environ.pop(name, None)

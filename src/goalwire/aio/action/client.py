@@ -40,7 +40,7 @@ class CancelAnswer(NamedTuple):
 
     code: CancelCode
     goals: tuple[bytes, ...]
-    """The ids of those that it cancels."""
+    """The ids of the goals that it cancels."""
 
 
 class _Core(ActionClientCore):
@@ -52,7 +52,7 @@ class _Core(ActionClientCore):
         return inf if limit is None else limit
 
     def note_failure(self, goal_id: GoalId, reason: str) -> None:
-        """GoalAborted says it."""
+        """Log nothing: the GoalAborted that the caller gets has the reason."""
 
     def server_is_there(self) -> bool:
         if self.destroyed:
@@ -61,7 +61,7 @@ class _Core(ActionClientCore):
 
 
 class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
-    """Made by Node.action."""
+    """Sends goals of one action. Made by Node.action."""
 
     def __init__(
         self, node: NodeCore, support: ActionSupport, name: str, timeout: float | None = None
@@ -197,5 +197,5 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return self._core.statistics()
 
     def close(self) -> None:
-        """Send no more; runs under way end with InvalidHandle, their goals go on. Idempotent."""
+        """Stop sending. Runs under way end with InvalidHandle, and their goals go on. Idempotent."""
         self._core.destroy()

@@ -90,7 +90,7 @@ async def probe_goal(core: ActionClientCore, goal_id: GoalId, timeout: float) ->
 
 
 class _Inquiry:
-    """The questions about one goal."""
+    """The questions about one goal, and the conclusion from the answers."""
 
     def __init__(self, core: ActionClientCore, goal_id: GoalId, limit: CallContext) -> None:
         self._core = core
@@ -124,7 +124,7 @@ class _Inquiry:
             await self._pause(APART_S)
 
     def cannot_tell(self, why: str) -> GoalProbe[Any]:
-        """Return that there is no conclusion."""
+        """Return an answer without a conclusion."""
         return GoalProbe(GoalState.CANNOT_TELL, self._core.streams.published_status(self._goal_id), None, why)
 
     def _unknown(self) -> GoalProbe[Any]:
@@ -157,7 +157,7 @@ class _Inquiry:
             for asked in (ours, control):
                 asked.cancel()
                 with suppress(Exception):
-                    asked.exception()  # looked at
+                    asked.exception()  # the exception counts as seen
 
     async def _pause(self, seconds: float) -> None:
         await self._wait(Future(), seconds)

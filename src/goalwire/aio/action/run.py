@@ -53,7 +53,7 @@ class Limits(NamedTuple):
     """How long a run may take, in s."""
 
     timeout: float | None
-    """Altogether."""
+    """The time for all of it, in s."""
     grace: float
     """To end a goal that is cancelled since the block is left."""
     heartbeat: float | None
@@ -237,7 +237,7 @@ class Run(Generic[ResultT, FeedbackT]):
             answer.cancel()
 
     async def _cancel_late(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
-        """Nobody waits for this goal any more, which the server may take yet: cancel it then."""
+        """Cancel the goal if its server still accepts it: nobody waits for it any more."""
         limit = self._limit()
         try:
             await limit.settle(sending)
@@ -245,7 +245,7 @@ class Run(Generic[ResultT, FeedbackT]):
         except DeadlineError:
             self._core.cancel_sending(sending)
         except (CallError, ClosedError, RemoteError):
-            return  # it was refused, or its server is gone, or its answer cannot be read
+            return  # it was refused, its server has gone, or its answer cannot be read
         else:
             await self._stop(limit)
 
@@ -274,7 +274,7 @@ class Run(Generic[ResultT, FeedbackT]):
         except (DeadlineError, ShutDownError) as error:
             self._warn(f'a goal that was cancelled did not end ({error})')
         except (CallError, ClosedError):
-            return  # its server is gone: so is the goal
+            return  # its server has gone, and the goal with it
 
     async def _cancel(self, attempt: CallContext) -> bool:
         asked = self._core.cancel_goal(self._id, call_context=attempt)
@@ -350,7 +350,7 @@ class _Result(Generic[ResultT]):
 
 
 class _Feedback(Generic[FeedbackT]):
-    """The feedback of one goal, decoded when it is asked for."""
+    """The feedback of one goal, decoded when the program asks for it."""
 
     def __init__(self, core: ActionClientCore, stream: AsyncQueue[Sample]) -> None:
         self._core = core
@@ -392,7 +392,7 @@ class Heartbeat:
         goal.heard = self._hear
 
     def _hear(self) -> None:
-        """Any thread."""
+        """Note a sign of life. Any thread."""
         self._heard = self._clock.now()
 
     def _look(self) -> None:
@@ -406,6 +406,6 @@ class Heartbeat:
             self._stuck()
 
     def close(self) -> None:
-        """Watch no more. Idempotent."""
+        """Stop watching. Idempotent."""
         self._goal.heard = None
         self._timer.cancel()

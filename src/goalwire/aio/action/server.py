@@ -55,7 +55,7 @@ class Goal(Generic[GoalT, FeedbackT]):
 
 
 class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
-    """Made by Node.action_server."""
+    """Serves one action. Made by Node.action_server."""
 
     def __init__(
         self,
@@ -113,7 +113,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return CancelResponse.ACCEPT
 
     async def _execute(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> object:
-        """Run the handler and end the goal: what is returned here is sent as its result."""
+        """Run the handler and end the goal. The returned value is sent as its result."""
         task = asyncio.current_task()
         assert task is not None
         self._running[handle.goal_id_bytes] = task
@@ -135,7 +135,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
 
     async def _run(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> ResultT | None:
         if handle.is_cancel_requested or not handle.is_active:
-            return None  # before it began
+            return None  # cancelled before the handler began
         running = self._handler(Goal(handle, self._feedback_type))
         if not isawaitable(running):
             raise TypeError('the handler is a plain function, which holds up the loop: make it `async def`')

@@ -30,7 +30,7 @@ RequestT = TypeVar('RequestT')
 
 
 class CancelCode(IntEnum):
-    """return_code of a cancel reply."""
+    """The return_code of action_msgs/srv/CancelGoal."""
 
     NONE = 0
     REJECTED = 1
@@ -47,7 +47,7 @@ class Candidate(Protocol):
 
     @property
     def status(self) -> GoalStatus:
-        """Where it stands."""
+        """The goal's status."""
 
 
 class Cancellation(Generic[RequestT]):
@@ -68,7 +68,7 @@ class Cancellation(Generic[RequestT]):
 
     @property
     def code(self) -> CancelCode:
-        """The code of the answer, once nothing is undecided any more."""
+        """The code of the answer; valid once all goals are decided."""
         return CancelCode.GOAL_TERMINATED if self.is_for_one and self.came_too_late else CancelCode.NONE
 
     @property
@@ -82,7 +82,7 @@ class Cancellations(Generic[RequestT]):
 
     def __init__(self) -> None:
         self.open: dict[int, Cancellation[RequestT]] = {}
-        """By their numbers."""
+        """The open requests, by their numbers."""
         self._next = 0
 
     def add(self, cancellation: Cancellation[RequestT]) -> int:

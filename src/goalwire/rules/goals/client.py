@@ -55,7 +55,7 @@ class FeedbackQueue(Protocol):
         """Queue a message as it came from the wire. Any thread."""
 
     def close(self) -> None:
-        """Discard what waits and refuse what comes."""
+        """Discard the waiting feedback and refuse more."""
 
     @property
     def dropped(self) -> int:
@@ -140,7 +140,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return GoalStatus.UNKNOWN if goal is None else goal.status
 
     def feedback_queues(self) -> list[FeedbackQueue]:
-        """Return where the feedback of all these goals waits."""
+        """Return the queues of the goals' feedback."""
         goals = (*self.active.copy().values(), *self.ended.copy().values())
         return [goal.feedback for goal in goals if goal.feedback is not None]
 
@@ -150,7 +150,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return self._feedback_dropped + sum(queue.dropped for queue in self.feedback_queues())
 
     def statistics(self) -> SentGoals:
-        """Count what is held."""
+        """Count the goals and their requests."""
         goals = self.active.values()
         return SentGoals(
             unanswered=sum(not goal.answered for goal in goals),
@@ -188,7 +188,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         goal.answered = True
         if not accepted:
             self._refused += 1
-            if not goal.waiters:  # else it was asked for already, by the holder of an older goal of this id
+            if not goal.waiters:  # otherwise the holder of an older goal of this id has asked for it already
                 del self.active[goal_id]
             return [GoalRejected(goal_id)]
         self._accepted += 1
@@ -197,7 +197,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return [GoalAccepted(goal_id, goal.status)]
 
     def on_send_failed(self, goal_id: GoalId, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
-        """No answer will come, or nobody waits for it any more: [FailResult…]."""
+        """Forget a goal that gets no answer, or that nobody waits for any more: [FailResult…]."""
         goal = self.active.pop(goal_id, None)
         return [] if goal is None else self._fail_waiters(goal, error)
 
@@ -306,7 +306,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return request
 
     def on_close(self, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
-        """The client goes away: [FailResult…] for all who wait."""
+        """Fail all waiters, since the client goes away: [FailResult…]."""
         effects = [effect for goal in self.active.values() for effect in self._fail_waiters(goal, error)]
         self.active.clear()
         self.ended.clear()
@@ -331,7 +331,10 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return [FailResult(waiter, error) for waiter in waiters]
 
     def _put_away(self, goal: ClientGoal[WaiterT]) -> None:
-        """Keep a goal that has ended, or was lost, for what was overtaken: the latest few."""
+        """Keep a goal that has ended or was lost, for messages that come late.
+
+        Only the latest few are kept.
+        """
         goal_id = goal.goal_id
         self.ended[goal_id] = goal  # first: records are looked up under no lock, here or there
         del self.active[goal_id]
@@ -344,6 +347,6 @@ class GoalClient(Generic[WaiterT, ResultT]):
                 self._feedback_dropped += discarded.feedback.dropped
 
     def _recall(self, goal_id: GoalId) -> None:
-        """Take a goal off those that are only remembered."""
+        """Take a goal off the list of ended ones."""
         self.ended.pop(goal_id, None)
         self._lost.discard(goal_id)

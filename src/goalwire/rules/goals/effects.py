@@ -1,4 +1,5 @@
-"""Effects: what the reactors tell their caller to do. The caller performs them one by one, in order.
+"""Effects: the actions that the reactors ask of their caller. The caller performs them one by one, in
+order.
 
 `request` is the object that the caller passed in with the request which the effect answers. Ids are 16
 bytes. Times are in nanoseconds.
@@ -91,7 +92,7 @@ class ReplyResult(Generic[RequestT, ResultT]):
 
 @record
 class PublishStatus:
-    """Publish what `take_status()` returns; None means that an earlier array has told it all."""
+    """Publish the result of `take_status()`; None means that an earlier array has said it all."""
 
 
 @record
@@ -128,7 +129,7 @@ ServerEffects: TypeAlias = list[ServerEffect[RequestT, ResultT]]
 
 @record
 class GoalAccepted:
-    """Tell the sender that its goal was accepted; `status` is what the status topic has said by now."""
+    """Tell the sender that its goal was accepted; `status` is the goal's latest on the status topic."""
 
     goal_id: GoalId
     status: GoalStatus
@@ -150,7 +151,7 @@ class UnexpectedReply:
 
 @record
 class StatusChanged:
-    """The goal has moved on."""
+    """A goal has another status."""
 
     goal_id: GoalId
     status: GoalStatus
@@ -174,7 +175,7 @@ class DeliverResult(Generic[WaiterT, ResultT]):
 
 @record
 class FailResult(Generic[WaiterT]):
-    """Complete a waiter with the reason why there is no result."""
+    """Complete a waiter with the error that explains the missing result."""
 
     waiter: WaiterT
     error: Exception

@@ -71,7 +71,7 @@ class ServedGoals:
     running: int
     """Handed to the execute callback, which has not returned yet."""
     waiting: int
-    """Accepted, their turn to come."""
+    """Accepted, and waiting for their turn."""
     retained: int
     cancellations: int
     waiting_for_results: int

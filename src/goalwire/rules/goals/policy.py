@@ -61,7 +61,7 @@ def parallel(n: int) -> GoalPolicy:
 
 
 def single() -> GoalPolicy:
-    """Run one goal; refuse others meanwhile."""
+    """Run one goal at a time; refuse others meanwhile."""
     return GoalPolicy(1)
 
 
@@ -106,7 +106,7 @@ class Places(Generic[GoalT]):
         return self.waiting.pop(next(iter(self.waiting)))
 
     def clear(self) -> None:
-        """Discard all of them."""
+        """Discard all goals."""
         self.running = 0
         self.unfinished.clear()
         self.waiting.clear()

@@ -80,7 +80,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         self._places = self._book.places
         self.policy = policy
         """How many goals run at a time."""
-        # The caller may look at these, and changes nothing there.
+        # The caller reads these, and changes nothing in them.
         self.deciding, self.goals = self._book.deciding, self._book.goals
         self.status, self.take_status = self._book.status, self._book.take_status
         self._cancellations: Cancellations[RequestT] = Cancellations()
@@ -94,7 +94,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return self._lost != 'keep'
 
     def statistics(self) -> ServedGoals:
-        """Count what is held."""
+        """Count the goals and the open requests."""
         return self._book.statistics(cancellations=len(self._cancellations.open))
 
     # ---- goals ----
@@ -211,7 +211,9 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_cancel_request(
         self, goal_id: GoalId, stamp_ns: int, request: RequestT, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """A client asks to cancel: [AskCancel…] in order of acceptance; [ReplyCancel] for nothing to ask."""
+        """A client asks to cancel: [AskCancel…], one for each goal in order of acceptance; [ReplyCancel]
+        if it means no goal.
+        """
         if self._book.expiring:
             self._book.expire(now)
         code, chosen = choose(self.goals, goal_id, stamp_ns)
@@ -309,7 +311,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return []
 
     def on_time(self, now: int) -> ServerEffects[RequestT, ResultT]:
-        """The time of a WakeAt has come: discard what has expired; [WakeAt] if more is to come."""
+        """The time of a WakeAt has come: discard the expired results; [WakeAt] if others are left."""
         book = self._book
         book.expire(now)
         return [WakeAt(book.expiring[0][0])] if book.expiring else []

@@ -108,7 +108,7 @@ class StatusArray:
 
 
 def decode_status_array(payload: bytes) -> list[tuple[GoalId, GoalStatus]]:
-    """Read what a server published, of either byte order, without its stamps.
+    """Read a published status array of either byte order, without its stamps.
 
     Raises RemoteError for a payload of the wrong length or a status that ROS 2 does not know.
     """

@@ -86,7 +86,7 @@ def with_status(payload: bytes, status: GoalStatus) -> bytes:
 
 
 def with_reason(payload: bytes, reason: str) -> bytes:
-    """Put behind a get_result reply why the goal was aborted.
+    """Add to a get_result reply the reason why the goal was aborted.
 
     What follows a message is ignored by the deserializers of ROS 2 (Fast CDR; Cyclone DDS under its rmw), so
     that a client which does not know of this reads the reply as ever.

@@ -22,7 +22,7 @@ def join(namespace: str, name: str) -> str:
 
 
 def absolute_namespace(namespace: str) -> str:
-    """Return what a node makes of the namespace it was given: a missing `/` is put in front."""
+    """Return a namespace as nodes use it: a missing `/` is put in front."""
     return namespace if namespace.startswith('/') else f'/{namespace}'
 
 

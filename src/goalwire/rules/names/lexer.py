@@ -62,7 +62,7 @@ _NEXT = Pattern('|'.join(f'(?P<{lexeme.name}>{pattern})' for lexeme, pattern in 
 
 
 class Lexer:
-    """Reads `text` lexeme by lexeme; `index` is where the next one starts."""
+    """Reads `text` lexeme by lexeme; `index` is the start of the next one."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -99,7 +99,7 @@ class Lexer:
         return text
 
     def rest(self) -> str:
-        """Return what has not been read."""
+        """Return the unread rest of the text."""
         return self.text[self.index :]
 
     def _next(self) -> tuple[Lexeme, int]:

@@ -37,13 +37,13 @@ class RemapRule:
 
 
 class RemapRules:
-    """The rules that a node looks at, its own before those of the process."""
+    """The rules for one node, its own before those of the process."""
 
     def __init__(self, rules: Iterable[RemapRule] = ()) -> None:
         self._rules = tuple(rules)
 
     def node_name(self, name: str) -> str:
-        """Return what the node `name` is to be called."""
+        """Return the remapped name of the node `name`."""
         return self._whole(Remaps.NODE, name) or name
 
     def namespace(self, namespace: str, node_name: str) -> str:

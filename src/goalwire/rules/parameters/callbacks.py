@@ -25,7 +25,7 @@ class Verdict(Protocol):
 
     @property
     def reason(self) -> str:
-        """Why not."""
+        """Why the change is refused."""
 
 
 Before: TypeAlias = Callable[[list[Parameter]], Iterable[Parameter]]
@@ -47,7 +47,7 @@ class SetCallbacks:
         self.after: list[After] = []
 
     def prepare(self, parameters: list[Parameter]) -> list[Parameter]:
-        """Return what is to be set instead of `parameters`; raises CallbackError."""
+        """Return the parameters to be set instead of `parameters`; raises CallbackError."""
         if not self.before:
             return parameters
         return [wanted for callback in tuple(self.before) for wanted in _choose(callback, parameters)]

@@ -32,7 +32,7 @@ class Range(NamedTuple, Generic[NumberT]):
 
     @property
     def highest(self) -> NumberT:
-        """The upper end."""
+        """The range's upper end."""
         return max(self.from_value, self.to_value)
 
 
@@ -85,7 +85,7 @@ def _judge_double(name: str, value: float, range_: Range[float]) -> Outcome:
     low, high, step = range_.lowest, range_.highest, range_.step
     if _near(value, low) or _near(value, high):
         return ACCEPTED
-    if not low < value < high:  # NaN, too
+    if not low < value < high:  # also True for NaN
         return refused(f'Parameter {name} out of range Min: {low}, Max: {high}, value: {value}')
     if step and not _near(low + round((value - low) / step) * step, value):
         return refused(

@@ -116,7 +116,7 @@ def _read_nodes(events: Iterator[yaml.Event], namespace: str, where: yaml.Event,
 def _read_parameters(
     events: Iterator[yaml.Event], value: yaml.Event, values: dict[str, ParameterValue]
 ) -> None:
-    """Read what stands after `ros__parameters:`."""
+    """Read the part behind `ros__parameters:`."""
     import yaml
 
     if isinstance(value, yaml.MappingStartEvent):

@@ -124,7 +124,7 @@ class Parameter(Generic[ValueT_co]):
     Type = Type
 
     def __init__(self, name: str, type_: _Type | None = None, value: ParameterValue = None) -> None:
-        """Take the type from the value if none is given; raises TypeError, ValueError for a mismatch."""
+        """Take the type from the value if no type is given; raises TypeError, ValueError for a mismatch."""
         if type_ is None:
             type_ = Type.from_parameter_value(value)
         if not isinstance(type_, Type):

@@ -23,7 +23,7 @@ _MOST_VALUES = 1_000_000
 
 
 def typed_text(text: str) -> Typed:
-    """Return what YAML text stands for; text that stands for nothing else is a string."""
+    """Return the value of a YAML text; a text of no other type is a string."""
     import yaml
 
     try:
@@ -34,7 +34,7 @@ def typed_text(text: str) -> Typed:
 
 
 def typed_value(name: str, value: object) -> Typed:
-    """Return a value that YAML gave with its type; raises FileShapeError for what no parameter holds."""
+    """Return a value from YAML with its type; raises FileShapeError for a value that no parameter holds."""
     if value is None:
         return Type.STRING, 'null'  # as parameter files have it
     if isinstance(value, date):
@@ -89,7 +89,7 @@ def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool)
 
 
 def _branches(content: dict[object, object]) -> Iterator[tuple[str, object]]:
-    """Yield the nodes of a file, those below a namespace by their names with it: `/left/arm`."""
+    """Yield the nodes in a file, with their namespaces in the names: `/left/arm`."""
     for name, branch in content.items():
         if _is_namespace(branch):
             namespace = str(name).rstrip('/')
@@ -133,6 +133,6 @@ def _flat(parameters: dict[object, object], prefix: str) -> dict[str, object]:
             values.update(_flat(value, f'{prefix}{key}.'))
         else:
             values[f'{prefix}{key}'] = value
-        if len(values) > _MOST_VALUES:  # aliases multiply
+        if len(values) > _MOST_VALUES:  # aliases could multiply the data without bound
             raise FileShapeError(f'more than {_MOST_VALUES:,} parameters')
     return values

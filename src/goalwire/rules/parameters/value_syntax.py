@@ -58,7 +58,7 @@ def is_text(argument: str) -> bool:
 
 
 def plain_scalar(text: str) -> Scalar:
-    """Return what an unquoted scalar stands for: bool, int64, float, or else the text itself."""
+    """Return the value of an unquoted scalar: bool, int64, float, or else the text itself."""
     if text in _TRUE:
         return True
     if text in _FALSE:
@@ -140,7 +140,7 @@ def sequence_value(events: Iterator[yaml.Event]) -> ParameterValue:
 
 
 def plain_value(event: yaml.ScalarEvent) -> Scalar:
-    """Return what a scalar stands for, quoted or not; raises RuleSyntaxError for none."""
+    """Return the value of a scalar, quoted or not; raises RuleSyntaxError for anything else."""
     quoted = event.style in {"'", '"'}
     if not event.value and not quoted:
         raise RuleSyntaxError(f'No value at line {line_of(event)}')

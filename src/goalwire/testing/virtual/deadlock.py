@@ -19,7 +19,7 @@ _SHOWN = 3
 """Places of each thread and coroutine."""
 
 _INSTALLED = tuple(sysconfig.get_path(name) + os.sep for name in ('purelib', 'platlib'))
-"""Where pytest lies."""
+"""The folder of pytest."""
 
 
 def describe(waiting: Iterable[Thread], here: Thread) -> str:
@@ -32,7 +32,7 @@ def describe(waiting: Iterable[Thread], here: Thread) -> str:
 
 
 def describe_stall(running: Iterable[Thread], seconds: float) -> str:
-    """Say which threads keep the others waiting, and where they are."""
+    """Name the threads that keep the others waiting, and where they are."""
     lines = [
         f'virtual time has stood still for {seconds:g} s of real time, since somebody is busy elsewhere:'
     ]

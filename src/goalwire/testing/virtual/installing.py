@@ -40,7 +40,7 @@ class Installation:
         setattr(owner, name, stand_in)
 
     def remove(self) -> None:
-        """Put the real things back."""
+        """Restore the real functions."""
         while self._undo:
             owner, name, real = self._undo.pop()
             setattr(owner, name, real)

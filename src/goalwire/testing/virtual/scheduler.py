@@ -34,7 +34,7 @@ def never() -> bool:
 
 
 class Child:
-    """A thread of this time, and what it waits for while it does not run."""
+    """A thread that lives in this virtual time, and the event for which it waits while it does not run."""
 
     __slots__ = (
         'busy',
@@ -55,7 +55,7 @@ class Child:
         """Takes what is waited for, if it is there. Called on any member's thread; it must not block."""
         self.deadline: int | None = None
         self.looks_outside = False
-        """Whether what it waits for may also come from the real world."""
+        """True if the awaited event may also come from the real world."""
         self.gate = allocate_lock()
         self.gate.acquire()
         self.outcome: bool | None = None
@@ -144,7 +144,7 @@ class Scheduler:
             turns = self._turns
 
     def _leave(self) -> None:
-        """A member does not run any more; under the lock."""
+        """Take a member out that has ended; under the lock."""
         self._running -= 1
         if self._running == 0 and self._waiting:
             self._go_on()
@@ -182,7 +182,7 @@ class Scheduler:
     # -- members
 
     def enrol(self, thread: Thread) -> Child:
-        """A thread that is about to be started becomes a member, whose turn comes after those who wait."""
+        """Make a thread a member before it starts. Its turn comes after those of the waiting members."""
         child = Child(thread)
         child.ready = lambda: True
         with self._lock:
@@ -203,7 +203,7 @@ class Scheduler:
         child.busy = False
 
     def end(self, child: Child) -> None:
-        """On the thread: it is over."""
+        """Note, on the thread itself, that it has ended."""
         child.busy = child.over = True
         with self._lock:
             if self._children.pop(get_ident(), None) is child and not self.closed:

@@ -49,7 +49,7 @@ class Running:
 
 
 def _reset_in_child() -> None:
-    """After fork: none of the threads that would have to wait is there."""
+    """In a forked child, forget the waiting threads: they are the parent's."""
     Running.scheduler = None
 
 
@@ -214,7 +214,10 @@ def join(thread: threading.Thread, timeout: float | None = None) -> None:
 
 
 def is_alive(thread: threading.Thread) -> bool:
-    """Whether a thread runs. One whose turns are over takes a moment in real time to end: it is not alive."""
+    """Return whether a thread runs.
+
+    A thread without further turns counts as ended, though its real end takes a moment.
+    """
     child = _children.get(thread)
     if child is not None and child.over and thread is not threading.current_thread():
         _real_join(thread)
