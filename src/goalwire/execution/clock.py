@@ -230,8 +230,8 @@ class Clock:
         return self._sleep(self.now() + rel_time, context, self.has_passed(rel_time.nanoseconds))
 
     def has_passed(self, duration_ns: int) -> Callable[[], bool]:
-        """Return a function that tells whether `ns` of the machine's time have passed while nobody set this
-        clock.
+        """Return a function that tells whether `duration_ns` of the machine's time have passed, while
+        nobody sets this clock.
         """
         if self.overridden:
             return bool

@@ -16,7 +16,7 @@ class Reason(Enum):
     DEFINITION = 'definition'
     """Same name, same type, another hash."""
     TYPE = 'type'
-    """Same name, another type."""
+    """The same name with another type."""
     TWO_SERVERS = 'two servers'
     """Two servers of one name: each gets every request, the client takes the first reply."""
     TWO_NODES = 'two nodes'

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
 
 _MOST = 3
-"""Similar names that are shown."""
+"""How many similar names are shown."""
 _LIKENESS = 0.75
 """Of two names, from 0 to 1, by difflib."""
 

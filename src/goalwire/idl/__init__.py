@@ -30,7 +30,7 @@ def __getattr__(name: str) -> object:
     origin = _ORIGINS.get(name)
     if origin is None:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    from importlib import import_module  # costs 0.3 ms
+    from importlib import import_module  # imported here: it costs 0.3 ms
 
     value = getattr(import_module(origin), name)
     globals()[name] = value

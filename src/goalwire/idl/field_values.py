@@ -175,7 +175,7 @@ def _fit_message(type_: FieldType, value: Any, path: str, *, stamps: bool) -> An
 
 def _fit_list(type_: FieldType, value: Any, path: str, *, stamps: bool) -> Any:
     if isinstance(value, bytes) and type_.base in {'byte', 'char', 'uint8'}:
-        value = list(value)  # YAML's !!binary
+        value = list(value)  # YAML's !!binary gives bytes
     if not isinstance(value, list | tuple):
         raise _misfit(path, f'a list such as {_example_list(type_, value)}', value, type_)
     check_length(type_, len(value), path)

@@ -24,7 +24,7 @@ IGNORE_MARKS = frozenset({'COLCON_IGNORE', 'AMENT_IGNORE', 'pyvenv.cfg'})
 
 
 class Workspace:
-    """The findings of one walk."""
+    """The findings of one walk through a workspace."""
 
     __slots__ = (
         'complete', 'entries', 'guarded', 'manifests', 'packages', 'refused', 'remarks', 'root', 'seen',

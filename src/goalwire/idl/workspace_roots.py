@@ -36,7 +36,7 @@ def find_roots() -> list[Root]:
     roots = []
     try:
         here = os.getcwd()
-    except OSError:  # it was removed
+    except OSError:  # the folder was removed meanwhile
         here = None
     if here is not None:
         trusted = _lies_in_tree(program, here) or _is_on_python_path(here)
@@ -82,7 +82,7 @@ def warn_once(text: str) -> None:
 
 
 def discard() -> None:
-    """Walk afresh from now on."""
+    """Forget the walk: the next question walks again."""
     _walks.clear()
 
 

@@ -20,7 +20,7 @@ class IncludeLaunchDescription(Event):
 
 
 class Shutdown(Event):
-    """Everything is to end."""
+    """The whole launch is to end."""
 
     name = 'launch.events.Shutdown'
 
@@ -30,7 +30,7 @@ class Shutdown(Event):
 
 
 class TimerEvent(Event):
-    """A TimerAction's time has come."""
+    """The time of a TimerAction has come."""
 
     name = 'launch.events.TimerEvent'
 
@@ -66,7 +66,7 @@ class RunningProcessEvent(Event):
 
 
 class ProcessStarted(RunningProcessEvent):
-    """A process runs."""
+    """A process has been started."""
 
     name = 'launch.events.process.ProcessStarted'
 

@@ -31,7 +31,7 @@ class Lines:
             self._held = []
 
     def feed(self, data: bytes) -> None:
-        """Take what came."""
+        """Take output as it came."""
         if self._cache is not None:
             self._cache.append(data)
         *lines, self._rest = (self._rest + data).split(b'\n')
@@ -41,7 +41,7 @@ class Lines:
             self._tell_rest()
 
     def flush(self) -> None:
-        """Pass on an unfinished last line, and what was held back unless it is an interrupt's traceback."""
+        """Pass on an unfinished last line, and the held lines unless they are an interrupt's traceback."""
         self._tell_rest()
         held, self._held = self._held or [], None
         if held and held[-1] == _INTERRUPT:

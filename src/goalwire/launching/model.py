@@ -38,7 +38,7 @@ class Substitution:
         return f'{type(self).__name__}()'
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the text."""
+        """Return the substitution's text."""
         raise NotImplementedError
 
     @classmethod
@@ -118,7 +118,7 @@ SomeEntities: TypeAlias = LaunchDescriptionEntity | Iterable[LaunchDescriptionEn
 class ArgumentSearch(NamedTuple):
     """Where a search for launch arguments has come to."""
 
-    includes: tuple[LaunchDescriptionEntity, ...] = ()  # the outermost first
+    includes: tuple[LaunchDescriptionEntity, ...] = ()  # the outermost scope first
     decided: frozenset[str] = frozenset()  # names that an include sets, so the launch has no such arguments
     is_conditional: bool = False
 
@@ -238,7 +238,7 @@ class EventHandler:
         return f'{type(self).__name__}({does})', self._entities
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntities | None:
-        """Answer an event that matches."""
+        """Return the actions for an event that matches."""
         context.extend_locals({'event': event})
         if self._handle_once:
             context.unregister_event_handler(self)
@@ -284,7 +284,8 @@ class LaunchContext:
         self.handlers: deque[EventHandler] = deque()
         self.completion_futures: set[asyncio.Future[Any]] = set()
         self.cleanups: list[Callable[[], None]] = []  # called when the launch has ended, the last one first
-        self.async_cleanups: list[Callable[[], Coroutine[Any, Any, None]]] = []  # awaited before these
+        # Awaited before these actions
+        self.async_cleanups: list[Callable[[], Coroutine[Any, Any, None]]] = []
         self.on_failure: Callable[[Exception], None] = lambda _: None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._wake: Callable[[], None] = lambda: None

@@ -50,7 +50,7 @@ class _Formatted(logging.Handler):
 
 
 class _Screen(_Formatted):
-    """Standard output."""
+    """Standard output, shared by all processes."""
 
     def __init__(self, general: str) -> None:
         super().__init__(general, _LINE_ON_SCREEN)

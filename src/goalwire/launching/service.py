@@ -240,7 +240,7 @@ class LaunchService:
         for name in ('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGQUIT'):
             number = getattr(signal, name, None)
             if number is None or (name == 'SIGHUP' and signal.getsignal(number) is signal.SIG_IGN):
-                continue  # nohup means it
+                continue  # nohup asks for that
             with contextlib.suppress(NotImplementedError, ValueError, RuntimeError):
                 before[number] = signal.getsignal(number)
                 loop.add_signal_handler(number, self._on_interrupt, number)

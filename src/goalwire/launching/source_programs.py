@@ -109,7 +109,7 @@ def _starter(name: str, target: tuple[str, str], folder: str) -> str:
     module, function = target
     inner = os.path.join(folder, 'src')
     top = module.partition('.')[0]
-    root = inner if os.path.isdir(os.path.join(inner, top)) else folder  # the src layout
+    root = inner if os.path.isdir(os.path.join(inner, top)) else folder  # the layout with a folder src
     return _STARTER.format(
         python=sys.executable,
         name=name,

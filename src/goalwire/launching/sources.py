@@ -187,7 +187,7 @@ class LaunchDescriptionSource:
         raise LaunchError('this source of a launch description has nothing to read')
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
-        """Read it, once."""
+        """Read the launch file once, and return its description."""
         if self._description is None:
             self._expanded = perform_substitutions(context, self._location)
             self._description = self._get_launch_description(self._expanded)

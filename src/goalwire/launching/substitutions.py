@@ -446,7 +446,7 @@ class BooleanSubstitution(CompoundSubstitution):
 
 @expose_substitution('not')
 class NotSubstitution(BooleanSubstitution):
-    """The contrary."""
+    """The opposite of a condition."""
 
     def perform(self, context: LaunchContext) -> str:
         return _word(not truth(context, self._parts[0]))
@@ -470,7 +470,7 @@ class _LeftRight(CompoundSubstitution):
 
 @expose_substitution('and')
 class AndSubstitution(_LeftRight):
-    """Whether both say true."""
+    """True if both conditions are true."""
 
     def perform(self, context: LaunchContext) -> str:
         return _word(truth(context, self.left) & truth(context, self.right))
@@ -519,7 +519,7 @@ class EqualsSubstitution(_LeftRight):
 
 @expose_substitution('not-equals')
 class NotEqualsSubstitution(EqualsSubstitution):
-    """Whether two texts differ."""
+    """True if two texts differ."""
 
     def perform(self, context: LaunchContext) -> str:
         return _word(not _same(perform_text(context, self.left), perform_text(context, self.right)))
@@ -549,7 +549,7 @@ def _same(left: str, right: str) -> bool:
 
 @expose_substitution('if')
 class IfElseSubstitution(CompoundSubstitution):
-    """One text or the other."""
+    """One of two texts, by a condition."""
 
     names = ('condition', 'if_value', 'else_value')
     least = 2

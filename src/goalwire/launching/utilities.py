@@ -32,7 +32,7 @@ def is_a(obj: Any, entity_type: type) -> bool:
 
 
 def is_a_subclass(obj: Any, entity_type: type) -> bool:
-    """Whether an object, or a class, is of a type or one derived from it."""
+    """Return whether an object, or a class, is of a type or of one derived from it."""
     return isinstance(obj, entity_type) or (isinstance(obj, type) and issubclass(obj, entity_type))
 
 

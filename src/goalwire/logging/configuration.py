@@ -88,7 +88,7 @@ def shutdown() -> None:
 
 
 def clear_config() -> None:
-    """Begin anew: shutdown() and initialize()."""
+    """Start anew: shutdown() and initialize()."""
     shutdown()
     initialize()
 

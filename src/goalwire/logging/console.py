@@ -57,7 +57,7 @@ class Console:
     def __call__(self, record: LogRecord) -> None:
         """Print one record. A stream that is closed or broken takes nothing, and nobody is blamed."""
         stream = sys.stdout if self._to_stdout else sys.stderr
-        if stream is None:  # pythonw, daemons
+        if stream is None:  # there is no stderr, as for pythonw and daemons
             return
         try:
             line = self.format(record)

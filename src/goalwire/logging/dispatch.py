@@ -73,7 +73,7 @@ def add_sink(sink: Sink) -> SinkHandle:
 
 
 def emit(record: LogRecord) -> None:
-    """Pass one record on."""
+    """Hand one record to the handlers."""
     if _to_console:
         console()(record)
     if not _sinks or _dispatching.active:

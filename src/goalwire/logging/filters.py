@@ -25,7 +25,7 @@ class LogClock(Protocol):
     """An object that tells the time as rclpy.clock.Clock does."""
 
     def now(self) -> _Instant:
-        """Return the present instant."""
+        """Return the time now."""
         ...
 
 

@@ -21,7 +21,7 @@ from goalwire.logging import dispatch
 from goalwire.logging.record import Formatter, LoggingSeverity, LogRecord
 
 _ATTEMPTS = 100
-"""Names that are tried."""
+"""How many file names are tried."""
 _NAME_LIMIT = 100
 
 
@@ -56,7 +56,7 @@ class LogFile:
             self._complain(error)
 
     def close(self) -> None:
-        """Write nothing more. Idempotent."""
+        """Stop writing. Idempotent."""
         with self._lock:
             self._closed = True
             file, self._file = self._file, None
@@ -103,7 +103,7 @@ def _open_new(path: str, flags: int) -> int:
 def _program() -> str:
     """Return the name of the script or module, which ROS 2 calls the executable; '' if there is none."""
     folder, name = os.path.split(sys.argv[0] if sys.argv else '')
-    if name == '__main__.py':  # python -m package
+    if name == '__main__.py':  # as of python -m package
         name = os.path.basename(folder)  # noqa: PTH119
     return '' if name.startswith('-') else _file_name(name.removesuffix('.py'))  # -c, -m, or from stdin
 

@@ -69,7 +69,7 @@ def _hide_frames(stack: StackSummary) -> int:
         if not within:
             shown.append(frame)
     if all(is_standard(frame.filename) for frame in shown):
-        return 0  # nothing of the program's
+        return 0  # no frame of the program is left
     hidden = len(stack) - len(shown)
     stack[:] = shown
     return hidden

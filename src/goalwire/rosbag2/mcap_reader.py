@@ -59,7 +59,7 @@ class McapReader:
     storage = 'mcap'
 
     def __init__(self, path: str) -> None:
-        """Open it; raises OSError, BagError."""
+        """Open the file; raises OSError, BagError."""
         self.path = path
         self.problem = ''
         """Why the file is not whole; '' for a whole one."""
@@ -84,7 +84,7 @@ class McapReader:
 
     @property
     def count(self) -> int:
-        """How many messages it has."""
+        """How many messages the file has."""
         return self.counts.total()
 
     # -- finding what there is -------------------------------------------------------------------------------
@@ -334,7 +334,7 @@ class _Run:
         self._open: Span | None = None
 
     def add(self, time: int, offset: int, length: int) -> None:
-        """Add a message record."""
+        """Add a message record to the index."""
         last = self._open
         if last is not None and last.offset + last.length == offset and last.length < _RUN_BYTES:
             self._open = Span(

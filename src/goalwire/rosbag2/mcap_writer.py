@@ -373,7 +373,7 @@ def _encoded(record: McapRecord) -> bytes:
 
 
 def _write_all(descriptor: int, parts: Iterable[bytes]) -> int:
-    """Write all parts.
+    """Write all parts to the file.
 
     Raises OSError. Large ones are not copied together first where the system can do that.
     """

@@ -29,7 +29,7 @@ class Topic:
 
     name: str
     type_name: str
-    """'std_msgs/msg/String'."""
+    """The type, as 'std_msgs/msg/String'."""
     type_hash: str = ''
     """'RIHS01_…', '' if it is unknown."""
     qos: tuple[QoS, ...] = ()
@@ -56,7 +56,7 @@ class FileFacts:
     """One file of a bag."""
 
     path: str
-    """Its name, without a folder."""
+    """The file's name, without a folder."""
     start: int = 0
     duration: int = 0
     count: int = 0
@@ -75,7 +75,7 @@ class BagFacts:
     duration: int = 0
     compression_format: str = ''
     compression_mode: str = ''
-    """'', 'file' or 'message'."""
+    """The kind of compression: '', 'file' or 'message'."""
     custom_data: tuple[tuple[str, str], ...] = ()
     ros_distro: str = ''
     version: int = 9

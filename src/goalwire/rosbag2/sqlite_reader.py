@@ -24,7 +24,7 @@ class SqliteReader:
     problem = ''
 
     def __init__(self, path: str) -> None:
-        """Open it; raises BagError."""
+        """Open the file; raises BagError."""
         self.path = path
         self.metadata = ''
         self.topics: list[Topic] = []
@@ -62,7 +62,7 @@ class SqliteReader:
 
     @property
     def count(self) -> int:
-        """How many messages it has."""
+        """How many messages the file has."""
         return self.counts.total()
 
     def _read(self) -> None:

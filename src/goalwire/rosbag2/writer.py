@@ -157,7 +157,7 @@ class Writer:
         self.put(Message(topic, time, data, time if sent is None else sent, sequence))
 
     def put(self, message: Message) -> None:
-        """Add a message, as `write`."""
+        """Add a message as `write` does, serialized already."""
         if self._is_full(message.time):
             self.split(message.time)
         try:

@@ -14,6 +14,6 @@ def look_at(files: Iterable[Path]) -> tuple[tuple[int, int, int], ...]:
 def _look_at(path: Path) -> tuple[int, int, int]:
     try:
         found = path.stat()
-    except OSError:  # it is not there
+    except OSError:  # the file does not exist
         return 0, 0, 0
     return found.st_ino, found.st_mtime_ns, found.st_size

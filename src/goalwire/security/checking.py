@@ -28,7 +28,7 @@ class Finding:
 
     @property
     def severity(self) -> str:
-        """In a word."""
+        """The severity in a word."""
         return 'error' if self.is_error else 'warning'
 
 

@@ -178,7 +178,7 @@ class Keystore:
 
 
 def _fill(folder: Path, trust: bytes, policy: bytes, revoked: bytes) -> None:
-    """Write what every keystore has."""
+    """Write the files that every keystore has."""
     (folder / 'identities').mkdir(storage.FOLDER)
     storage.create(folder / 'trust.pem', trust, storage.PUBLIC)
     storage.create(folder / 'policy.toml', policy, storage.PUBLIC)

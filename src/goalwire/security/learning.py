@@ -19,7 +19,7 @@ mode = "audit"
 
 
 class Need(NamedTuple):
-    """Something that a node does."""
+    """An act of a node that needs a permission."""
 
     identity: str
     node: str

@@ -29,7 +29,7 @@ class Verb(Enum):
     SEND = 'send'
     """Send goals of an action, and get their feedback, status and results."""
     CANCEL = 'cancel'
-    """Cancel goals of an action."""
+    """The verb for cancelling goals of an action."""
     WATCH = 'watch'
     """Get feedback, status and results of an action's goals."""
     READ = 'read'
@@ -54,7 +54,7 @@ class Grant:
     domains: tuple[int, ...] = ()
 
     def covers(self, verb: Verb, name: str, domain: int) -> bool:
-        """Whether it allows this."""
+        """Whether the grant allows this act."""
         return (
             verb is self.verb and (not self.domains or domain in self.domains) and matches(self.pattern, name)
         )
@@ -71,7 +71,7 @@ class Decision:
 
 @record
 class Policy:
-    """What a policy.toml says."""
+    """The content of a policy.toml."""
 
     mode: str
     grants: Mapping[str, tuple[Grant, ...]]

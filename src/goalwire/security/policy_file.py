@@ -85,7 +85,7 @@ class _Reader:
         self._refuse(path, f"'{name}' is not {what}", near or f'write one of {", ".join(known)}')
 
     def read(self) -> Policy:
-        """Return the policy."""
+        """Read the file and return the policy."""
         content = self._content
         for name in content:
             if name not in _TABLES:

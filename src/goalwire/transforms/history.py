@@ -44,7 +44,7 @@ class History:
     def __init__(self, span: int) -> None:
         self._span = span
         self.stamps: list[int] = []
-        """When the links held, ascending."""
+        """The times of the links, ascending."""
         self._links: list[Link] = []
 
     def insert(self, stamp: int, link: Link) -> bool:

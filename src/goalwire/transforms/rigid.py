@@ -20,7 +20,7 @@ class Rigid(NamedTuple):
     rotation: Quaternion
 
     def apply(self, point: Vector) -> Vector:
-        """Return where a point goes."""
+        """Return the transformed point."""
         return _add(rotate(self.rotation, point), self.translation)
 
     def after(self, first: Rigid) -> Rigid:

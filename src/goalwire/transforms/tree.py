@@ -159,7 +159,7 @@ class TransformTree:
             raise ValueError(f'a velocity needs an interval above 0 to be measured over, not {span} ns')
         newest = self.latest_common_time(tracked, observer, 'lookupVelocity')
         if newest == LATEST:
-            return Velocity((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # static, or one frame
+            return Velocity((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # a static frame, or both are one
         end = newest if time == LATEST else min(time + span // 2, newest)
         start = max(end - span, 1)  # 0 would ask for the latest
         first, last = (self.lookup(observer, tracked, at).motion for at in (start, end))

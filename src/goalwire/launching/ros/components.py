@@ -89,7 +89,7 @@ class ComposableNode:
         return self._extra_arguments
 
     def condition(self) -> Condition | None:
-        """Return the condition for loading it, None if it is always loaded."""
+        """Return the condition for loading the component, None if it is always loaded."""
         return self._condition
 
     def describe(self) -> str:

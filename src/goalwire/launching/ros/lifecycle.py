@@ -28,7 +28,7 @@ from goalwire.launching.ros.node import Node
 from goalwire.launching.ros.own_node import LaunchNode
 from goalwire.launching.values import normalize_to_list_of_substitutions, perform_substitutions, truth
 
-# lifecycle_msgs/msg/Transition
+# numbers of lifecycle_msgs/msg/Transition
 CREATE, CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = 0, 1, 2, 3, 4
 UNCONFIGURED_SHUTDOWN, INACTIVE_SHUTDOWN, ACTIVE_SHUTDOWN, DESTROY = 5, 6, 7, 8
 TRANSITIONS = {

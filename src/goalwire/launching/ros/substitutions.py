@@ -13,7 +13,7 @@ from goalwire.launching.values import perform_text
 
 
 class FindPackage(CompoundSubstitution):
-    """Something about a package."""
+    """The common part of substitutions that find something of a package."""
 
     names = ('package',)
 

@@ -131,7 +131,7 @@ class Reader:
         return number
 
     def take(self, size: int) -> bytes:
-        """Take `count` bytes."""
+        """Take `size` bytes."""
         at = self.at
         if size > self.end - at:
             raise ZenohProtocolError(f'{size} bytes announced at byte {at}, {self.end - at} are left')
