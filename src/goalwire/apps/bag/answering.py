@@ -68,7 +68,7 @@ class Answers:
         if not by_name:
             raise BagError(f"'{bag.path}' has no answers that are chosen: record them with --services")
         self.names = tuple(by_name)
-        """The services and actions."""
+        """The services and actions to answer."""
         self.answered = 0
         """How many requests and goals were answered."""
         self._rate = rate

@@ -19,7 +19,7 @@ SHOWN = 20
 
 @record
 class Tolerance:
-    """What may differ."""
+    """The differences that are allowed."""
 
     number: float = 0.0
     """How far floating-point fields may be apart."""

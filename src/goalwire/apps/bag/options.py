@@ -12,7 +12,7 @@ CACHE_BYTES = 100 * 2**20
 
 @record
 class RecordOptions:
-    """How a recorder records."""
+    """The settings of a recorder."""
 
     cache_bytes: int = CACHE_BYTES
     snapshot: bool = False

@@ -157,7 +157,7 @@ class Player:
         return True
 
     def stop(self) -> None:
-        """End playing."""
+        """Stop playing."""
         self._is_stopped = True
         self._changed.set()
 

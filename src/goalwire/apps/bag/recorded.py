@@ -27,7 +27,7 @@ class RecordedCall:
     def __init__(self, service: str, type_name: str, request: Any, sent: int) -> None:
         self.service = service
         self.type_name = type_name
-        """'pkg/srv/Name'."""
+        """The type, as 'pkg/srv/Name'."""
         self.request = request
         self.sent = sent
         self.response: Any = None
@@ -47,7 +47,7 @@ class RecordedGoal:
     def __init__(self, action: str, type_name: str, call: RecordedCall) -> None:
         self.name = action
         self.type_name = type_name
-        """'pkg/action/Name'."""
+        """The type, as 'pkg/action/Name'."""
         self.goal_id = bytes(call.request.goal_id.uuid)
         self.goal = call.request.goal
         self.sent = call.sent
@@ -55,7 +55,7 @@ class RecordedGoal:
         self.is_accepted: bool | None = None if call.response is None else call.response.accepted
         """None if the bag has no answer."""
         self.feedback: list[tuple[int, Any]] = []
-        """Times and messages."""
+        """The times and messages of its feedback."""
         self.cancels: list[int] = []
         """The times at which it was asked to end."""
         self.status = 0

@@ -44,7 +44,7 @@ class Replay:
     """`differences = await Replay(node, bag).run()`: an empty list if the servers answer as recorded."""
 
     def __init__(self, node: Node, bag: Reader, options: ReplayOptions | None = None) -> None:
-        """Make the clients.
+        """Make the clients for the recorded calls and goals.
 
         Raises BagError if the bag has nothing to send, InterfaceError for types that are unknown here.
         """

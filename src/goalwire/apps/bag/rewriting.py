@@ -25,7 +25,7 @@ class Cut:
     start: int | None = None
     """From this time on, in ns."""
     stop: int | None = None
-    """Before this time."""
+    """Only messages before this time are written."""
     renames: tuple[tuple[str, str], ...] = ()
 
 

@@ -52,7 +52,7 @@ class Names:
     out: frozenset[str] = frozenset()
 
     def has(self, name: str) -> bool:
-        """Return whether it is chosen."""
+        """Return whether the topic is chosen."""
         return name not in self.out and (self.all or name in self.some)
 
 
@@ -76,7 +76,7 @@ class Selection:
     """Topics, services and actions that it matches are in."""
     regex_out: str = ''
     hidden: bool = False
-    """Whether hidden topics are in."""
+    """True to include hidden topics."""
 
     def wants(self, topic: str, type_name: str) -> bool:
         """Return whether a topic is to be recorded, or played."""

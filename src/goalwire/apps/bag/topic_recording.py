@@ -135,7 +135,7 @@ class TopicRecording:
         )
 
     def close(self) -> None:
-        """Subscribe to nothing any more."""
+        """Unsubscribe."""
         for subscription in self._subscriptions.values():
             subscription.close()
 

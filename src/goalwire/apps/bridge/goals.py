@@ -22,7 +22,7 @@ class GoalEnd:
     result: Any = None
     """The result message; None if there is none."""
     problem: str = ''
-    """Why there is none."""
+    """Why there is no result."""
 
 
 class GoalListener(Protocol):
@@ -32,7 +32,7 @@ class GoalListener(Protocol):
         """The server has accepted the goal."""
 
     def on_feedback(self, feedback: Any) -> None:
-        """The server sent feedback."""
+        """Pass on feedback from the server."""
 
 
 class SentGoal:

@@ -45,7 +45,7 @@ class Outbox:
         """Messages of each topic that this client did not get."""
 
     def put(self, frames: Sequence[Frame]) -> None:
-        """Add an answer."""
+        """Add an answer, which is never dropped."""
         self._add(frames, None)
 
     def put_of_topic(self, topic: str, frames: Sequence[Frame], most: int = 0) -> None:

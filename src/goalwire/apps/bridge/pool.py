@@ -7,14 +7,14 @@ from contextlib import contextmanager
 from typing import Generic, Protocol, TypeVar
 
 MOST = 64
-"""Idle clients that are kept."""
+"""How many idle clients are kept."""
 
 
 class Closeable(Protocol):
-    """A client."""
+    """A client that can be closed."""
 
     def close(self) -> None:
-        """End it."""
+        """Close the client."""
 
 
 ClientT = TypeVar('ClientT', bound=Closeable)

@@ -64,7 +64,7 @@ class Permissions:
     services: Patterns = Patterns('--services')
     actions: Patterns = Patterns('--actions')
     parameters: Patterns = Patterns('--parameters')
-    """Matched with '/node:parameter'."""
+    """The patterns are matched with '/node:parameter'."""
     read_only: bool = False
 
     def check_publish(self, topic: str) -> None:
@@ -125,7 +125,7 @@ class Permissions:
 
 @record
 class Settings:
-    """As a bridge was started."""
+    """The settings of a running bridge."""
 
     port: int
     host: str = '127.0.0.1'

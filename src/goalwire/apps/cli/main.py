@@ -59,7 +59,7 @@ def run_command(program: str, arguments: Sequence[str]) -> int:
 
 
 def _dispatch(program: str, arguments: list[str]) -> Outcome:
-    if arguments[:1] == ['_complete']:  # the shell's
+    if arguments[:1] == ['_complete']:  # as a shell would say it
         from goalwire.apps.cli.framework.completion import completions
 
         print('\n'.join(completions(arguments[1] if arguments[1:] else '', arguments[2:])))  # noqa: T201

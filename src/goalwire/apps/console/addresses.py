@@ -19,7 +19,7 @@ def addresses_on_networks(host: str) -> list[str]:
 
     Loopback is left out, and so are link-local addresses of IPv6: browsers do not take their zones.
     """
-    import ifaddr  # comes with nicegui
+    import ifaddr  # installed with nicegui
 
     versions = {4} if ip_address(host).version == 4 else {4, 6} if has_dualstack_ipv6() else {6}
     found: list[str] = []

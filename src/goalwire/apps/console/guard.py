@@ -219,7 +219,8 @@ async def _send_entrance(send: Send, cookie: str) -> None:
 
 async def _refuse(scope: Scope, send: Send, status: int, reason: str) -> None:
     if scope['type'] == 'websocket':
-        await send({'type': 'websocket.close', 'code': 1008, 'reason': reason})  # before accepting: a 403
+        # Before the web socket is accepted: a 403
+        await send({'type': 'websocket.close', 'code': 1008, 'reason': reason})
         return
     policy = (b'content-security-policy', b"default-src 'none'; frame-ancestors 'none'")
     headers = [(b'content-type', b'text/plain; charset=utf-8'), (b'connection', b'close'), policy, *_HEADERS]

@@ -75,7 +75,7 @@ def _logged_by(own: RcutilsLogger) -> Iterator[None]:
     handler = _OneLine(own)
     loggers = [logging.getLogger(name) for name in _LOGGERS]
     for name in ('engineio.server', 'socketio.server'):
-        logging.getLogger(name).handlers.clear()  # theirs print tracebacks
+        logging.getLogger(name).handlers.clear()  # uvicorn's own handlers print tracebacks
     for logger in loggers:
         logger.addHandler(handler)
         logger.propagate = False

@@ -16,7 +16,7 @@ VIEWS = ('robot', 'actions', 'services', 'topics', 'parameters', 'graph', 'logs'
 
 @record
 class Settings:
-    """As `goalwire console` was started."""
+    """The settings of a running console."""
 
     host: str = '127.0.0.1'
     port: int = DEFAULT_PORT
@@ -41,7 +41,7 @@ class Settings:
 
     @property
     def scheme(self) -> str:
-        """Of the page's address."""
+        """The scheme of the page's address."""
         return 'https' if self.tls_cert else 'http'
 
     def urls(self, port: int) -> list[str]:

@@ -26,7 +26,7 @@ BARS = (
 STEP = 4
 """Pixels that the bars move by from one picture to the next."""
 LARGEST = 8192
-"""Pixels of a side."""
+"""The pixels of one side of a picture."""
 
 
 class Cam2Image(Node):

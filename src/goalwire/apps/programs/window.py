@@ -45,7 +45,7 @@ class Window:
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """The page's address."""
         return f'http://{HOST}:{self._server.server_port}/'
 
     def open(self) -> None:

@@ -15,7 +15,7 @@ Fields = Mapping[str, Any]
 
 
 class BadFieldError(ValueError):
-    """A field of an operation is missing, or is not what it must be."""
+    """A field of an operation is missing or has a wrong value."""
 
 
 class Client(ClientWork):

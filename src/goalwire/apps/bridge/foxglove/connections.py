@@ -22,11 +22,11 @@ class Connections:
         self.update()
 
     async def unsubscribe(self, _fields: Fields) -> None:
-        """Send it no longer."""
+        """Stop sending the connection graph."""
         self._is_asked = False
 
     def update(self) -> None:
-        """Send what has changed."""
+        """Send the changes of the connection graph."""
         if not self._is_asked:
             return
         now = {

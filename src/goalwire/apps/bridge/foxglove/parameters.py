@@ -91,7 +91,7 @@ class Parameters:
         self._followed -= set(texts_of(fields, 'parameterNames'))
 
     def take(self, arrival: Arrival) -> None:
-        """Pass on changes."""
+        """Pass on changes of parameters."""
         event = arrival.message
         changed = [
             _shown(f'{event.node}.{each.name}', each.value)
@@ -102,7 +102,7 @@ class Parameters:
             self._client.send('parameterValues', parameters=changed)
 
     def close(self) -> None:
-        """Follow nothing any more."""
+        """Stop following parameters."""
         if self._stop is not None:
             self._stop()
 

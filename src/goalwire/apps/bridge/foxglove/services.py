@@ -25,7 +25,7 @@ _CANCEL_S = 5.0
 
 @record
 class Shown:
-    """A service of one type."""
+    """A service of one type that the client is shown."""
 
     name: str
     type_name: str

@@ -26,7 +26,7 @@ _TOGETHER_S = 0.1
 
 
 class FoxgloveSession:
-    """A Session for the server."""
+    """One client of the Foxglove protocol; a Session for the server."""
 
     def __init__(self, hub: Hub, outbox: Outbox) -> None:
         self._client = client = Client(hub, outbox)

@@ -28,7 +28,7 @@ from goalwire.rules.names.validation import is_hidden_name
 
 @record
 class Channel:
-    """A topic of one type."""
+    """A channel: a topic of one type."""
 
     topic: str
     type_name: str

@@ -1,4 +1,4 @@
-"""advertise, unadvertise, publish."""
+"""The operations advertise, unadvertise and publish."""
 
 from __future__ import annotations
 

@@ -136,5 +136,5 @@ class _Reports:
         self._client.send(with_id(message, self._operation), self._operation)
 
     def close(self) -> None:
-        """Listen to statuses no longer."""
+        """Stop listening to statuses."""
         self._stop()

@@ -34,7 +34,7 @@ class _Running:
         self.end: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
 
     def abort(self, reason: str) -> None:
-        """End it without a result."""
+        """End the goal without a result."""
         if not self.end.done():
             self.end.set_exception(GoalAborted(reason))
 

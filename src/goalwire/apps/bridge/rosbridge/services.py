@@ -120,7 +120,7 @@ class ServingServices:
         answer.set_result(response)
 
     async def unadvertise(self, operation: Operation) -> None:
-        """Serve a service no longer."""
+        """Stop serving a service."""
         service = full_name(text_of(operation, 'service'))
         if not self._end(service):
             self._client.tell('error', f"unadvertise_service: '{service}' is not advertised", operation)

@@ -20,7 +20,7 @@ Carry = Callable[[Operation], Awaitable[None]]
 
 
 class RosbridgeSession:
-    """A Session for the server."""
+    """One client of the rosbridge protocol; a Session for the server."""
 
     def __init__(self, hub: Hub, outbox: Outbox) -> None:
         self._client = client = Client(hub, outbox)

@@ -1,4 +1,4 @@
-"""subscribe, unsubscribe."""
+"""The operations subscribe and unsubscribe."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from goalwire.records import record
 
 @record
 class _Wish:
-    """One `subscribe`."""
+    """The wishes of one `subscribe`."""
 
     throttle_s: float
     queue_length: int
@@ -97,7 +97,7 @@ class Subscribing:
             self._subscriptions.pop(topic).close()
 
     def close(self) -> None:
-        """Listen to nothing any more."""
+        """Stop listening."""
         for subscription in self._subscriptions.values():
             subscription.close()
         self._subscriptions.clear()
@@ -164,7 +164,7 @@ class _Subscription:
         return frames(f'{json_text(head)[:-1]},"msg":{text}}}', None, self._wish.compression)
 
     def close(self) -> None:
-        """Send nothing more."""
+        """Stop sending."""
         self.stop()
         if self._timer is not None:
             self._timer.cancel()

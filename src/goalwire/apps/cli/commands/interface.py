@@ -124,7 +124,7 @@ def _text(name: str) -> str:
     try:
         return definition_text(name)
     except UnknownInterfaceError:
-        lookup.interface(name)  # says what is near
+        lookup.interface(name)  # the error names similar types
         raise
     except InterfaceError as error:
         raise CommandError(Outcome.FAILED, f"the type '{name}' cannot be used: {error}") from None

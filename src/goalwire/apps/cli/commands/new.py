@@ -28,7 +28,7 @@ class Kind(NamedTuple):
     program: str
     """The name of its program and module, behind that of the package; also of its folders in `templates`."""
     interfaces: str
-    """The package of its type."""
+    """The package that defines its type."""
     type_name: str
     own_type: str
     """The type with the same fields that a package of interfaces of its own has, as `msg/Greeting.msg`."""

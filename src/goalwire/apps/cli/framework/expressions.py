@@ -20,7 +20,7 @@ from typing import Any
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 
 LONGEST = 2000
-"""Characters of an expression."""
+"""The longest expression, in characters."""
 MOST_ITEMS = 20_000_000
 """Items of lists and characters of texts that one evaluation may visit: two seconds in the worst case."""
 MOST_DIGITS = 400
@@ -57,7 +57,7 @@ _NUMBERS = (ast.Mult, ast.Mod)
 
 
 class Expression:
-    """An expression of a user's."""
+    """A compiled expression of a user."""
 
     def __init__(self, text: str) -> None:
         """Raises CommandError for what is not an expression."""

@@ -22,7 +22,7 @@ _OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (FileNotFoundError, Outcome.NOT_FOUND),
     (TimeoutError, Outcome.TIMEOUT),
 )
-"""The first that fits."""
+"""The outcomes of errors; the first class that fits counts."""
 
 _NEXT: tuple[tuple[type[errors.CallError], str], ...] = (
     (errors.NoServerError, 'see: ros2 {kind} list'),

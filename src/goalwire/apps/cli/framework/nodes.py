@@ -31,7 +31,7 @@ def node_names(graph: Graph, *, include_hidden: bool) -> list[str]:
 
 
 def one_node(graph: Graph, given: str) -> str:
-    """Return the name of the node that is meant; raises CommandError if it is not there."""
+    """Return the full name of a node; raises CommandError if it is not there."""
     name = lookup.full_name(given, 'node')
     known = node_names(graph, include_hidden=True)
     if name not in known:

@@ -32,9 +32,9 @@ class Outcome(IntEnum):
     UNAVAILABLE = 10
     """This machine cannot do it now: no wire, no terminal, an extra that is not installed."""
     INTERRUPTED = 130
-    """Ctrl-C."""
+    """Ended by Ctrl-C."""
     TERMINATED = 143
-    """SIGTERM."""
+    """Ended by SIGTERM."""
     CLOSED_PIPE = 141
     """Whoever read the output has gone, as with `| head`: the one ending without a line."""
 

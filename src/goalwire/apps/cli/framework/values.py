@@ -16,7 +16,7 @@ from goalwire.idl.model import MessageDefinition
 
 _PAIR = re.compile(r'([A-Za-z_][\w.]*)=(.*)', re.DOTALL)
 _MOST = 16 * 1024 * 1024
-"""Characters of a file."""
+"""The longest file, in characters."""
 
 HELP = (
     "values in YAML or JSON ('{a: 1, b: 2}'), as pairs (a=1 pose.x=2.0), or from a file (@request.yaml); "
@@ -132,7 +132,7 @@ def fill(message: Any, values: Mapping[str, Any], title: str) -> list[Callable[[
     except FieldValueError as error:
         raise _misfit(title, str(error)) from None
     except EncodeError as error:
-        _, _, problem = ' '.join(str(error).split()).partition(': ')  # behind the type
+        _, _, problem = ' '.join(str(error).split()).partition(': ')  # the argument behind the type
         raise _misfit(title, problem) from None
     return set_stamps
 

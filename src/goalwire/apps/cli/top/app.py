@@ -100,7 +100,7 @@ class Top(App[Outcome]):
     # -- its life ------------------------------------------------------------------------------------------
 
     def compose(self) -> ComposeResult:
-        """Lay it out."""
+        """Lay out the screen."""
         yield Static(id='head')
         with TabbedContent(initial='nodes'):
             yield NodesTab('1 Nodes', 'nodes')
@@ -114,7 +114,7 @@ class Top(App[Outcome]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Begin to look."""
+        """Begin to refresh."""
         self._focus_tab()
         self.set_interval(REPAINT_S, self.repaint)
         self.call_after_refresh(self.repaint)
@@ -269,7 +269,7 @@ class Top(App[Outcome]):
         field.focus()
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Show what fits."""
+        """Show the rows that fit the filter."""
         self._view = self._view._replace(filter=event.value)
         self.repaint()
 

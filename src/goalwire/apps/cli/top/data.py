@@ -67,7 +67,7 @@ class Readers:
             self.problems[key] = explain_error(error)[1]
 
     async def close(self) -> None:
-        """Read nothing any more."""
+        """Stop reading."""
         tasks = list(self._tasks.values())
         self.want({})
         await asyncio.gather(*tasks, return_exceptions=True)
@@ -224,7 +224,7 @@ class Echo:
         self.readers.want({name: partial(self._read, name, type_name)})
 
     def stop(self) -> None:
-        """Show nothing any more."""
+        """Stop showing messages."""
         self.readers.want({})
 
     async def _read(self, name: str, type_name: str) -> None:

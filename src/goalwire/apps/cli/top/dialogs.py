@@ -42,7 +42,7 @@ class Form(ModalScreen[tuple[str, Any] | None]):
         self._text = text
 
     def compose(self) -> ComposeResult:
-        """Lay it out."""
+        """Lay out the dialog."""
         with Vertical(id='box'):
             yield Static(Text(f'{self._request.title}  [{self._request.type_name}]', style='bold'))
             yield TextArea(self._text, id='values')
@@ -50,7 +50,7 @@ class Form(ModalScreen[tuple[str, Any] | None]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Begin with the text."""
+        """Focus the text."""
         self.query_one(TextArea).focus()
 
     def action_review(self) -> None:
@@ -64,7 +64,7 @@ class Form(ModalScreen[tuple[str, Any] | None]):
         _ = self.dismiss((text, message))
 
     def action_leave(self) -> None:
-        """Send nothing."""
+        """Close the dialog and send nothing."""
         _ = self.dismiss(None)
 
 
@@ -86,7 +86,7 @@ class Confirmation(ModalScreen[bool]):
         self.is_armed = False
 
     def compose(self) -> ComposeResult:
-        """Lay it out."""
+        """Lay out the dialog."""
         with Vertical(id='box'):
             yield Static(Text(escaped(self._title), style='bold'))
             with VerticalScroll(id='what', can_focus=False):
@@ -103,7 +103,7 @@ class Confirmation(ModalScreen[bool]):
         self.query_one('#prompt', Static).update(Text(text, style='bold yellow'))
 
     def on_key(self, event: Key) -> None:
-        """Take the answer."""
+        """Take the answer, yes or no."""
         event.stop()
         if not self.is_armed:
             return

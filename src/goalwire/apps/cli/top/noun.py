@@ -79,7 +79,7 @@ async def _run(app: Top, node: goalwire.Node) -> Outcome:
     hung_up = asyncio.create_task(_hang_up())
     try:
         await asyncio.wait({running, hung_up}, return_when=asyncio.FIRST_COMPLETED)
-    except asyncio.CancelledError:  # by a signal
+    except asyncio.CancelledError:  # ended by a signal
         app.exit()
         await running
         raise

@@ -44,7 +44,7 @@ class Request(Protocol):
 
 
 class _Form:
-    """Filling in a message."""
+    """A form in which a message is filled in."""
 
     def __init__(self, node: goalwire.Node, name: str, type_name: str, part: str) -> None:
         """`part` is the part of the type that is filled in: Request or Goal. Raises CommandError."""

@@ -67,7 +67,7 @@ class View(NamedTuple):
         return {name: numbers[name] for name, _ in self.names([(name, []) for name in sorted(numbers)])}
 
     def services(self, graph: Graph) -> NamesAndTypes:
-        """Return the services; those that every node has are hidden."""
+        """Return the services, without those of every node."""
         found = self.names(graph.service_names_and_types())
         return found if self.hidden else [each for each in found if not each[0].endswith(STANDARD_SERVICES)]
 
@@ -104,12 +104,12 @@ class TableTab(TabPane):
         self._rows: Rows = {}
 
     def compose(self) -> ComposeResult:
-        """Lay it out."""
+        """Lay out the tab."""
         yield DataTable(cursor_type='row', zebra_stripes=True)
 
     @property
     def table(self) -> DataTable[Text]:
-        """Its table."""
+        """The table of the tab."""
         return self.query_one(DataTable)
 
     def on_mount(self) -> None:
@@ -235,7 +235,7 @@ class TopicsTab(TableTab):
         self._rates.watch({name: types[name] for name in self.on_screen() if name in types})
 
     def quiet(self) -> None:
-        """Measure nothing."""
+        """Stop measuring."""
         self._rates.watch({})
 
     def measure(self) -> None:
@@ -284,7 +284,7 @@ class ServicesTab(TableTab):
         return [str(latencies.number), *shown, str(latencies.failed or ''), whose]
 
     def quiet(self) -> None:
-        """Hear nothing."""
+        """Stop listening."""
         self._latencies.watch({})
 
     def details(self, graph: Graph) -> str:
@@ -337,7 +337,7 @@ class GoalsTab(TableTab):
         return name, goal_id or None
 
     def quiet(self) -> None:
-        """Follow nothing."""
+        """Stop following goals."""
         self._goals.watch({})
 
     def details(self, graph: Graph) -> str:
@@ -368,14 +368,14 @@ class LogTab(TabPane):
         self._drawn_version = 0
 
     def compose(self) -> ComposeResult:
-        """Lay it out."""
+        """Lay out the tab."""
         yield RichLog(max_lines=1000, wrap=True, markup=False, highlight=False)
 
     def refresh_lines(self, log: Log, view: View) -> None:
         """Show the lines that the filter wants: the new ones, or all if it or the width is another."""
         shown = self.query_one(RichLog)
         if not shown.size.width:
-            return  # not laid out yet
+            return  # the table is not laid out yet
         if self._drawn != (view.filter, shown.size.width):
             self._drawn = view.filter, shown.size.width
             self._drawn_version = 0

@@ -53,10 +53,10 @@ class Pacer:
         return True
 
     def refresh_soon(self) -> None:
-        """Refresh at once."""
+        """Have the next refresh come at once."""
         self._changed.set()
 
     def close(self) -> None:
-        """The browser has gone."""
+        """Stop: the browser has gone."""
         self._closed = True
         self._changed.set()

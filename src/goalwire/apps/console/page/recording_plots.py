@@ -100,7 +100,7 @@ class RecordingPlots:
         self._chart.run_chart_method('setOption', options)
 
     def close(self) -> None:
-        """Stop reading."""
+        """Stop reading the recording."""
         for plot in self._plots:
             plot.close()
 

@@ -98,7 +98,7 @@ class SendForm:
         return self._page.session.sender.history.get((self.target.kind, self.target.name), ())
 
     def put_history(self) -> None:
-        """Show what was sent since."""
+        """Show the messages that were sent since."""
         if self._history is not None:
             self._history.put([_history_row(sent) for sent in reversed(self.sent)])
 

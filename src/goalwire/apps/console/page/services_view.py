@@ -26,7 +26,9 @@ _TIMEOUT_S = 10.0
 
 
 class ServicesView(View):
-    """A list of services on the left, form, response and latencies of the chosen one on the right."""
+    """A list of services on the left; on the right the form, the response and the latencies of the chosen
+    one.
+    """
 
     name = 'services'
     title = 'Services'

@@ -180,7 +180,7 @@ class Shell:
         """Offer the robots that are there. If the selected one has gone, no other takes its place."""
         there, page = self._session.robot_names(), self._page
         if there and page.robot not in self._session.vitals:
-            page.select_robot(there[0])  # the first that comes
+            page.select_robot(there[0])  # the first type that comes
         offered = sorted({*there, page.robot}) if there else [page.robot]
         state = [name if name in there else f'{name} (gone)' for name in offered]
         if state != self._robots:

@@ -25,7 +25,7 @@ _MOST_SERIES = 16
 
 @record
 class Plotted:
-    """One field that is plotted."""
+    """A field that is plotted."""
 
     series: Series
     topic: str

@@ -35,7 +35,7 @@ class View:
         """Make the view's elements."""
 
     def refresh(self) -> None:
-        """Send what has changed."""
+        """Send the changes to the browser."""
 
     def set_dark(self, dark: bool) -> None:
         """Choose colours, if an element has its own."""
@@ -106,7 +106,7 @@ class Page:
         self._pacer.refresh_soon()
 
     def close(self) -> None:
-        """The browser has gone. Goals go on, but for those that were sent to end with the page."""
+        """Stop: the browser has gone. Goals go on, except those that were sent to end with the page."""
         if self._follows:
             self._follows = False
             self.session.listeners.discard(self.refresh_soon)

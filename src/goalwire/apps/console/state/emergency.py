@@ -73,7 +73,7 @@ def says_state(topic: str, type_name: str) -> bool:
 
 
 class Standing(Enum):
-    """How an emergency stop stands."""
+    """The states of an emergency stop."""
 
     UNTOLD = 'untold'
     RELEASED = 'released'
@@ -137,7 +137,7 @@ class EmergencyState:
 
     def __init__(self) -> None:
         self.servers: tuple[StopService, ...] = ()
-        """Those that are there."""
+        """The servers that are there."""
         self.known: tuple[StopService, ...] = ()
         """Those that are there, or else those that were last."""
         self._voices: dict[tuple[str, bytes], _Voice] = {}
@@ -180,7 +180,7 @@ class EmergencyState:
 
     @property
     def standing(self) -> Standing:
-        """How it stands."""
+        """The state of the emergency stop."""
         voices = self._voices.values()
         if any(voice.word.stopped for voice in voices):
             return Standing.STOPPED
@@ -212,7 +212,7 @@ class EmergencyState:
 
     @property
     def can_release(self) -> tuple[StopService, ...]:
-        """The servers that release it."""
+        """The servers that release the stop."""
         return tuple(server for server in self.servers if server.can_release)
 
 

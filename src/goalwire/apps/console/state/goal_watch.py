@@ -66,7 +66,7 @@ class GoalWatch:
         self._node.logger.warning(f"goals of '{name}' are not shown: {error}", once=True)
 
     def close(self) -> None:
-        """Follow no more goals."""
+        """Stop following goals."""
         for task in self._tasks.values():
             task.cancel()
         self._tasks.clear()

@@ -45,7 +45,7 @@ class Playhead:
         self.is_playing = True
 
     def pause(self) -> None:
-        """Stay here."""
+        """Stop at the present position."""
         self.seek(self.time)
         self.is_playing = False
 

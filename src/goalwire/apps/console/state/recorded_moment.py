@@ -26,7 +26,7 @@ class Moment:
     """What is to be seen at one time."""
 
     time: int
-    """In ns since 1970."""
+    """The moment, in ns since 1970."""
     model: RobotModel | None = None
     frame: str = ''
     """The one that the robot is shown in."""
@@ -36,7 +36,7 @@ class Moment:
     silent_s: float | None = None
     """For how long the robot had said nothing of where it is; None if it had never."""
     lines: tuple[LogLine, ...] = ()
-    """The latest first."""
+    """The log lines, the latest first."""
     topic: str = ''
     message: Any = None
     """The latest one of the chosen topic."""

@@ -37,7 +37,7 @@ class Recording:
 
     @property
     def duration(self) -> float:
-        """Its length, in s."""
+        """The length of the recording, in s."""
         return (self.end - self.start) / 1e9
 
     def seconds(self, time: int) -> float:

@@ -38,7 +38,7 @@ class RobotWatch(RobotState):
         self._readings: dict[str, Reading] = {}
 
     def look(self) -> None:
-        """Subscribe to what the graph has by now."""
+        """Subscribe to the topics of the robot that are in the graph now."""
         there = dict(self._node.graph.topics())
         for topic, type_name, listener in (
             (f'{self.namespace}/robot_description', STRING, self._hear_description),
@@ -87,7 +87,7 @@ class RobotWatch(RobotState):
         return math.inf if self.moved_at is None else monotonic() - self.moved_at
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         if self._asking is not None:
             self._asking.cancel()
         for reading in self._readings.values():

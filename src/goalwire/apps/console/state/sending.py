@@ -43,7 +43,7 @@ class Sent:
     """One message that was sent, and its outcome."""
 
     at: float
-    """When, by the monotonic clock."""
+    """When it was sent, by the monotonic clock."""
     sending: Sending
     answer: Mapping[str, Any] | None = None
     problem: str = ''
@@ -89,7 +89,7 @@ class Sender:
         self.history: dict[tuple[str, str], deque[Sent]] = {}
         """By kind and name, the latest last."""
         self.latencies: dict[str, Latencies] = {}
-        """By service."""
+        """The latencies of calls, by service."""
 
     def target(self, kind: str, name: str, type_name: str) -> Target:
         """Return what can be sent to; raises UnknownInterfaceError."""

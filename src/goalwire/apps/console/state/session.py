@@ -139,7 +139,7 @@ class Session:
         return may_move(name, robot, self.vitals)
 
     def deselect(self, namespace: str) -> None:
-        """One page less has selected it."""
+        """Note that one page fewer has the topic selected."""
         self._selected[namespace] -= 1
         if not self._selected[namespace]:
             del self._selected[namespace]
@@ -155,7 +155,7 @@ class Session:
         return watch
 
     def leave_robot(self, watch: RobotWatch) -> None:
-        """One party less follows it."""
+        """Note that one page fewer follows the robot."""
         known, users = self._robots[watch.namespace]
         if users > 1:
             self._robots[watch.namespace] = (known, users - 1)

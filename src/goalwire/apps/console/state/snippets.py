@@ -14,13 +14,13 @@ from goalwire.records import record
 
 @record
 class Sending:
-    """One call, goal or message."""
+    """A call, goal or message that was sent."""
 
     kind: str
-    """'service', 'action' or 'topic'."""
+    """The kind: 'service', 'action' or 'topic'."""
     name: str
     type_name: str
-    """'pkg/srv/Name' and so on."""
+    """The type, as 'pkg/srv/Name'."""
     fields: tuple[FormField, ...]
     values: Mapping[str, Any]
     """Return the fields that differ from a new message."""

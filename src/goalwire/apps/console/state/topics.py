@@ -61,7 +61,7 @@ class Reader:
                 listener(message, now)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._task.cancel()
         self._subscription.close()
 
@@ -80,7 +80,7 @@ class Reading:
                 listener(reader.latest, reader.latest_at)
 
     def close(self) -> None:
-        """Idempotent."""
+        """End the subscription. Idempotent."""
         if self.closed:
             return
         self.closed = True
@@ -120,7 +120,7 @@ class Meter:
         return self.rate.pace(now)
 
     def close(self) -> None:
-        """Measure no more."""
+        """Stop measuring."""
         self._subscription.close()
 
 
@@ -154,7 +154,7 @@ class Topics:
         return Reading(self, reader, listener)
 
     def release(self, reader: Reader) -> None:
-        """One party less needs it."""
+        """Note that one party fewer needs the subscription."""
         key = (reader.topic, reader.type_name)
         known, users = self._readers[key]
         if users > 1:
@@ -184,7 +184,7 @@ class Topics:
         for key, meter in list(self._meters.items()):
             pace = await meter.read()
             if self._meters.get(key) is not meter:
-                continue  # it was closed meanwhile
+                continue  # closed meanwhile
             if pace is None:
                 self.rates.pop(key[0], None)
             else:

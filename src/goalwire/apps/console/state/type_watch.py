@@ -65,7 +65,7 @@ class TypeWatch:
         return name in self._asking
 
     def close(self) -> None:
-        """Ask no more."""
+        """Stop asking."""
         for task in list(self._asking.values()):
             task.cancel()
 

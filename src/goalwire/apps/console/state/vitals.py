@@ -36,7 +36,7 @@ class StateReader:
             self._hear(publisher, message, self.topic)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._task.cancel()
         self._subscription.close()
 
@@ -53,7 +53,7 @@ class Vitals:
         """Whether there was a robot; '' stands for everything on the wire if there is none."""
         self.emergency = EmergencyState()
         self.battery: float | None = None
-        """0 to 1."""
+        """The charge, from 0 to 1."""
         self.battery_at = 0.0
         """When that came, by the monotonic clock."""
         self._node = node
@@ -92,7 +92,7 @@ class Vitals:
         self.emergency.keep({(topic, gid) for topic, gids in there.items() for gid in gids})
         for topic in list(self._readers):
             if not there.get(topic) or self._readers[topic].qos != _qos(self._node, topic):
-                self._readers.pop(topic).close()  # others offer another QoS
+                self._readers.pop(topic).close()  # other publishers offer another QoS
         for topic, types in topics:
             if there.get(topic) and topic not in self._readers:
                 kind = next(each for each in types if says_state(topic, each))
@@ -155,7 +155,7 @@ class Vitals:
         self.battery = min(max(float(message.percentage), 0.0), 1.0)
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         if self._battery_reading is not None:
             self._battery_reading.close()
         for reader in self._readers.values():

@@ -21,7 +21,7 @@ class JointSettings:
     """What the program's parameters say of the joints."""
 
     zeros: Mapping[str, float]
-    """Where joints begin, by name."""
+    """The first positions of joints, by name."""
     dependents: Mapping[str, Mimic]
     """Joints that follow another one, besides those of the URDF."""
     use_mimic_tags: bool = True
@@ -100,7 +100,7 @@ class JointTable:
                     setattr(joint, part, float(values[index]))
 
     def move(self, delta: float) -> None:
-        """Move every free joint on."""
+        """Move every free joint one step on."""
         for joint in self.free.values():
             joint.move(delta)
 

@@ -23,7 +23,7 @@ class Canvas:
         self.fill(background)
 
     def fill(self, colour: Colour) -> None:
-        """Paint everything."""
+        """Paint the whole canvas."""
         self._pixels[:] = bytes(colour) * (SIDE * SIDE)
 
     def colour_at(self, x: float, y: float) -> Colour:

@@ -26,7 +26,7 @@ class DrawSquare(Node):
         super().__init__('draw_square')
         self._publisher = self.create_publisher(Twist, 'turtle1/cmd_vel', 1)
         self._pose: Pose | None = None
-        self._goal: tuple[float, float, float] | None = None  # x, y, theta
+        self._goal: tuple[float, float, float] | None = None  # a pose: x, y, theta
         self._turns = False
         self._stops = False
         self._reset = self.create_client(Empty, 'reset')

@@ -16,9 +16,9 @@ from typing import NamedTuple
 from goalwire.apps.programs.turtlesim.canvas import SIDE, Canvas, Colour
 
 PIXELS = 45
-"""Pixels of a unit."""
+"""Pixels per unit of length."""
 LENGTH = (SIDE - 1) / PIXELS
-"""Units of each side, 11.09."""
+"""The length of each side in units, 11.09."""
 STEP_S = 0.016
 BACKGROUND: Colour = (0x45, 0x56, 0xFF)
 PEN: Colour = (0xB3, 0xB8, 0xFF)

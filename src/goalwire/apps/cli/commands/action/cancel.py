@@ -30,7 +30,7 @@ CODES = {
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `action cancel` takes."""
+    """Add the arguments of `action cancel`."""
     ACTIONS.name_argument(parser)
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument('goal_id', nargs='?', metavar='ID', help='The goal, by its id or the beginning of that')

@@ -23,7 +23,7 @@ INTERFACES = ('GOAL_SERVICE', 'CANCEL_SERVICE', 'RESULT_SERVICE', 'FEEDBACK_TOPI
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `action echo` takes."""
+    """Add the arguments of `action echo`."""
     ACTIONS.name_argument(parser)
     parser.add_argument('action_type', nargs='?', help='Type of the action, if the graph does not know it')
     parser.add_argument(
@@ -38,7 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Print what comes until Ctrl-C."""
+    """Print statuses and feedback until Ctrl-C."""
     wanted = [part.strip() for part in arguments.interfaces.split(',') if part.strip()]
     for part in wanted:
         if part not in INTERFACES:

@@ -23,7 +23,7 @@ LOOK_S = 2.0
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `action goals` takes."""
+    """Add the arguments of `action goals`."""
     ACTIONS.name_argument(parser)
     parser.add_argument('-a', '--all', action='store_true', help='Show goals that have ended, too')
     parser.add_argument('-c', '--count', action='store_true', help='Show only how many there are')

@@ -29,7 +29,7 @@ _OUTCOMES = {'SUCCEEDED': Outcome.OK, 'ABORTED': Outcome.ABORTED, 'CANCELED': Ou
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `action send_goal` takes."""
+    """Add the arguments of `action send_goal`."""
     ACTIONS.name_argument(parser)
     parser.add_argument(
         'words',

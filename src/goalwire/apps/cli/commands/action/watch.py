@@ -29,7 +29,7 @@ ENDED_SHOWN = 10
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `action watch` takes."""
+    """Add the arguments of `action watch`."""
     ACTIONS.name_argument(parser)
     progress_argument(parser)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `bag burst` takes."""
+    """Add the arguments of `bag burst`."""
     bag_argument(parser)
     add_choice(parser)
     parser.add_argument(

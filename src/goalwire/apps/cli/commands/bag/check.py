@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `bag check` takes."""
+    """Add the arguments of `bag check`."""
     bag_argument(parser)
 
 

@@ -24,7 +24,7 @@ _KEYS = {'max_bagfile_size': 'max_bytes', 'max_bagfile_duration': 'max_duration'
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `bag convert` takes."""
+    """Add the arguments of `bag convert`."""
     parser.add_argument(
         '-i',
         '--input',

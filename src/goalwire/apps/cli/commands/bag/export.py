@@ -27,7 +27,7 @@ FORMATS = ('csv', 'jsonl', 'parquet', 'images')
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `bag export` takes."""
+    """Add the arguments of `bag export`."""
     bag_argument(parser)
     parser.add_argument('--format', choices=FORMATS, default='csv', help='What to write (default: csv)')
     parser.add_argument(

@@ -27,7 +27,7 @@ _SORTED_BY: dict[str, Callable[[tuple[Topic, int]], tuple[object, ...]]] = {
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `bag info` takes."""
+    """Add the arguments of `bag info`."""
     bag_argument(parser)
     parser.add_argument('-t', '--topic-name', action='store_true', help='Only display topic names')
     parser.add_argument(
@@ -37,7 +37,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Print it."""
+    """Print facts about the bag."""
     with open_bag(arguments) as bag:
         rows = sorted(
             ((topic, bag.counts[topic.name]) for topic in bag.topics), key=_SORTED_BY[arguments.sort]

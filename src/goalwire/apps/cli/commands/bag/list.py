@@ -21,13 +21,13 @@ PLUGINS = {
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `bag list` takes."""
+    """Add the arguments of `bag list`."""
     parser.add_argument('plugin_type', choices=list(PLUGINS), help='Which plugins to list')
     parser.add_argument('-v', '--verbose', action='store_true', help='Say what each is, too')
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Print their names."""
+    """Print the names of the plugins."""
     if arguments.verbose and not output.json:
         output.line(f'available {arguments.plugin_type} plugins are:')
     for name, text in PLUGINS[arguments.plugin_type].items():

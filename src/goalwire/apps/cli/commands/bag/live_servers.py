@@ -22,7 +22,7 @@ ANSWER_S = 10.0
 
 
 def add_live_arguments(parser: ArgumentParser) -> None:
-    """Add the flags of both."""
+    """Add the flags --answer-calls and --expect."""
     group = parser.add_argument_group('calls and goals')
     both = group.add_mutually_exclusive_group()
     both.add_argument(

@@ -32,7 +32,7 @@ _HELP = 'space: pause, right: next message, up and down: faster and slower'
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `bag play` takes."""
+    """Add the arguments of `bag play`."""
     bag_argument(parser)
     add_choice(parser)
     parser.add_argument(

@@ -32,7 +32,7 @@ TELL_S = 60.0
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `bag record` takes."""
+    """Add the arguments of `bag record`."""
     _add_choice(parser)
     _add_output(parser)
     group = parser.add_argument_group('how it records')

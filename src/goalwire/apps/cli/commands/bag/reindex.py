@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `bag reindex` takes."""
+    """Add the arguments of `bag reindex`."""
     bag_argument(parser)
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `bag repair` takes."""
+    """Add the arguments of `bag repair`."""
     bag_argument(parser)
     parser.add_argument('-o', '--output', metavar='FOLDER', required=True, help='Folder to make')
 

@@ -28,7 +28,7 @@ Serve: TypeAlias = Callable[['goalwire.Node', Settings, Callable[[str], object]]
 
 
 def add_options(parser: ArgumentParser, default_port: int) -> None:
-    """Add them."""
+    """Add the options that all bridges have."""
     parser.add_argument(
         '--port',
         metavar='N',

@@ -27,7 +27,7 @@ END_S = 10.0
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add what `component standalone` takes."""
+    """Add the arguments of `component standalone`."""
     add_graph_arguments(parser)
     add_component_arguments(parser)
     parser.add_argument(

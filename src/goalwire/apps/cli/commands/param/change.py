@@ -26,7 +26,7 @@ _DELETED = 'Deleted parameter successfully', 'Deleting parameter failed'
 
 
 def set_arguments(parser: ArgumentParser) -> None:
-    """Add what `param set` takes."""
+    """Add the arguments of `param set`."""
     parameter_arguments(parser)
     parser.add_argument(
         'pairs', nargs='+', metavar='NAME VALUE', help='Names and values, in YAML; name=value, too'
@@ -86,7 +86,7 @@ def _value_of_text(name: str, text: str, descriptor: Any) -> Any:
 
 
 def delete_arguments(parser: ArgumentParser) -> None:
-    """Add what `param delete` takes."""
+    """Add the arguments of `param delete`."""
     parameter_arguments(parser)
     parser.add_argument('parameter_name', help='Name of the parameter')
 
@@ -111,7 +111,7 @@ def delete(arguments: Namespace, output: Output) -> Outcome:
 
 
 def load_arguments(parser: ArgumentParser) -> None:
-    """Add what `param load` takes."""
+    """Add the arguments of `param load`."""
     parameter_arguments(parser)
     parser.add_argument('parameter_file', help='A file as param dump writes it')
     parser.add_argument(
@@ -199,7 +199,7 @@ def _fixed_type(descriptor: Any) -> Type | None:
 
 
 class _Report:
-    """Prints what became of each parameter, and knows how the command ends."""
+    """Prints the outcome for each parameter, and knows the command's exit code."""
 
     def __init__(self, node_name: str, output: Output) -> None:
         self._node_name = node_name

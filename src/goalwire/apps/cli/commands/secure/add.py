@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure add` takes."""
+    """Add the arguments of `secure add`."""
     parser.add_argument('name', metavar='NAME', help="The identity's name, as policy.toml has it")
     add_kind_arguments(parser)
     parser.add_argument(
@@ -33,7 +33,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Make it."""
+    """Make the identity."""
     keystore = open_keystore(arguments)
     made = keystore.add(arguments.name, arguments.kind, tuple(arguments.role), arguments.days)
     show_issued(arguments.name, made, output)

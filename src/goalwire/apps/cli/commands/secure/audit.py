@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure audit` takes."""
+    """Add the arguments of `secure audit`."""
     parser.add_argument('name', metavar='NAME', help='The identity of the program that has refused')
     add_keystore_argument(parser)
 

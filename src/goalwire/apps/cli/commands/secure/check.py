@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure check` takes."""
+    """Add the arguments of `secure check`."""
     add_keystore_argument(parser)
 
 

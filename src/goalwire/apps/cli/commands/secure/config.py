@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure config` takes."""
+    """Add the arguments of `secure config`."""
     parser.add_argument('what', choices=['router', 'session'], help='Whose settings')
     parser.add_argument('name', metavar='NAME', help='The identity that the router, or the session, has')
     parser.add_argument('--router-host', metavar='HOST', default='localhost', help='Where the router is')

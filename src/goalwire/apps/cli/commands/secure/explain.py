@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure explain` takes."""
+    """Add the arguments of `secure explain`."""
     parser.add_argument('who', metavar='WHO', help='An identity')
     verbs = [verb.value for verb in Verb]
     parser.add_argument('verb', metavar='VERB', choices=verbs, help=f'One of {", ".join(verbs)}')

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure export` takes."""
+    """Add the arguments of `secure export`."""
     parser.add_argument('name', metavar='NAME', help='The identity')
     parser.add_argument('file', metavar='FILE', nargs='?', type=Path, help='Default: NAME.identity')
     add_keystore_argument(parser)
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Write it."""
+    """Write the archive."""
     keystore = open_keystore(arguments)
     from goalwire.security.bundle import export
 

@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure init` takes."""
+    """Add the arguments of `secure init`."""
     parser.add_argument('folder', metavar='DIR', type=Path, help='A folder that is not there yet, or empty')
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Make it."""
+    """Make the keystore."""
     require_cryptography()
     from goalwire.security.keystore import Keystore
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure issue` takes."""
+    """Add the arguments of `secure issue`."""
     parser.add_argument('name', metavar='NAME', help='An identity that policy.toml names')
     add_kind_arguments(parser)
     add_life_argument(parser)
@@ -26,6 +26,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Make it."""
+    """Issue the certificate."""
     made = open_keystore(arguments).issue(arguments.name, arguments.kind, arguments.days)
     show_issued(arguments.name, made, output)

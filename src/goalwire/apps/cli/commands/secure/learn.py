@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure learn` takes."""
+    """Add the arguments of `secure learn`."""
     parser.add_argument(
         '--for', dest='wait', metavar='SECONDS', type=seconds, default=10.0, help='How long (default: 10)'
     )
@@ -25,7 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Watch, and write it."""
+    """Watch the graph, and write a policy for it."""
     from goalwire.security.learning import Need, write_policy
     from goalwire.security.storage import PUBLIC, create
     from goalwire.transport.zenoh.questions import need_of

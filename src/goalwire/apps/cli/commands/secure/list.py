@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure list` takes."""
+    """Add the arguments of `secure list`."""
     add_keystore_argument(parser)
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """List them."""
+    """List the identities."""
     keystore = open_keystore(arguments)
     from goalwire.security.certificates import kind_of
 

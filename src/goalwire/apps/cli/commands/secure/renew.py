@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure renew` takes."""
+    """Add the arguments of `secure renew`."""
     parser.add_argument('names', metavar='NAME', nargs='*', help='Identities (default: all of the keystore)')
     add_life_argument(parser)
     add_keystore_argument(parser)

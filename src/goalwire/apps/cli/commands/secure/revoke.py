@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure revoke` takes."""
+    """Add the arguments of `secure revoke`."""
     parser.add_argument('name', metavar='NAME', help='The identity')
     add_keystore_argument(parser)
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Revoke it."""
+    """Revoke the certificate."""
     keystore = open_keystore(arguments)
     until = keystore.revoke(arguments.name)
     if output.json:

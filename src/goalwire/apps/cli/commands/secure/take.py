@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `secure import` takes."""
+    """Add the arguments of `secure import`."""
     parser.add_argument('file', metavar='FILE', type=Path, help="What 'secure export' has written")
     parser.add_argument('folder', metavar='DIR', type=Path, help='The keystore here; made if it is not there')
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Take it."""
+    """Import the archive."""
     require_cryptography()
     from goalwire.security.bundle import import_identity
 

@@ -31,7 +31,7 @@ _BAR = 40
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `service call` takes."""
+    """Add the arguments of `service call`."""
     SERVICES.name_argument(parser)
     parser.add_argument(
         'words',

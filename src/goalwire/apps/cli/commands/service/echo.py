@@ -26,7 +26,7 @@ QUEUE = 1000
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `service echo` takes."""
+    """Add the arguments of `service echo`."""
     SERVICES.name_argument(parser)
     parser.add_argument('service_type', nargs='?', help='Type of the service, if the graph does not know it')
     add_style_arguments(parser)

@@ -21,7 +21,7 @@ WINDOW = 100
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `topic bw` takes."""
+    """Add the arguments of `topic bw`."""
     parser.add_argument('topic_name', help="Name of the topic (e.g. '/chatter')")
     add_graph_arguments(parser)
     window_argument(parser, WINDOW)

@@ -19,7 +19,7 @@ WINDOW = 10_000
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `topic delay` takes."""
+    """Add the arguments of `topic delay`."""
     parser.add_argument('topic_name', help="Name of the topic (e.g. '/chatter')")
     add_graph_arguments(parser)
     window_argument(parser, WINDOW)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `topic echo` takes."""
+    """Add the arguments of `topic echo`."""
     parser.add_argument('topic_name', help="Name of the topic (e.g. '/chatter')")
     parser.add_argument('message_type', nargs='?', help='Type of the messages, if the graph does not know it')
     add_graph_arguments(parser)

@@ -21,7 +21,7 @@ WINDOW = 10_000
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `topic hz` takes."""
+    """Add the arguments of `topic hz`."""
     parser.add_argument(
         'topic_names', nargs='+', metavar='topic_name', help="Names of topics (e.g. '/chatter')"
     )

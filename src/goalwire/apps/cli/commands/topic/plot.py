@@ -31,7 +31,7 @@ _ROWS = 8
 
 
 class Curve(NamedTuple):
-    """One field over time."""
+    """The values of one field over time."""
 
     title: str
     topic: Source
@@ -40,7 +40,7 @@ class Curve(NamedTuple):
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `topic plot` takes."""
+    """Add the arguments of `topic plot`."""
     parser.add_argument(
         'fields', nargs='+', metavar='NAME.FIELD', help="What to draw (e.g. '/odom.pose.pose.position.x')"
     )
@@ -109,7 +109,8 @@ def _curve(arguments: Namespace, given: str) -> Curve:
         )
     path = field_path(field)
     topic = source(arguments, name)
-    field_value(topic.cls(), [step for step in path if isinstance(step, str)][:1], field)  # told at once
+    # The user is told at once
+    field_value(topic.cls(), [step for step in path if isinstance(step, str)][:1], field)
     return Curve(f'{topic.name}.{field}', topic, path, deque(maxlen=10_000))
 
 

@@ -26,7 +26,7 @@ KEEP_ALIVE_S = 0.1
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `topic pub` takes."""
+    """Add the arguments of `topic pub`."""
     parser.add_argument('topic_name', help="Name of the topic (e.g. '/chatter')")
     parser.add_argument(
         'words',

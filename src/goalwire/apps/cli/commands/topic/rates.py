@@ -37,7 +37,7 @@ class Spread(NamedTuple):
 
 
 class Window:
-    """The latest values."""
+    """The latest values of a rate."""
 
     def __init__(self, size: int) -> None:
         self.values: deque[float] = deque(maxlen=size)
