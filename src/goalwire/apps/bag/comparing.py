@@ -14,7 +14,7 @@ from goalwire.records import record
 _INDEX = re.compile(r'\[\d+\]')
 _STAMP = 'builtin_interfaces/msg/Time'
 SHOWN = 20
-"""How many differences of one message are told."""
+"""How many differences of one message are shown."""
 
 
 @record

@@ -1,4 +1,4 @@
-"""Sends the goals that a bag recorded to the live action servers, and cancels those that were cancelled."""
+"""Sends a bag's goals to the live action servers, and cancels those that were cancelled in the recording."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class GoalRequests:
         """Send the goal, or cancel request, of an event, if it is one of the source and has its contents."""
         decode = self._decoders.get(message.topic)
         if decode is None:
-            return  # a result is asked for with each goal; feedback and status are the server's
+            return  # a result is requested with each goal; feedback and status come from the server
         try:
             event = decode(message.data)
         except DecodeError as error:
@@ -84,7 +84,7 @@ class GoalRequests:
                 cancel.add_done_callback(self._cancels.discard)
 
     async def _cancel_run(self, run: Run[Any, Any]) -> None:
-        with suppress(CallError):  # its result tells what became of it
+        with suppress(CallError):  # the goal's result says how it ended
             await run.cancel()
 
     async def finish(self) -> None:

@@ -33,7 +33,7 @@ class Sink(Protocol):
         """Have everything in the file; raises BagError."""
 
     def sync(self) -> None:
-        """Have it on the disk. Another thread than the others."""
+        """Have the disk keep the written data. Another thread than the writing one calls this."""
 
 
 _Work: TypeAlias = 'tuple[Message, bytes] | Callable[[], None]'
@@ -113,7 +113,9 @@ class Intake:
             self.losses.dropped[topic] += not self._is_closing
 
     def _note_gap(self, topic: str, sequence: int, gid: bytes) -> None:
-        """Count what is missing between a publisher's latest message and this; one that comes late is not."""
+        """Count the missing numbers between a publisher's latest message and this one; a late message is
+        not missing.
+        """
         first, last = self._numbers.get(gid, (sequence, sequence - 1))
         if sequence > last:
             self.losses.missed[topic] += sequence - last - 1
@@ -122,7 +124,7 @@ class Intake:
             self.losses.missed[topic] -= 1
 
     def run(self, job: Callable[[], None]) -> None:
-        """Have the writing thread run `job` after what has come by now."""
+        """Have the writing thread run `job` after the messages that have come by now."""
         with self._condition:
             self._waiting.append(job)
             self._condition.notify()
@@ -154,7 +156,7 @@ class Intake:
 
     def _write_until_closed(self) -> None:
         due: float | None = None
-        """When the next flush is due; None while there is nothing to flush."""
+        """When the next flush is due; None if everything is flushed."""
         while True:
             with self._condition:
                 while not (self._waiting or self._is_closing):
@@ -180,7 +182,7 @@ class Intake:
                 return
 
     def _put_all(self, batch: deque[_Work]) -> None:
-        """Write messages and run jobs, and let others wait in the place of those that are written."""
+        """Write messages and run jobs, which frees room for waiting threads."""
         written = 0
         while batch:
             work = batch[0]
@@ -205,7 +207,7 @@ class Intake:
             self._unsynced.notify()
 
     def _sync(self) -> None:
-        """Have the disk keep what was flushed; a slow disk holds up nobody meanwhile."""
+        """Have the disk keep the flushed data; a slow disk holds up nobody meanwhile."""
         while True:
             with self._unsynced:
                 self._unsynced.wait_for(lambda: self._is_unsynced or self._is_synced_at_end)

@@ -28,7 +28,7 @@ class RecordOptions:
     ignore_leaves: bool = False
     """Whether topics are left out that nobody subscribes to."""
     qos: tuple[tuple[str, QoS], ...] = ()
-    """The QoS to subscribe with, by topic; for others it suits the publishers."""
+    """The QoS to subscribe with, by topic; for other topics it suits the publishers."""
     sim_time: bool = False
     """Whether messages get the node's time, instead of the time at which they came."""
     paused: bool = False
@@ -50,7 +50,7 @@ class PlayOptions:
     remaps: tuple[tuple[str, str], ...] = ()
     """Other names for topics."""
     qos: tuple[tuple[str, QoS], ...] = ()
-    """The QoS to publish with, by topic; for others it is the recorded one."""
+    """The QoS to publish with, by topic; for other topics it is the recorded one."""
     clock_hz: float = 0.0
     """How often the bag's time is published on /clock; 0: not at all."""
     clock_topics: frozenset[str] = frozenset()

@@ -23,7 +23,7 @@ from goalwire.rules.time import Time
 
 _S = 1_000_000_000
 _PUBLISHED_AT_A_TIME = 100
-"""So many messages that are due go out before the loop may do something else."""
+"""How many due messages are published before the loop may do something else."""
 DISCOVERY_S = 1.0
 """How long subscriptions that the graph shows may take to match before playing begins."""
 
@@ -56,7 +56,7 @@ class Player:
         """When, on the loop's clock, the bag's time was `_position`."""
         self._messages: Iterator[Message] = iter(())
         self._senders: dict[str, ServiceRequests | GoalRequests] = {}
-        """What sends the requests of events, by their topics; those topics are not published."""
+        """The senders of recorded requests, by the topics of their events; those topics are not published."""
         self._requests: ServiceRequests | None = None
         self._goals: GoalRequests | None = None
         called = [t for t in self.topics if options.requests_from and service_of(t.name)]
@@ -136,7 +136,7 @@ class Player:
         self._changed.set()
 
     def resume(self) -> None:
-        """Go on from where it stands."""
+        """Go on from the present position."""
         self._is_paused = False
         self._move_to(self._position)
 
@@ -149,7 +149,7 @@ class Player:
         return True
 
     def step(self, count: int = 1) -> bool:
-        """Publish so many messages at once; return False, and do nothing, while it is not paused."""
+        """Publish `count` messages at once; return False, and do nothing, while it is not paused."""
         if not self._is_paused:
             return False
         self._steps += count
@@ -214,7 +214,9 @@ class Player:
         return self.bag.messages(names, time, self.end + 1)
 
     async def _is_due(self, message: Message, source: Iterator[Message]) -> bool:
-        """Wait until a message is due; False if playing was stopped or went elsewhere meanwhile."""
+        """Wait until a message is due; False if playing was stopped, or moved to another position,
+        meanwhile.
+        """
         loop = asyncio.get_running_loop()
         while not self._is_stopped and source is self._messages:
             self._changed.clear()

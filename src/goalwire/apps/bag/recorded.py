@@ -57,7 +57,7 @@ class RecordedGoal:
         self.feedback: list[tuple[int, Any]] = []
         """The times and messages of its feedback."""
         self.cancels: list[int] = []
-        """The times at which it was asked to end."""
+        """The times of the requests to cancel it."""
         self.status = 0
         """An action_msgs/msg/GoalStatus; 0 if the bag has no result."""
         self.result: Any = None

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from goalwire.rules.qos import QoS
 
 SETTLE_S = 1.0
-"""How long publishers may take to be found if those that come later are not recorded."""
+"""How long to look for publishers if later ones are not recorded."""
 DROPPED_KEY, MISSED_KEY = 'goalwire.dropped', 'goalwire.missed'
 """Custom data of the bag: JSON, how many messages of each topic are not in it."""
 
@@ -60,7 +60,7 @@ class Recorder:
         self._topics: dict[str, TopicRecording] = {}
         """By the names on the wire."""
         self._searches: dict[asyncio.Task[None], Callable[[], None]] = {}
-        """The searches for types, each with what is done at the end if nothing was found by then."""
+        """The searches for types, each with a function that is called if nothing was found."""
         self._told: set[str] = set()
         self._failure: asyncio.Future[None]
         self._following: asyncio.Task[None]
@@ -146,7 +146,7 @@ class Recorder:
 
     @property
     def paused(self) -> bool:
-        """Whether what comes is left out."""
+        """True while arriving messages are left out."""
         return self._intake.is_paused
 
     @paused.setter
@@ -154,7 +154,7 @@ class Recorder:
         self._intake.is_paused = paused
 
     async def snapshot(self) -> int:
-        """Write what is in memory, and return how many messages; raises BagError without `snapshot`."""
+        """Write the messages in memory, and return their number; raises BagError without `snapshot`."""
         snapshot = self._snapshot
         if snapshot is None:
             raise BagError('the recorder was started without snapshots: use --snapshot-mode')
@@ -208,7 +208,7 @@ class Recorder:
                 self._look()
 
     def _look(self) -> None:
-        """Subscribe to what is wanted and has come; a change of the graph tells of everything at once."""
+        """Subscribe to the chosen topics that have come; one look covers all changes of the graph."""
         there: dict[str, dict[EndpointKind, list[GraphEntity]]] = defaultdict(lambda: defaultdict(list))
         own, session = self.node.name, self.node.context.session.id
         for endpoint in self.node.graph.endpoints():

@@ -1,4 +1,4 @@
-"""The latest messages of topics that every file of a bag begins with, such as /tf_static.
+"""The latest messages of topics such as /tf_static, which every file of a bag begins with.
 
 A reader of one file, or of a snapshot, needs them as much as a reader of the whole bag.
 """
@@ -18,12 +18,12 @@ class Repeats:
     """Keeps the latest messages of each publisher; only the writing thread may use it."""
 
     def __init__(self, depths: Mapping[str, int]) -> None:
-        """Keep as many messages of each topic as `depths` says; of others none."""
+        """`depths` says how many messages of each topic are kept; of other topics none."""
         self._depths = {**ALWAYS, **depths}
         self._kept: dict[tuple[str, bytes], deque[Message]] = defaultdict(deque)
 
     def note(self, message: Message, gid: bytes) -> None:
-        """Keep a message that was written, if its topic is one of these."""
+        """Keep a written message, if its topic is one of these."""
         depth = self._depths.get(message.topic)
         if depth is None:
             return
@@ -33,5 +33,5 @@ class Repeats:
             kept.popleft()
 
     def heads(self, time: int) -> list[Message]:
-        """Return what a file begins with that begins at `time`, in ns."""
+        """Return the messages with which a file begins that starts at `time`, in ns."""
         return [message._replace(time=time) for kept in self._kept.values() for message in kept]

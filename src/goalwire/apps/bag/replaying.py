@@ -1,4 +1,4 @@
-"""Sends the recorded requests and goals to live servers, and compares what they answer with the recording.
+"""Sends the recorded requests and goals to live servers, and compares the answers with the recording.
 
 A request goes out at its recorded time, and not before everything has ended that had ended before it in the
 recording: so a slower server is given no other order of requests than the recorded one.
@@ -32,7 +32,7 @@ class ReplayOptions:
     """How recorded requests and goals are sent."""
 
     selection: Selection | None = None
-    """The services and actions that are meant; None: all."""
+    """The services and actions to send to; None: all."""
     tolerance: Tolerance = Tolerance()
     rate: float = 1.0
     """Times as fast; infinity waits for what came before alone."""
@@ -67,7 +67,7 @@ class Replay:
         """How many goals are sent."""
 
     async def run(self) -> list[Difference]:
-        """Send everything, wait for all answers, return what differs, in the order of the recording."""
+        """Send everything, wait for all answers, and return the differences in the order of the recording."""
         loop = asyncio.get_running_loop()
         start, first = loop.time(), self.recorded[0].sent
         tasks: list[asyncio.Task[list[Difference]]] = []
@@ -102,7 +102,7 @@ class Replay:
         return compare(where, response, call.response, self.options.tolerance)
 
     async def _send(self, goal: RecordedGoal, where: str) -> list[Difference]:
-        """Send a goal, cancel it where it was cancelled, and compare how it ended."""
+        """Send a goal, cancel it if it was cancelled in the recording, and compare its end."""
         lasted = max(goal.ended - goal.sent, 0) / _S
         run = self._clients[goal.name].send(goal.goal, timeout=lasted + self.options.timeout)
         try:
@@ -132,7 +132,7 @@ class Replay:
 
 
 class LiveGoal:
-    """A goal that was sent again: what came of it."""
+    """A recorded goal that was sent again, and its outcome."""
 
     def __init__(self, run: Run[Any, Any]) -> None:
         self._run = run

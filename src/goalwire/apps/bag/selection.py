@@ -1,4 +1,4 @@
-"""Which topics, services and actions are meant, as the flags of `ros2 bag record` and `play` say it.
+"""The choice of topics, services and actions by the flags of `ros2 bag record` and `play`.
 
 The rules are rosbag2's (rosbag2_transport, topic_filter.cpp): what is excluded is out in any case; of the
 rest, that is in which any flag names. Services are known by the topics of their events, actions by the topics
@@ -33,7 +33,7 @@ def service_of(topic: str) -> str:
 
 
 def is_hidden(name: str) -> bool:
-    """Return whether a part of a name begins with an underscore: ROS 2 shows such names on request alone."""
+    """Return whether a part of a name begins with an underscore: ROS 2 shows such names only on request."""
     return any(part.startswith('_') for part in name.split('/'))
 
 
@@ -45,7 +45,7 @@ def whole_type(name: str) -> str:
 
 @record
 class Names:
-    """Names of one kind that are chosen: all, some, or none; and those that are out in any case."""
+    """The chosen names of one kind: all, some or none, and those that are left out in any case."""
 
     all: bool = False
     some: frozenset[str] = frozenset()
@@ -61,7 +61,7 @@ NONE = Names()
 
 @record
 class Selection:
-    """The topics, services and actions that are meant, by full names.
+    """The chosen topics, services and actions, by full names.
 
     A regular expression may match any part of a name.
     """
@@ -70,7 +70,7 @@ class Selection:
     services: Names = NONE
     actions: Names = NONE
     types: frozenset[str] = frozenset()
-    """Topics of these types are in."""
+    """Topics of these types are chosen."""
     types_out: frozenset[str] = frozenset()
     regex: str = ''
     """Topics, services and actions that it matches are in."""

@@ -15,7 +15,7 @@ class Snapshot:
     """
 
     def __init__(self, bag: Writer, limit: int, duration_ns: int = 0) -> None:
-        """Keep up to `limit` bytes, and no longer than `duration_ns`, if that is not 0."""
+        """Keep up to `limit` bytes, for at most `duration_ns` if that is not 0."""
         self._bag = bag
         self._limit = limit
         self._duration = duration_ns
@@ -32,14 +32,14 @@ class Snapshot:
             self._held -= len(kept.popleft().data)
 
     def flush(self) -> None:
-        """Nothing is written before it is asked for."""
+        """Do nothing: messages are only written by `write`."""
 
     def sync(self) -> None:
-        """Have the disk keep what was written."""
+        """Have the disk keep the written data."""
         self._bag.sync()
 
     def write(self) -> int:
-        """Write what is kept, in a file of its own, and forget it; return how many messages there were."""
+        """Write the kept messages into a file of their own, and forget them; return their number."""
         kept, self._kept, self._held = self._kept, deque(), 0
         if kept:
             if self._bag.count:

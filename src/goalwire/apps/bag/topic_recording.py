@@ -36,7 +36,7 @@ class Delivery:
         self._held: deque[tuple[Sample, int]] = deque()
 
     def open(self) -> None:
-        """Put what waits, and what comes, into the file: the topic is known to it by now."""
+        """Begin to write: the waiting messages first. The file knows the topic by now."""
         with self._lock:
             while self._held:
                 self._intake.put(self.topic, *self._held.popleft())
@@ -100,7 +100,7 @@ class TopicRecording:
         return self.name.endswith(POSTFIX_FOR_RECORDERS)
 
     def update(self, publishers: Iterable[GraphEntity]) -> None:
-        """Subscribe as these publishers need it."""
+        """Subscribe with the QoS that these publishers need."""
         fitting = [each for each in publishers if each.type_name == self.type_name]
         if self._qos is not None:
             if not self._subscriptions:

@@ -1,4 +1,4 @@
-"""What runs for one client: calls and goals, which end with it."""
+"""The calls and goals of one client, which end with it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class ClientWork:
             task.add_done_callback(self._tasks.discard)
 
     async def end_tasks(self) -> None:
-        """Cancel what runs for this client, and wait until it has cleaned up."""
+        """Cancel this client's tasks, and wait until they have cleaned up."""
         for task in self._tasks:
             task.cancel()
         while self._tasks:

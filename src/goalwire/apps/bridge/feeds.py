@@ -1,4 +1,4 @@
-"""What arrives on topics: one subscription for all clients of a topic, each message decoded at most once.
+"""Messages of topics: one subscription for all clients of a topic, each message decoded at most once.
 
 A topic with history is an exception. Each of its listeners has a subscription of its own, since one that is
 shared would give the history to the first client alone.
@@ -31,7 +31,7 @@ class Arrival:
         self._sample = sample
         self._cls = cls
         self.forms: dict[str, Any] = {}
-        """What protocols have made of it, by their own keys."""
+        """The forms that protocols have made of the message, by their own keys."""
 
     @cached_property
     def data(self) -> bytes:
@@ -49,7 +49,7 @@ class Arrival:
         return codec.decoder(self._cls)(self._sample.payload)
 
     def form(self, key: str, make: Callable[[Arrival], Any]) -> Any:
-        """Return what `make` makes of it, which is done once for all clients."""
+        """Return a form of the message, which `make` makes once for all clients."""
         if key not in self.forms:
             self.forms[key] = make(self)
         return self.forms[key]
@@ -99,7 +99,7 @@ class Feeds:
         return suiting([each.qos for each in publishers], DEPTH)
 
     async def follow_graph(self) -> None:
-        """Subscribe anew where publishers with another QoS have come, until it is cancelled."""
+        """Subscribe anew if publishers with another QoS have come, until it is cancelled."""
         async for _ in self._node.graph.changes():
             for feed in list(self._feeds):
                 qos = self._suiting(feed.topic)

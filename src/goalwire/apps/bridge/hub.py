@@ -47,7 +47,7 @@ class Hub:
         self.actions.close()
 
     def start(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
-        """Run what outlives a client, until the bridge ends."""
+        """Start a task that outlives its client and ends with the bridge."""
         task = asyncio.get_running_loop().create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -58,7 +58,7 @@ class Hub:
         return await self._only_type('topic', topic, self.node.graph.topics)
 
     async def type_of_service(self, service: str) -> str:
-        """Return the type of a service that is there; raises as `type_of_topic` does."""
+        """Return the type of a service in the graph; raises as `type_of_topic` does."""
         return await self._only_type('service', service, self.node.graph.served)
 
     async def _only_type(self, what: str, name: str, known: Callable[[], NamesAndTypes]) -> str:
@@ -79,7 +79,7 @@ class Hub:
 
 
 def full_name(name: str) -> str:
-    """Return '/a/b' for 'a/b', too; raises InvalidTopicNameException for what no name may have."""
+    """Return the full name, '/a/b' for 'a/b' too; raises InvalidTopicNameException for an invalid name."""
     full = '/' + '/'.join(part for part in name.split('/') if part)
     with rclpy_exceptions():
         validate_full_topic_name(full)

@@ -1,4 +1,7 @@
-"""Classes of interfaces by the names that clients use; unknown ones are asked of the nodes that have them."""
+"""Classes of interfaces by the names that clients use.
+
+Nodes are asked for the definitions of unknown types.
+"""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ class Outbox:
         return item
 
     async def send_all(self, connection: Connection) -> None:
-        """Send what comes, one message after the other, until it is cancelled or the connection ends."""
+        """Send the messages in the box, one after the other, until it is cancelled or the connection ends."""
         while True:
             while self._items:
                 item = self._take(next(iter(self._items)))

@@ -1,4 +1,4 @@
-"""The web socket side of a bridge: who may connect, one session a client, and what happens to slow ones."""
+"""The web socket side of a bridge: who may connect, one session per client, and slow clients."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ from goalwire.apps.bridge.settings import Settings
 from goalwire.errors import TransportError, peer_text
 
 _QUIET = logging.getLogger('goalwire.bridge.websockets')
-_QUIET.addHandler(logging.NullHandler())  # theirs are tracebacks; what matters is logged here
+# The library logs tracebacks; this module logs the errors that matter
+_QUIET.addHandler(logging.NullHandler())
 _QUIET.propagate = False
 
 
@@ -33,10 +34,10 @@ class Session(Protocol):
     """One client, as a protocol serves it."""
 
     async def receive(self, frame: Frame) -> None:
-        """Take what the client sent. It must not wait for the robot, which would hold up the next frame."""
+        """Take a client's frame. It must not wait for the robot, which would hold up the next frame."""
 
     async def close(self) -> None:
-        """The client is gone: end what it has begun."""
+        """End the client's calls and subscriptions: it has gone."""
 
 
 OpenSession = Callable[[Hub, Outbox], Session]

@@ -10,7 +10,7 @@ from goalwire.errors import NotAllowedError
 from goalwire.records import record
 
 REGULAR = 're:'
-"""A pattern that begins so is a regular expression; any other is a glob such as '/arm/*'."""
+"""The beginning of a pattern that is a regular expression. Any other is a glob such as '/arm/*'."""
 _HIDDEN = '/_action/'
 _OF_PARAMETERS = (
     'describe_parameters',

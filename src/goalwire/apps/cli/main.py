@@ -41,7 +41,7 @@ def _open_closed_streams() -> None:
 
 
 def run_command(program: str, arguments: Sequence[str]) -> int:
-    """Run one command line; whatever happens, one line on standard error says what and what next."""
+    """Run one command line. Any error is one line on standard error, with advice."""
     try:
         try:
             outcome = _dispatch(program, list(arguments))
@@ -158,7 +158,7 @@ def _run_verb(
         own = arguments
     else:
         own, for_node = _split_ros_arguments(arguments)
-        sys.argv[1:] = for_node  # else the node takes a value such as `rate:=fast` for a remapping rule
+        sys.argv[1:] = for_node  # otherwise the node takes a value such as `rate:=fast` for a remapping rule
     parsed = parser.parse_args(own, values)
     parsed.prog = parser.prog
     output: Output = Output(json=getattr(parsed, 'json', False))
@@ -179,7 +179,7 @@ def _split_ros_arguments(arguments: list[str]) -> tuple[list[str], list[str]]:
 
 
 def _report(program: str, error: Exception) -> Outcome:
-    """Say in one line what went wrong, and return its code."""
+    """Print an error in one line, and return its exit code."""
     from goalwire.apps.cli.framework.failures import explain_error
     from goalwire.errors import peer_text
 
@@ -199,14 +199,14 @@ def _report(program: str, error: Exception) -> Outcome:
 
 
 def _is_closed_pipe(error: Exception) -> bool:
-    """Return whether a task found that nobody reads any more."""
+    """Return whether a task failed because nobody reads the output any more."""
     while isinstance(error, ExceptionGroup):
         error = error.exceptions[0]
     return isinstance(error, BrokenPipeError)
 
 
 def _close_stdout() -> Outcome:
-    """Keep the interpreter from complaining at its end that nobody reads any more."""
+    """Close standard output quietly: nobody reads it any more."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return Outcome.CLOSED_PIPE
 

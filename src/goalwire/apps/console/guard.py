@@ -197,7 +197,7 @@ def _is_followed_link(headers: dict[str, str]) -> bool:
 
 
 def _token_in_address(scope: Scope) -> str | None:
-    """Return the token that a page is asked for with; None if the address has none."""
+    """Return the token in a page's address; None if it has none."""
     if scope['type'] != 'http' or scope['method'] != 'GET':
         return None
     query = scope.get('query_string', b'').decode('latin-1')

@@ -1,4 +1,4 @@
-"""Files of packages that a client asks for: meshes and descriptions, out of the packages' shares alone."""
+"""Files that a client asks for: meshes and descriptions, only out of the packages' share folders."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _SCHEME = 'package://'
 
 
 class NoAssetError(ValueError):
-    """There is no such file for clients; the text says why."""
+    """The client cannot have a file; the text says why."""
 
 
 def read_asset(uri: str) -> bytes:

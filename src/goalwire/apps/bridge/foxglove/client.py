@@ -19,7 +19,7 @@ class BadFieldError(ValueError):
 
 
 class Client(ClientWork):
-    """What the parts of one session share."""
+    """The client as all parts of one session see it."""
 
     def __init__(self, hub: Hub, outbox: Outbox) -> None:
         super().__init__(hub)

@@ -1,4 +1,4 @@
-"""The connection graph: which node publishes, subscribes to and serves what."""
+"""The connection graph: the publishers, subscribers and servers of each topic and service."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from goalwire.transport.contract import EndpointKind
 
 
 class Connections:
-    """Sends the graph to a client that asked for it, and then what has changed."""
+    """Sends the graph to a client that asked for it, and then its changes."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -66,7 +66,7 @@ def _changed(
     kind: EndpointKind,
     users: str,
 ) -> list[dict[str, Any]]:
-    """Return the names whose users have changed; those without users have an empty list."""
+    """Return the names whose users have changed; a name without users has an empty list."""
     names = before[kind].keys() | now[kind].keys()
     return [
         {'name': name, users: now[kind].get(name, [])}

@@ -53,7 +53,7 @@ def asset(request: int, data: bytes, problem: str = '') -> bytes:
 
 
 def read(frame: bytes) -> ClientMessage | ServiceRequest:
-    """Return what a client sent. Raises BadFrameError."""
+    """Read a frame of a client. Raises BadFrameError."""
     try:
         if frame[:1] == b'\x01':
             return ClientMessage(struct.unpack_from('<I', frame, 1)[0], frame[5:])

@@ -20,7 +20,7 @@ _ANSWER_S = 2.0
 
 
 class Parameters:
-    """What a client reads, sets and follows."""
+    """The parameters that a client reads, sets and follows."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -28,7 +28,7 @@ class Parameters:
         self._stop: Callable[[], None] | None = None
 
     async def get(self, fields: Fields) -> None:
-        """Begin to read parameters: those named, or all."""
+        """Begin to read parameters: the named ones, or all."""
         self._client.start(self._get(texts_of(fields, 'parameterNames'), fields.get('id')))
 
     async def _get(self, names: list[str], request: object) -> None:
@@ -59,7 +59,7 @@ class Parameters:
         return found
 
     async def set(self, fields: Fields) -> None:
-        """Begin to set parameters; what they then are is sent if the client gave an id."""
+        """Begin to set parameters; the new values are sent if the client gave an id."""
         self._client.start(self._set(objects_of(fields, 'parameters'), fields.get('id')))
 
     async def _set(self, parameters: list[Fields], request: object) -> None:
@@ -87,7 +87,7 @@ class Parameters:
             self._stop = feeds.listen('/parameter_events', type_name, ParameterEvent, self)
 
     async def unfollow(self, fields: Fields) -> None:
-        """Tell of some parameters no longer."""
+        """Stop following some parameters."""
         self._followed -= set(texts_of(fields, 'parameterNames'))
 
     def take(self, arrival: Arrival) -> None:

@@ -22,7 +22,7 @@ from goalwire.apps.bridge.outbox import Frame, Outbox
 from goalwire.errors import GoalwireError, peer_text
 
 _TOGETHER_S = 0.1
-"""Changes of the graph within this time are told together: programs bring many when they start."""
+"""How long changes of the graph are collected: a program that starts brings many."""
 
 
 class FoxgloveSession:
@@ -88,7 +88,7 @@ class FoxgloveSession:
         self._client.outbox.put_of_topic('/clock', [frames.time(stamp.sec * 10**9 + stamp.nanosec)], most=1)
 
     async def receive(self, frame: Frame) -> None:
-        """Carry out one operation; whatever is wrong with it, the client is told by a status."""
+        """Carry out one operation. A status tells the client of any error."""
         try:
             if isinstance(frame, bytes):
                 self._receive_bytes(frame)
@@ -129,7 +129,7 @@ class FoxgloveSession:
         self._client.outbox.put([frame])
 
     async def close(self) -> None:
-        """End what the client has begun; its goals are cancelled, unless the bridge keeps them."""
+        """End the client's calls and subscriptions. Its goals are cancelled, unless the bridge keeps them."""
         self._stop_clock()
         self._topics.close()
         self._published.close()

@@ -1,4 +1,4 @@
-"""Channels: the topics that a client is shown and subscribes to, and those on which it publishes."""
+"""Channels: the topics that a client may subscribe to, and those on which it publishes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ShownTopics:
         self._numbers = count(1)
         self._channels: dict[Channel, int] = {}
         self._asked: set[str] = set()
-        """Unknown types that nodes were asked for."""
+        """The unknown types for which nodes were asked."""
         self._subscriptions: dict[int, _Subscription] = {}
 
     def update(self) -> None:

@@ -1,4 +1,4 @@
-"""A client as the operations see it: what it asks, and how it is answered."""
+"""A client as the operations see it: its requests, and the way to answer them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from goalwire.apps.bridge.rosbridge.values import from_values
 
 Operation = Mapping[str, Any]
 LEVELS = ('none', 'error', 'warning', 'info')
-"""Of status messages; each has those before it."""
+"""The levels of status messages; each includes those before it."""
 
 
 class BadOperationError(ValueError):
@@ -23,7 +23,7 @@ class BadOperationError(ValueError):
 
 
 class Client(ClientWork):
-    """What all operations of one client share."""
+    """The client as all operations see it."""
 
     def __init__(self, hub: Hub, outbox: Outbox) -> None:
         super().__init__(hub)
@@ -43,7 +43,7 @@ class Client(ClientWork):
             )
 
     def tell(self, level: str, text: str, request: Operation | None = None) -> None:
-        """Send a status message, if the client wants those of that level."""
+        """Send a status message, if the client wants messages of that level."""
         if LEVELS.index(level) <= LEVELS.index(self.level):
             about = {'id': request['id']} if request and 'id' in request else {}
             self.send({'op': 'status', **about, 'level': level, 'msg': text})
@@ -54,7 +54,7 @@ class Client(ClientWork):
         return Time(sec=seconds, nanosec=nanoseconds)
 
     def message(self, cls: Any, values: object, *, has_auto_header: bool = False) -> Any:
-        """Return a message made of what the client gave. Raises FieldValueError."""
+        """Return a message made from a client's fields. Raises FieldValueError."""
         return from_values(cls, values, self.now, has_auto_header=has_auto_header)
 
 

@@ -17,14 +17,14 @@ from goalwire.errors import FieldValueError
 
 COMPRESSIONS = ('none', 'png', 'cbor', 'cbor-raw')
 _MOST_UNFINISHED = 16
-"""Fragmented messages of one client that wait for the rest."""
+"""How many incomplete fragmented messages one client may have."""
 _LEAST_FRAGMENT = 100
 """Characters: smaller fragments would be mostly frame."""
 _numbers = count(1)
 
 
 class BadMessageError(ValueError):
-    """A client sent what cannot be read; the text says why."""
+    """A client sent an unreadable message; the text says why."""
 
 
 # -- to clients ----------------------------------------------------------------------------------------------
@@ -43,7 +43,7 @@ def cbor(value: Any) -> bytes:
 
 
 def frames(text: str, fragment_size: int | None = None, compression: str = 'none') -> list[Frame]:
-    """Return the frames of a message in JSON: in a PNG if that is asked for, and cut if it is too long."""
+    """Return the frames of a message in JSON: in a PNG on request, and cut if it is too long."""
     if compression == 'png':
         text = json_text({'op': 'png', 'data': _png(text)})
     if fragment_size is None or len(text) <= fragment_size:

@@ -22,7 +22,7 @@ from goalwire.transport.contract import EndpointKind, GraphEntity
 
 PREFIX = '/rosapi/'
 _DISTRO = 'jazzy'
-"""What is said if ROS_DISTRO is not set: the release whose interfaces come along."""
+"""The answer if ROS_DISTRO is not set: the release of goalwire's interfaces."""
 Fields = Mapping[str, Any]
 Handler = Callable[[Fields], Awaitable[dict[str, Any]]]
 

@@ -91,7 +91,7 @@ class SendingGoals:
 
 
 class _Reports:
-    """Sends a client what is heard of one of its goals: feedback and status, if it asked for them."""
+    """Sends a client the feedback and status of one of its goals, if it asked for them."""
 
     def __init__(self, client: Client, action: str, operation: Operation) -> None:
         self._client = client

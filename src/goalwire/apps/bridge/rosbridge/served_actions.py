@@ -125,7 +125,7 @@ class ServingActions:
         return running
 
     async def unadvertise(self, operation: Operation) -> None:
-        """Serve an action no longer; its goals are aborted."""
+        """Stop serving an action; its goals are aborted."""
         action = full_name(text_of(operation, 'action'))
         if not self._end(action):
             self._client.tell('error', f"unadvertise_action: '{action}' is not advertised", operation)

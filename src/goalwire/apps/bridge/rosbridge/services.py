@@ -1,4 +1,4 @@
-"""Services: calls of a client, and those that it serves."""
+"""Services: the calls of a client, and the services that it serves."""
 
 from __future__ import annotations
 

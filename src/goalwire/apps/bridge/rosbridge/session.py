@@ -1,4 +1,4 @@
-"""One client of rosbridge: reads its operations, and hands each to what carries it out."""
+"""One client of rosbridge: reads its operations, and hands each to its handler."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class RosbridgeSession:
             self._operations |= part.operations
 
     async def receive(self, frame: Frame) -> None:
-        """Carry out one operation; whatever is wrong with it, the client is told by a status message."""
+        """Carry out one operation. A status message tells the client of any error."""
         try:
             operation: dict[str, Any] = read_frame(frame)
         except BadMessageError as error:
@@ -79,7 +79,7 @@ class RosbridgeSession:
         """Clients may send status messages, which concern nobody here."""
 
     async def close(self) -> None:
-        """End what the client has begun; its goals are cancelled, unless the bridge keeps them."""
+        """End the client's calls and subscriptions. Its goals are cancelled, unless the bridge keeps them."""
         for part in self._parts:
             part.close()
         await self._client.end_tasks()

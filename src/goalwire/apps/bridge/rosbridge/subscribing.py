@@ -35,7 +35,7 @@ class _Wish:
 
 
 def _combined(wishes: Sequence[_Wish]) -> _Wish:
-    """Return what serves all of a client's subscriptions to one topic, as the protocol says."""
+    """Return the options that serve all of a client's subscriptions to one topic, as the protocol says."""
     sizes = [wish.fragment_size for wish in wishes if wish.fragment_size is not None]
     ranks = ('none', 'png', 'cbor', 'cbor-raw')
     return _Wish(
@@ -55,7 +55,7 @@ class Subscribing:
         self.operations = {'subscribe': self.subscribe, 'unsubscribe': self.unsubscribe}
 
     async def subscribe(self, operation: Operation) -> None:
-        """Listen to a topic; the type may be left out where the topic is there."""
+        """Listen to a topic. The type may be left out if the topic is in the graph."""
         given = text_of(operation, 'topic')
         topic = full_name(given)
         hub = self._client.hub
@@ -104,13 +104,13 @@ class Subscribing:
 
 
 class _Subscription:
-    """What a client gets of one topic: it is packed, thinned out, and put into its outbox."""
+    """A client's share of one topic: packed, thinned out, and put into its outbox."""
 
     def __init__(self, client: Client, topic: str, given: str) -> None:
         self._client = client
         self._topic = topic
         self._given = given
-        """The topic as the client wrote it, for it looks for that in what it gets."""
+        """The topic as the client wrote it: the client looks for that in the messages."""
         self.wishes: dict[object, _Wish] = {}
         self._wish = _Wish(0, 0, None, 'none')
         self._latest = float('-inf')

@@ -52,7 +52,7 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
 
 
 def _files(path: str) -> Iterator[str]:
-    """Yield a file itself, or those below a folder that can be checked; not what was built."""
+    """Yield a file itself, or the files below a folder that can be checked; not the results of builds."""
     from goalwire.idl.workspace import IGNORE_MARKS, IGNORED
     from goalwire.launching.commands import ENDINGS
 
@@ -121,7 +121,7 @@ def _unknown_type(field: Field, package: str, folder: str) -> str:
     try:
         registry.message_definition(field.type.base)
     except InterfaceSyntaxError:
-        return ''  # told where that file is checked
+        return ''  # reported when that file is checked
     except InterfaceError as error:
         return ' '.join(str(error).split())
     return ''

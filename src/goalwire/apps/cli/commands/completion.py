@@ -1,4 +1,4 @@
-"""ros2 completion: what makes a shell complete these commands."""
+"""ros2 completion: prints a script by which a shell completes these commands."""
 
 from __future__ import annotations
 

@@ -131,7 +131,7 @@ def _text(name: str) -> str:
 
 
 def _lines(name: str, *, comments: bool, nested: bool, level: int) -> Iterator[str]:
-    """Yield the lines of a definition, those of nested ones indented below their fields."""
+    """Yield the lines of a definition; nested definitions are indented below their fields."""
     package = name.split('/', maxsplit=1)[0]
     for raw in _text(name).splitlines():
         line = raw.rstrip()

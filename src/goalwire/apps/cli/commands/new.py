@@ -106,7 +106,7 @@ def _write_stubs(folder: Path, output: Output) -> None:
 
 
 def _check_name(prog: str, package: str) -> None:
-    """Raise CommandError for what is not a name of a ROS 2 package (REP 144) or of a Python one."""
+    """Raise CommandError unless a name is valid for a ROS 2 package (REP 144) and a Python package."""
     if re.fullmatch('[a-z][a-z0-9]*(_[a-z0-9]+)*', package) and not keyword.iskeyword(package):
         return
     wanted = '_'.join(re.findall('[a-z0-9]+', re.sub('(?<=[a-z0-9])(?=[A-Z])', '_', package).lower()))
@@ -120,7 +120,7 @@ def _check_name(prog: str, package: str) -> None:
 
 
 def _files(package: str, kinds: Sequence[Kind], *, own_types: bool) -> dict[str, str]:
-    """Return the texts of a new package by their paths, and those of its package of interfaces."""
+    """Return the files of a new package, and of its package of interfaces, as texts by paths."""
     interfaces = f'{package}_interfaces'
     scripts = {kind.program: f'{package}_{kind.program}' for kind in kinds}
     used = [interfaces] if own_types else sorted({kind.interfaces for kind in kinds})

@@ -1,4 +1,4 @@
-"""ros2 version: of goalwire, Python and what the wires are made of."""
+"""ros2 version: the versions of goalwire, of Python and of the wires' libraries."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PARTS = ('eclipse-zenoh', 'cyclonedds', 'numpy', 'PyYAML', 'xxhash')
 
 
 def versions() -> dict[str, str]:
-    """Return versions by name; '' for what is not installed."""
+    """Return versions by name; '' for a package that is not installed."""
     found = {'goalwire': goalwire.__version__, 'Python': platform.python_version()}
     for name in _PARTS:
         try:

@@ -25,7 +25,7 @@ _PARAMETER = Pattern(r'[A-Za-z0-9_./:][A-Za-z0-9_./:-]*')
 
 
 def completions(shell: str, arguments: Sequence[str]) -> list[str]:
-    """Return what a shell may write in place of the word that is begun, quoted for it.
+    """Return the completions of the last word, quoted for the shell.
 
     Without a known shell only words are offered that need no quotes.
     """
@@ -36,7 +36,7 @@ def completions(shell: str, arguments: Sequence[str]) -> list[str]:
 
 
 def complete(words: Sequence[str]) -> list[str]:
-    """Return what the last of these words may become."""
+    """Return the completions of the last of these words."""
     *said, begun = words or ['']
     flags = [word for word in said if not word.startswith('-')]
     if not flags:
@@ -91,7 +91,7 @@ def _match(begun: str, names: Iterable[str]) -> list[str]:
 
 
 def _live(noun: str, what: str, given: Sequence[str], begun: str) -> list[str]:
-    """Return what the graph, or the interfaces, have for an argument; [] if nothing is known of it."""
+    """Return the graph's, or the interfaces', words for an argument; [] if there are none."""
     from goalwire.apps.cli.framework.nodes import is_hidden, node_names
 
     names: dict[str, Callable[[Graph], Iterable[str]]] = {

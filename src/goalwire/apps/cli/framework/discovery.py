@@ -30,7 +30,7 @@ FIRST_S = 0.12
 NOBODY_S = 0.5
 """How long the first answer may take: an empty graph is rare, and told later."""
 MISSING_S = 1.5
-"""How much longer what is asked for by its name may take there, before it is called missing."""
+"""How much longer to look for a named thing there, before it is called missing."""
 QUIET_S = 0.05
 """After this long without a change, and with nothing outstanding, the graph counts as complete there."""
 LAST_S = 0.02
@@ -72,7 +72,7 @@ def discovered(
     """
     from goalwire.graph.graph import Graph
 
-    with closing(_open_session()) as session, raised():  # what opening imports is not a place for exceptions
+    with closing(_open_session()) as session, raised():  # imports during opening must not be interrupted
         graph = Graph(
             session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
         )
@@ -84,7 +84,7 @@ def discovered(
                 changes.settle(limit, None if whole else found, session)
             elif not graph.nodes():
                 changes.wait_for(lambda graph: bool(graph.nodes()), NOBODY_S)
-            if found is not None:  # what is not there is told after a second look: the others may be busy
+            if found is not None:  # a missing name is reported after a second look: the others may be busy
                 changes.wait_for(found, max(wait, NOBODY_S if session.discovers_at_once else MISSING_S))
         yield graph
 

@@ -60,7 +60,7 @@ class Expression:
     """A compiled expression of a user."""
 
     def __init__(self, text: str) -> None:
-        """Raises CommandError for what is not an expression."""
+        """Raises CommandError for an invalid expression."""
         self._text = text if len(text) <= LONGEST else text[:LONGEST] + '…'
         if len(text) > LONGEST:
             raise self._error(f'it has {len(text)} characters, and may have {LONGEST}')
@@ -74,7 +74,9 @@ class Expression:
             raise self._error('it contains a character that no expression has') from None
 
     def __call__(self, message: Any) -> bool:
-        """Say whether it holds for a message; raises CommandError, for what takes too long, too."""
+        """Return whether the expression holds for a message; raises CommandError, also if it takes too
+        long.
+        """
         try:
             return _Evaluation(message, self._error).holds(self._body)
         except RecursionError:
@@ -214,7 +216,7 @@ def _source(tree: ast.expr) -> str:
 
 
 def _kind(value: object) -> str:
-    """Return what a value is, for a user of messages."""
+    """Return the kind of a value in words."""
     if hasattr(value, 'get_fields_and_field_types'):
         return 'a message'
     for kinds, name in _KINDS:

@@ -37,7 +37,7 @@ _NEXT: tuple[tuple[type[errors.CallError], str], ...] = (
 
 def explain_error(error: Exception) -> tuple[Outcome, str]:
     """Return an error's outcome and its line."""
-    while isinstance(error, ExceptionGroup):  # of a TaskGroup: the first one has ended the others
+    while isinstance(error, ExceptionGroup):  # of a TaskGroup: the first error has ended the other tasks
         error = error.exceptions[0]
     if isinstance(error, CommandError):
         return error.outcome, str(error)
@@ -54,7 +54,7 @@ def explain_error(error: Exception) -> tuple[Outcome, str]:
 
 
 def _next(error: Exception, text: str) -> str:
-    """Return what to do next after a call; the library's own text names its service or action first."""
+    """Return advice for the error of a call. The library's own text names its service or action first."""
     if isinstance(error, errors.CallError):
         what = text.partition(' ')[0]
         for kind, advice in _NEXT:

@@ -27,7 +27,7 @@ def field_path(text: str) -> list[str | int]:
 
 
 def field_value(message: Any, path: Sequence[str | int], text: str | None) -> Any:
-    """Return the value at the end of a path; raises CommandError if there is no such field."""
+    """Return the value at the end of a path; raises CommandError for an unknown field."""
     value = message
     for step in path:
         known: dict[str, str] = getattr(value, 'get_fields_and_field_types', dict)()

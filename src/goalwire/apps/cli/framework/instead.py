@@ -1,4 +1,4 @@
-"""Commands that ROS 2 has and goalwire does not: why, and what to use instead."""
+"""ROS 2's commands that goalwire does not have: why, and the commands to use instead."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def end_at_once() -> None:
 
 @contextmanager
 def raised() -> Iterator[None]:
-    """Have Ctrl-C raise KeyboardInterrupt in the block, so that what is open there is closed."""
+    """Have Ctrl-C raise KeyboardInterrupt in the block, so that open things in it are closed."""
     if signal.getsignal(signal.SIGINT) is not _end:
         yield
         return

@@ -92,7 +92,7 @@ def tell_types_ourselves() -> None:
 
 
 def refuse_other_type(name: str, type_name: str, types: list[str]) -> None:
-    """Raise CommandError if a name is there, with other types only."""
+    """Raise CommandError if a name is in the graph, but only with other types."""
     if types and type_name not in types:
         raise CommandError(
             Outcome.BAD_VALUE,

@@ -1,4 +1,4 @@
-"""Finding what a user names: in the graph, and among the interfaces. Who mistypes is told what is near."""
+"""Finds a name of the user in the graph, or among the interfaces. Errors suggest similar names."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _UNUSABLE = re.compile(r'[^\w/~{}]')
 
 
 def full_name(text: str, what: str) -> str:
-    """Return '/a/b' for '/a/b', 'a/b', 'a//b' and '/a/b/'. Raises CommandError for what no name has."""
+    """Return '/a/b' for '/a/b', 'a/b', 'a//b' and '/a/b/'. Raises CommandError for an invalid name."""
     name = '/' + '/'.join(part for part in text.split('/') if part)
     found = _UNUSABLE.search(name)
     if found is not None or name == '/':
@@ -34,7 +34,7 @@ def full_name(text: str, what: str) -> str:
 
 
 def unknown(what: str, name: str, known: Iterable[str], command: str) -> CommandError:
-    """Return the error for a name that is not in the graph; `command` lists those that are."""
+    """Return the error for a name that is not in the graph; `command` lists the names that are."""
     from goalwire.graph.near_misses import similar_names
 
     advice = with_advice(suggest(similar_names(name, sorted(known))), f'see: {command}')
@@ -107,7 +107,7 @@ def interface_in_use(name: str) -> Any:
 
 
 def _near_types(name: str) -> str:
-    """Return what to do about an unknown type."""
+    """Return advice for an unknown type."""
     from rosidl_runtime_py import get_interface_packages, get_interfaces
 
     from goalwire.idl.search_path import explain_overridden, explain_refused

@@ -35,7 +35,7 @@ def add_style_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def style_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return what rosidl_runtime_py wants to know of the flags of `add_style_arguments`."""
+    """Return rosidl_runtime_py's arguments for the flags of `add_style_arguments`."""
     return {
         'truncate_length': None if arguments.full_length else arguments.truncate_length,
         'no_arr': arguments.no_arr,

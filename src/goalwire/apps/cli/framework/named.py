@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Named:
-    """One kind of what has names in the graph: 'service', 'topic' or 'action'."""
+    """One kind of named things in the graph: 'service', 'topic' or 'action'."""
 
     def __init__(
         self, what: str, kind: str, example: str, all_names: Callable[[Graph], NamesAndTypes]
@@ -41,7 +41,7 @@ class Named:
         )
 
     def noun_arguments(self, parser: ArgumentParser) -> None:
-        """Add what may stand between noun and verb."""
+        """Add the arguments between noun and verb."""
         self.hidden_flag(parser, default=False)
 
     def name_argument(self, parser: ArgumentParser) -> None:
@@ -53,13 +53,13 @@ class Named:
         )
 
     def list_arguments(self, parser: ArgumentParser) -> None:
-        """Add what `list` takes, but for hidden names."""
+        """Add the arguments of `list`, except for hidden names."""
         add_graph_arguments(parser)
         parser.add_argument('-t', '--show-types', action='store_true', help='Show the types, too')
         self._count_flag(parser)
 
     def find_arguments(self, parser: ArgumentParser) -> None:
-        """Add what `find` takes, but for hidden names."""
+        """Add the arguments of `find`, except for hidden names."""
         add_graph_arguments(parser)
         parser.add_argument(f'{self.what}_type', help=f"Type to look for (e.g. '{self._example_type}')")
         self._count_flag(parser)
@@ -77,7 +77,7 @@ class Named:
     # -- looking -------------------------------------------------------------------------------------------
 
     def names(self, graph: Graph, arguments: Namespace) -> NamesAndTypes:
-        """Return names and types in the graph, hidden ones if they are asked for."""
+        """Return names and types in the graph, hidden ones on request."""
         from goalwire.graph.names import without_hidden
 
         found = self._all_names(graph)
@@ -107,7 +107,7 @@ class Named:
         return name, types, graph
 
     def name_and_type(self, arguments: Namespace) -> tuple[str, str]:
-        """Return name and type of what is named; raises CommandError if it is not in the graph."""
+        """Return the name and type of the named thing; raises CommandError if it is not in the graph."""
         name, types, _ = self.one(arguments)
         return name, lookup.only_type(types, self.what, name, arguments.prog)
 
@@ -127,7 +127,7 @@ class Named:
                 output.line(f'{name} [{", ".join(types)}]' if arguments.show_types else name)
 
     def print_types(self, arguments: Namespace, output: Output) -> None:
-        """Print the types of what is named."""
+        """Print the types of the named thing."""
         name, types, _ = self.one(arguments)
         if output.json:
             output.data({'name': name, 'types': types})

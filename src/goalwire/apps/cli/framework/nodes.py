@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
 
 CALL_S = 5.0
-"""How long a service of a node may take to answer if nothing else is said."""
+"""How long a service of a node may take to answer by default."""
 
 
 def is_hidden(full_name: str) -> bool:
@@ -40,7 +40,7 @@ def one_node(graph: Graph, given: str) -> str:
 
 
 def add_node_argument(parser: ArgumentParser, *, optional: bool = False) -> None:
-    """Add the name of a node and what goes along with it."""
+    """Add the arguments for a node's name, and for hidden nodes."""
     parser.add_argument(
         'node_name', nargs='?' if optional else None, help="Name of the node (e.g. '/talker')"
     )

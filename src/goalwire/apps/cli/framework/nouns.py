@@ -1,4 +1,4 @@
-"""Which nouns there are, and which module has each. Nothing is imported before it is asked for."""
+"""The nouns, and the module of each. Each module is imported when it is first needed."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def port(text: str) -> int:
 
 
 def port_to_name(text: str) -> int:
-    """Read a TCP port that others are to be told, so not 0."""
+    """Read a TCP port that others will connect to, so not 0."""
     return _whole(text, 1, 'from 1 to 65535', 65535)
 
 
@@ -56,7 +56,7 @@ def _whole(text: str, least: int, wanted: str, most: float = float('inf')) -> in
 
 
 def timeout_argument(parser: ArgumentParser, default: float, what: str) -> None:
-    """Add `--timeout S`; `what` says what may take that long."""
+    """Add `--timeout S`; `what` describes the wait for the help text."""
     parser.add_argument(
         '--timeout', metavar='S', type=positive, default=default, help=f'{what} ({default:g})'
     )

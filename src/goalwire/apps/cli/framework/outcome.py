@@ -14,9 +14,9 @@ class Outcome(IntEnum):
     FAILED = 1
     """All failures without a code of their own."""
     USAGE = 2
-    """The command line is wrong: no such verb or flag, an argument that is missing."""
+    """The command line is wrong: an unknown verb or flag, or a missing argument."""
     NOT_FOUND = 3
-    """Nothing of that name is there: topic, service, action, node, parameter, type, package, file."""
+    """A named topic, service, action, node, parameter, type, package or file does not exist."""
     BAD_VALUE = 4
     """A value does not fit its type, or its text cannot be read."""
     TIMEOUT = 5
@@ -36,11 +36,11 @@ class Outcome(IntEnum):
     TERMINATED = 143
     """Ended by SIGTERM."""
     CLOSED_PIPE = 141
-    """Whoever read the output has gone, as with `| head`: the one ending without a line."""
+    """The reader of the output has gone, as with `| head`. This is the only end without a line."""
 
 
 class CommandError(Exception):
-    """Ends a command: `problem` says what is wrong, `advice` what to do next; both go on one line.
+    """Ends a command. `problem` says what is wrong, `advice` what to do next; both go on one line.
 
     It becomes that line and the command's exit code; no program sees it.
     """

@@ -78,7 +78,7 @@ class Output:
         self._stream.flush()
 
     def raw(self, text: str) -> None:
-        """Print a text that steers the terminal; what of it came from a peer has been escaped."""
+        """Print a text that controls the terminal; the parts from peers are escaped already."""
         self._stream.write(text)
         self._stream.flush()
 
@@ -122,6 +122,6 @@ def _without_nan(value: Json) -> Json:
 
 
 def tell(text: str) -> None:
-    """Say on standard error what the command does: that is not a result, and no part of `--json`."""
+    """Print progress on standard error: it is not a result, and not part of `--json`."""
     sys.stderr.write(escaped(text) + '\n')
     sys.stderr.flush()

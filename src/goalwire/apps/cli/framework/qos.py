@@ -1,4 +1,4 @@
-"""The flags that choose a QoS, and what is chosen if they say nothing."""
+"""The flags that choose a QoS, and the defaults."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def add_qos_arguments(parser: ArgumentParser, what: str, default: str) -> None:
 
 
 def choose_qos(arguments: Namespace, base: goalwire.QoS) -> goalwire.QoS:
-    """Return the QoS that the flags ask for; `base` is what counts if no profile is named."""
+    """Return the QoS of the flags; `base` is the default if no profile is named."""
     from goalwire.records import replace
 
     qos = base if arguments.qos_profile is None else _profile(arguments.qos_profile)

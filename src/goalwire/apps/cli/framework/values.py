@@ -87,7 +87,7 @@ def _put(values: dict[str, Any], path: list[str], value: Any, pair: str) -> None
 
 
 def _read_value(cls: Any, path: list[str], text: str) -> Any:
-    """Return a pair's value: the text itself if the field is a string, else what it is in YAML."""
+    """Return a pair's value: the text itself if the field is a string, otherwise its value in YAML."""
     kind = field_type(cls, path)
     if kind.startswith(('string', 'wstring')) and '[' not in kind:
         return text

@@ -120,7 +120,7 @@ class Top(App[Outcome]):
         self.call_after_refresh(self.repaint)
 
     def repaint(self) -> None:
-        """Draw what is known by now."""
+        """Draw the present data."""
         with suppress(NoMatches):  # a clock may tick while the screen is being taken down
             self._repaint()
 
@@ -134,7 +134,7 @@ class Top(App[Outcome]):
             tab.refresh_lines(self._log_lines, self._view)
 
     async def close_data(self) -> None:
-        """Listen to nothing any more, and give up what is under way."""
+        """Stop listening, and cancel what is under way."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -173,7 +173,7 @@ class Top(App[Outcome]):
         self._show_tab()
 
     def _show_tab(self) -> None:
-        """Listen to what the tab shows, and to nothing that the others do."""
+        """Listen for the shown tab, and stop listening for the others."""
         for tab in self.query(TableTab):
             if tab is not self._tab:
                 tab.quiet()
@@ -205,12 +205,12 @@ class Top(App[Outcome]):
     # -- keys ----------------------------------------------------------------------------------------------
 
     def action_tab(self, name: str) -> None:
-        """Show another tab; what is typed next is for it."""
+        """Show another tab; further keys are for it."""
         self.query_one(TabbedContent).active = name
         self._show_tab()
 
     def action_details(self) -> None:
-        """Show what more there is to know of the chosen row."""
+        """Show the details of the chosen row."""
         tab = self._tab
         if isinstance(tab, TableTab) and (text := tab.details(self._graph)):
             self._echo.stop()

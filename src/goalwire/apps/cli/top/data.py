@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     Read: TypeAlias = Callable[[], Awaitable[None]]
 
 HEAVY = 5_000_000
-"""Bytes a second beyond which a topic is measured for a moment only, unless it is asked for."""
+"""Above so many bytes a second a topic is measured only for a moment, unless the user asks for more."""
 _MOMENT_S = 1.0
 _DEPTH = 1000
 _REPAINT_S = 0.2
@@ -81,7 +81,8 @@ class TopicRate:
         self._since = monotonic()
         self._count = self._bytes = 0
         self.is_paused = False
-        """True if it is too much to be measured all the time; the figures are then those of a moment."""
+        """True if the topic is too fast to be measured all the time; the figures are then those of a
+        moment."""
 
     def note(self, now: float, size: int) -> None:
         """Note a message."""
@@ -142,7 +143,7 @@ class TopicRates:
 
 
 class ServiceLatencies:
-    """Latencies of the calls that are made here, and of others' if introspection is on."""
+    """Latencies of the calls made here; those of other clients, too, if introspection is on."""
 
     def __init__(self, node: goalwire.Node) -> None:
         self._node = node

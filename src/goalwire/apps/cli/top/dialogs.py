@@ -54,7 +54,7 @@ class Form(ModalScreen[tuple[str, Any] | None]):
         self.query_one(TextArea).focus()
 
     def action_review(self) -> None:
-        """Go on to the confirmation, or say what cannot be sent."""
+        """Go on to the confirmation, or show why the message cannot be sent."""
         text = self.query_one(TextArea).text
         try:
             message = self._request.read(text)
@@ -69,7 +69,7 @@ class Form(ModalScreen[tuple[str, Any] | None]):
 
 
 class Confirmation(ModalScreen[bool]):
-    """Shows what is going to be sent. One key sends it; any other leaves.
+    """Shows what is about to be sent. One key sends it; any other closes the dialog.
 
     Keys that were typed before it was on the screen are not taken for an answer, nor is what is pasted.
     """

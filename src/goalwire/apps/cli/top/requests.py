@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 Say = Callable[[str], None]
-"""Shows a text to who has sent the request."""
+"""Shows a text to the sender of the request."""
 
 
 class Request(Protocol):
@@ -37,10 +37,10 @@ class Request(Protocol):
         """Return the message that a YAML text is. Raises CommandError."""
 
     def shown(self, message: Any) -> str:
-        """Return what is going to be sent."""
+        """Return the request as it will be sent."""
 
     async def send(self, message: Any, say: Say) -> None:
-        """Send it, and say what comes of it. Raises CommandError and goalwire's own errors."""
+        """Send the request and show the outcome. Raises CommandError and goalwire's own errors."""
 
 
 class _Form:

@@ -1,4 +1,4 @@
-"""The tabs of `top`: which rows each has, what of them is listened to, and what their details are."""
+"""The tabs of `top`: the rows of each, the listening for them, and their details."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class View(NamedTuple):
         return ', '.join(counts) + (f'  filter: {self.filter}' if self.filter else '')
 
     def endpoints(self, graph: Graph, kind: EndpointKind, name: str) -> int:
-        """Return how many endpoints there are of a name, without those of `top`."""
+        """Return how many endpoints a name has, without those of `top`."""
         return sum(entity.node.qualified != self.own for entity in graph.entities(kind, name))
 
 
@@ -149,7 +149,7 @@ class TableTab(TabPane):
         self._rows = rows
 
     def _widen(self, rows: Rows, titles: Collection[str]) -> None:
-        """Make columns as wide as what they are about to hold.
+        """Make columns wide enough for their next content.
 
         The table does it when it is idle; what is drawn before is cut off, and stays so until it changes.
         """
@@ -164,14 +164,14 @@ class TableTab(TabPane):
         return list(self._rows)[first : first + max(1, self.table.size.height)]
 
     def refresh_rows(self, graph: Graph, view: View) -> None:
-        """Draw what is known by now, and listen to what is on the screen."""
+        """Draw the present data, and listen for the rows on the screen."""
         raise NotImplementedError
 
     def quiet(self) -> None:
         """Listen to nothing: the tab is out of sight."""
 
     def details(self, graph: Graph) -> str:
-        """Return what more there is to know of the chosen row."""
+        """Return the details of the chosen row."""
         raise NotImplementedError
 
 
@@ -182,7 +182,7 @@ class NodesTab(TableTab):
     _KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION, EndpointKind.SERVICE, EndpointKind.CLIENT)
 
     def refresh_rows(self, graph: Graph, view: View) -> None:
-        """Draw what is known by now."""
+        """Draw the present data."""
         rows: Rows = {}
         for name, number in view.nodes(graph).items():
             namespace, _, base = name.rpartition('/')
@@ -194,7 +194,7 @@ class NodesTab(TableTab):
         self.show(rows)
 
     def details(self, graph: Graph) -> str:
-        """Return what `ros2 node info` prints."""
+        """Return the output of `ros2 node info`."""
         if self.chosen is None:
             return ''
         lines = [self.chosen]
@@ -214,7 +214,7 @@ class TopicsTab(TableTab):
         self._rates = rates
 
     def refresh_rows(self, graph: Graph, view: View) -> None:
-        """Draw what is known by now, and measure what is on the screen and has a publisher."""
+        """Draw the present data, and measure the topics on the screen that have a publisher."""
         now = monotonic()
         rows: Rows = {}
         types: dict[str, str] = {}
@@ -255,7 +255,7 @@ class ServicesTab(TableTab):
         self._latencies = latencies
 
     def refresh_rows(self, graph: Graph, view: View) -> None:
-        """Draw what is known by now, and hear the events of what is on the screen."""
+        """Draw the present data, and listen to the events of the services on the screen."""
         rows: Rows = {}
         types: dict[str, str] = {}
         for name, kinds in view.services(graph):
@@ -288,7 +288,7 @@ class ServicesTab(TableTab):
         self._latencies.watch({})
 
     def details(self, graph: Graph) -> str:
-        """Return who serves and calls, and a histogram."""
+        """Return the servers and clients, and a histogram."""
         if self.chosen is None:
             return ''
         lines = [spelt(self.chosen)]
@@ -313,7 +313,7 @@ class GoalsTab(TableTab):
         self.types: dict[str, str] = {}
 
     def refresh_rows(self, graph: Graph, view: View) -> None:
-        """Draw what is known by now, and follow the goals of what is on the screen."""
+        """Draw the present data, and follow the goals of the actions on the screen."""
         rows: Rows = {}
         found = view.actions(graph)
         self.types = {name: kinds[0] for name, kinds in found}
@@ -341,7 +341,7 @@ class GoalsTab(TableTab):
         self._goals.watch({})
 
     def details(self, graph: Graph) -> str:
-        """Return all of a goal's feedback, or who serves an action."""
+        """Return all of a goal's feedback, or the servers of an action."""
         if self.chosen_action is None:
             return ''
         name, goal_id = self.chosen_action

@@ -1,1 +1,1 @@
-"""The page: what a browser is shown of the console's state. It needs the extra `goalwire[console]`."""
+"""The page: shows the console's state in a browser. It needs the extra `goalwire[console]`."""

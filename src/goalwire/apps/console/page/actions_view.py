@@ -1,4 +1,4 @@
-"""Actions: goals are sent with forms, and those of everybody are shown as lanes over time."""
+"""Actions: forms send goals, and lanes show everybody's goals over time."""
 
 from __future__ import annotations
 

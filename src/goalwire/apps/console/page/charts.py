@@ -15,7 +15,7 @@ _SHAPES = {'node': 'circle', 'topic': 'roundRect', 'service': 'diamond', 'action
 
 
 def _text_and_line(*, dark: bool) -> tuple[str, str]:
-    """Return the colours of what is written beside a chart, and of its lines."""
+    """Return the colours of a chart's texts and lines."""
     return ('#93a1b8', '#243146') if dark else ('#64748b', '#e2e8f0')
 
 
@@ -145,6 +145,6 @@ def graph_options(points: list[dict[str, Any]], links: list[dict[str, Any]], *, 
 
 
 def mark_as_bad(point: dict[str, Any], link: dict[str, Any]) -> None:
-    """Draw a point and a link of the graph as what does not fit together."""
+    """Draw a point and a link of the graph as a mismatch."""
     link['lineStyle'] = {'color': _BAD, 'width': 2.5}
     point['itemStyle'] = {'color': _BAD}

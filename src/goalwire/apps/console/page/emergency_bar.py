@@ -1,4 +1,4 @@
-"""STOP in the browser: what its place says, the banner of a stopped robot, and what a press does."""
+"""STOP in the browser: its button, the banner of a stopped robot, and the effect of a press."""
 
 from __future__ import annotations
 

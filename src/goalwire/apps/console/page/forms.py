@@ -25,12 +25,12 @@ _SMALL = 1 << 16
 
 
 class Form:
-    """Fields to fill in; `values` checks what they hold, and typing does not."""
+    """Fields to fill in; `values` checks their content, and typing does not."""
 
     def __init__(
         self, fields: tuple[FormField, ...], defaults: Mapping[str, Any], values: Mapping[str, Any]
     ) -> None:
-        """`values`: what the form begins with; fields that they do not name have their defaults."""
+        """`values` are the first content of the form; other fields have their defaults."""
         self._fields = fields
         self._defaults = defaults
         self._values = completed(fields, values, defaults)
@@ -46,7 +46,7 @@ class Form:
         return self._as_yaml
 
     def values(self) -> dict[str, Any]:
-        """Return what the form holds, checked. Raises FieldValueError."""
+        """Return the form's content, checked. Raises FieldValueError."""
         if self._as_yaml and self._text is not None:
             return check(self._fields, parse_yaml(self._text.value or ''))
         return check(self._fields, self._values)
@@ -85,7 +85,7 @@ class Form:
 
 
 class _Fields:
-    """The fields of one message: each writes what is typed into `values`."""
+    """The fields of one message: each writes the typed text into `values`."""
 
     def __init__(
         self,
@@ -229,7 +229,7 @@ def _group_title(field: FormField) -> None:
 def _add_button(field: FormField, path: str, count: int, add: Callable[[], None]) -> None:
     full = field.capacity is not None and count >= field.capacity
     told = f'{path} is full: {field.capacity} at most' if full else f'Add one to {path}'
-    with ui.element('span'):  # a disabled button gets no pointer, what is around it does
+    with ui.element('span'):  # a disabled button gets no pointer events, the element around it does
         button = ui.button(icon='add', on_click=add).props(f'flat dense round size=sm data-add="{path}"')
         button.props['aria-label'] = told
         button.set_enabled(not full)

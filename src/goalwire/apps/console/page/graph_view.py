@@ -1,4 +1,4 @@
-"""Graph: who is there, what each offers and uses, and what does not go together."""
+"""Graph: the nodes, their endpoints, and mismatches between them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _KINDS = {
 
 
 def qos_text(endpoint: GraphEntity) -> str:
-    """Return what matters of a QoS, in short."""
+    """Return the important policies of a QoS, in short."""
     if endpoint.kind in {EndpointKind.SERVICE, EndpointKind.CLIENT}:
         return ''
     qos = endpoint.qos

@@ -1,4 +1,4 @@
-"""Joint sliders: they show where joints stand, and move them where a command interface is chosen."""
+"""Joint sliders: they show positions, and move joints if a command interface is chosen."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class JointSliders:
             self._sliders[joint.name] = slider
 
     def look(self) -> None:
-        """Find what takes commands for joints."""
+        """Find the topics and actions that take commands for joints."""
         node, settings = self._view.node, self._view.settings
         session, robot = self._view.session, self._view.page.robot
         ways = {
@@ -89,7 +89,7 @@ class JointSliders:
         self._held = name if phase == 'start' else ''
 
     def refresh(self, positions: Mapping[str, float]) -> None:
-        """Show where the joints stand, but for one that is being dragged."""
+        """Show the positions of the joints, except for one that is being dragged."""
         for name, slider in self._sliders.items():
             position = positions.get(name)
             if position is None or abs(self._shown.get(name, math.inf) - position) < 0.004:

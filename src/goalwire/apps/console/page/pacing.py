@@ -1,4 +1,4 @@
-"""Refreshing what a browser shows, at the pace of that browser."""
+"""Refreshes a browser's page, at the pace of that browser."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Pacer:
                 continue
 
     async def _has_answered(self) -> bool:
-        """Wait for the browser's next frame; True if it came in time, or is not wanted any more."""
+        """Wait for the browser's next frame; True if it came in time, or is not needed any more."""
         try:
             await self._client.run_javascript(_ACKNOWLEDGE, timeout=_ANSWER_S)
         except TimeoutError:

@@ -41,7 +41,7 @@ class LiveTable(Element, component='live_table.js'):
         self.run_method('show', update)
 
     def again(self) -> None:
-        """Forget what was sent: the browser has made the element anew."""
+        """Send everything anew the next time: the browser has made the element again."""
         self._sent, self._order = {}, []
 
     def choose(self, key: str | None) -> None:
@@ -92,7 +92,7 @@ class SwimLanes(Element, component='swim_lanes.js'):
         self.run_method('show', dict(data))
 
     def put_cursor(self, time: float) -> None:
-        """Show where a recording stands, in s."""
+        """Show the position in a recording, in s."""
         self.run_method('set_cursor', round(time, 3))
 
     def set_dark(self, dark: bool) -> None:
@@ -133,7 +133,7 @@ def head(title: str, icon: str = '') -> None:
 
 
 def copy_buttons(python: Callable[[], str | None], command: Callable[[], str | None]) -> None:
-    """Two buttons that copy what `python` and `command` return; None if there is nothing to copy."""
+    """Add two buttons that copy the texts of `python` and `command`; None if there is nothing to copy."""
 
     def copy(make: Callable[[], str | None], what: str) -> None:
         text = make()

@@ -58,7 +58,7 @@ def install(application: FastAPI, recording: Recording, goals: GoalTable) -> Ite
 
 
 class RecordingPage:
-    """One browser's page: where it stands in the recording is its own."""
+    """One browser's page, with a position in the recording of its own."""
 
     def __init__(self, client: Client, recording: Recording, goals: GoalTable, meshes: Meshes) -> None:
         self.closed = False

@@ -17,7 +17,7 @@ _CURSOR = 'cursor'
 
 
 class RecordingPlots:
-    """One chart, with a line where the page stands."""
+    """One chart, with a line at the page's position."""
 
     def __init__(self, recording: Recording, changed: Callable[[], object]) -> None:
         """`changed` is called when there is more to draw."""
@@ -70,7 +70,7 @@ class RecordingPlots:
                     )
 
     def refresh(self, time: int) -> None:
-        """Draw what has been read by now, and where the page stands, in ns."""
+        """Draw the values read so far, and the page's position, in ns."""
         state = [(plot.name, plot.part, len(plot.points)) for plot in self._plots]
         if state != self._sent:
             self._sent = state

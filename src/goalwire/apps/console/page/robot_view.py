@@ -1,4 +1,4 @@
-"""Robot: the robot in 3D as its joints and frames stand, where it has been, and where it is to go."""
+"""Robot: the robot in 3D by its joints and frames, its trail, and its target."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class RobotScene(Element, component='robot_scene.js', esm={'nicegui-scene': str(
 
 
 class RobotView(View):
-    """The scene, and beside it where the robot is, where it may go, and its joints."""
+    """The scene, and beside it the robot's position, its targets, and its joints."""
 
     name = 'robot'
     title = 'Robot'

@@ -1,4 +1,4 @@
-"""A form from which something is sent: its buttons, and what they send, ask for and copy."""
+"""A form for sending: its buttons, and what they send, ask and copy."""
 
 from __future__ import annotations
 
@@ -21,10 +21,13 @@ if TYPE_CHECKING:
 
 
 class SendForm:
-    """The form of a service, action or topic. What does not fit is told, and neither sent nor copied."""
+    """The form of a service, action or topic.
+
+    A value that does not fit is reported, and nothing is sent or copied.
+    """
 
     def __init__(self, page: Page, target: Target, values: Mapping[str, Any] | None = None) -> None:
-        """`values`: what the form begins with, if that is not the message's defaults."""
+        """`values` are the first content of the form; without them it has the message's defaults."""
         self.target = target
         self._page = page
         self._form = Form(target.fields, target.defaults, values or {})
@@ -45,7 +48,7 @@ class SendForm:
             button.tooltip('This console may not send to it')
 
     def deadline_field(self, seconds: float | None) -> None:
-        """Add the field for the deadline; `seconds` is what it begins with."""
+        """Add the field for the deadline; `seconds` is its first value."""
         self._deadline = (
             ui.number('Deadline [s]', value=seconds, placeholder='none', min=0.1, step=1)
             .props('outlined dense data-deadline')
@@ -70,7 +73,7 @@ class SendForm:
         )
 
     def copy_buttons(self) -> None:
-        """Add the buttons that copy what would be sent."""
+        """Add the buttons that copy the message to be sent."""
         copy_buttons(lambda: self._copied(as_python), lambda: self._copied(as_command))
 
     def history(self, used: Callable[[Sent], None] | None = None) -> None:
@@ -131,7 +134,7 @@ class SendForm:
         self._form.fill(values)
 
     def sending(self) -> Sending | None:
-        """Return what would be sent; None if a value does not fit, which the user is told."""
+        """Return the message to be sent; None, and a note to the user, if a value does not fit."""
         deadline = self._deadline.value if self._deadline is not None else None
         attempts = self._attempts.value if self._attempts is not None else None
         try:
@@ -143,7 +146,7 @@ class SendForm:
             return None
 
     async def confirmed(self, title: str, button: str) -> Sending | None:
-        """Return what is to be sent, when the user has been asked once; None if it is not to be."""
+        """Return the message to be sent once the user has confirmed it; None if the user refuses."""
         sending = self.sending()
         if sending is None:
             return None

@@ -57,7 +57,7 @@ _LOST = """
 
 
 def install(application: FastAPI, session: Session) -> None:
-    """Put the page of what is live on an application. Once in a process."""
+    """Put the page of the live robot on an application. Once in a process."""
     style = install_site(application, session.meshes)
 
     @ui.page('/')
@@ -77,7 +77,7 @@ class Shell:
         self._robots: list[str] = []
 
     def build(self, view: str, robot: str) -> None:
-        """Make the page and begin to refresh it. `robot`: the one to select, if it is there."""
+        """Make the page and begin to refresh it. `robot` is selected if it is there."""
         page = self._page
         page.follow_robots()
         robots = self._session.robot_names()
@@ -177,7 +177,7 @@ class Shell:
             self._battery.classes(add=tone, remove=' '.join({'good', 'warn', 'bad', 'old'} - {tone}))
 
     def _refresh_robots(self) -> None:
-        """Offer the robots that are there. If the selected one has gone, no other takes its place."""
+        """Offer the present robots. If the selected one has gone, no other takes its place."""
         there, page = self._session.robot_names(), self._page
         if there and page.robot not in self._session.vitals:
             page.select_robot(there[0])  # the first type that comes
@@ -228,6 +228,6 @@ class Shell:
             self._put_address()
 
     def _put_address(self) -> None:
-        """Have the browser's address say what is shown, so that opening it again shows the same."""
+        """Put the shown view into the browser's address, so that opening it again shows the same."""
         robot = f'&robot={quote(self._page.robot)}' if self._page.robot else ''
         ui.run_javascript(f"history.replaceState(null, '', '?view={self._view}{robot}')")

@@ -1,4 +1,4 @@
-"""What every page needs of the web application: the style sheet, meshes, the web socket, and their limits."""
+"""The web application under every page: the style sheet, meshes, the web socket, and their limits."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ _STYLE = Path(__file__).with_name('style.css')
 
 
 def install_site(application: FastAPI, meshes: Meshes) -> str:
-    """Put what pages need on an application, and return the address of the style sheet. Once in a process."""
+    """Put the resources of pages on an application, and return the address of the style sheet.
+
+    Once in a process.
+    """
     app.add_static_file(local_file=_STYLE, url_path='/console/style.css', max_cache_age=3600)
 
     @app.get('/console/mesh/{key}', include_in_schema=False)

@@ -1,4 +1,4 @@
-"""Statistics: what the library counts for everything that the console's node has."""
+"""Statistics: the library's counts for everything that the console's node has."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every view is, and what a view may ask of the page it is on."""
+"""The base of every view, and the page as a view sees it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class View:
         """Choose colours, if an element has its own."""
 
     def close(self) -> None:
-        """Let go of what was subscribed to."""
+        """End the view's subscriptions."""
 
 
 class Page:
@@ -56,7 +56,7 @@ class Page:
         self.view: View | None = None
         self.header: Callable[[], None] = lambda: None
         self.trusted: set[tuple[str, str]] = set()
-        """Kind and name of what may be sent to without being asked again, until the page is closed."""
+        """Kind and name of the targets to which the user has allowed sending, until the page is closed."""
         self.own_goals: set[tuple[str, str]] = set()
         """Those that end with the page, since they were sent so."""
         self.closed = False
@@ -64,7 +64,7 @@ class Page:
         self._follows = False
 
     def follow_robots(self) -> None:
-        """Hear what becomes of the selected robot, until the page is closed."""
+        """Follow the selected robot, until the page is closed."""
         self._follows = True
         self.session.select(self.robot)
         self.session.listeners.add(self.refresh_soon)

@@ -1,4 +1,4 @@
-"""ros2 action cancel: goals of an action are cancelled, whoever has sent them."""
+"""ros2 action cancel: cancels goals of an action, whoever has sent them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the progress of a goal is asked for and drawn: `--progress FIELD[/MAX]`, and a bar."""
+"""The progress of a goal: the option `--progress FIELD[/MAX]`, and a bar."""
 
 from __future__ import annotations
 

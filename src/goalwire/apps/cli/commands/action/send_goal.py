@@ -88,7 +88,7 @@ class _Goal:
             set_stamp(node.clock.now().to_msg())
         self._say(f'Sending goal:\n     {_yaml(self._goal)}')
         try:
-            # Leaving the block is not to wait: what Ctrl-C asks for is done, and shown, by `_cancel`.
+            # Leaving the block must not wait: `_cancel` does and shows what Ctrl-C asks for.
             async with client.send(self._goal, timeout=self._arguments.timeout, grace=0.0) as run:
                 self._tell_accepted(run)
                 return await self._follow(run, node)
@@ -116,7 +116,7 @@ class _Goal:
             node.logger.set_level(50)
             raise
         except (asyncio.CancelledError, goalwire.DeadlineError) as error:
-            node.logger.set_level(50)  # what the goal still does is told here, not by the log
+            node.logger.set_level(50)  # this prints the further course of the goal, and not the log
             return await self._cancel(run, error)
 
     async def _cancel(self, run: goalwire.Run[Any, Any], why: BaseException) -> Outcome:
@@ -160,7 +160,7 @@ class _Goal:
             )
         except goalwire.DeadlineError:
             self._say('Goal canceled.')
-            return Outcome.TIMEOUT  # its result is waited for no longer
+            return Outcome.TIMEOUT  # nobody waits for its result any more
 
     def _show_feedback(self, feedback: Any) -> None:
         if self._output.json:

@@ -1,1 +1,1 @@
-"""ros2 bag: record, play, info and what else is done with bags."""
+"""ros2 bag: record, play, info and other work with bags."""

@@ -32,7 +32,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it prints no data
-    """Publish, then wait for what the node's services ask."""
+    """Publish, then do as the node's services ask."""
     from goalwire.apps.bag.player import Player
     from goalwire.apps.bag.player_services import offer_services
     from goalwire.apps.cli.framework.live import live

@@ -18,7 +18,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Print what is wrong; raises CommandError if anything is."""
+    """Print the faults of the bag; raises CommandError if there are any."""
     with open_bag(arguments) as bag:
         count = 0
         for count, problem in enumerate(bag.check(), 1):  # noqa: B007 - it is counted

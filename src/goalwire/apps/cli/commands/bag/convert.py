@@ -56,7 +56,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Write the bags, and say what each has."""
+    """Write the bags, and print the content of each."""
     with ExitStack() as stack:
         sources = open_all((each[0] for each in arguments.input), stack)
         target = arguments.output_options
@@ -114,7 +114,7 @@ def _target(entry: Mapping[str, Any]) -> Writer:
 
 
 def _selection(entry: Mapping[str, Any]) -> Selection:
-    """Return what an output bag takes, by the keys of rosbag2's record options."""
+    """Return the choice for an output bag, by the keys of rosbag2's record options."""
     kinds = {
         kind: Names(
             bool(entry.get('all') or entry.get(f'all_{kind}')),

@@ -1,4 +1,4 @@
-"""ros2 bag info: what is in a bag."""
+"""ros2 bag info: the content of a bag."""
 
 from __future__ import annotations
 

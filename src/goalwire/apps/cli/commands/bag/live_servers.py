@@ -69,7 +69,7 @@ def add_live_arguments(parser: ArgumentParser) -> None:
 
 
 def expect(bag: Reader, selection: Selection, arguments: Namespace, output: Output) -> Outcome:
-    """Send what was recorded, and print what is answered otherwise; FAILED if that is anything."""
+    """Send the recorded requests and goals, and print the answers that differ; FAILED if any do."""
     from goalwire.apps.bag.comparing import Tolerance
     from goalwire.apps.bag.replaying import Replay, ReplayOptions
     from goalwire.apps.cli.framework.live import live

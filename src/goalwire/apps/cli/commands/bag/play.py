@@ -1,4 +1,4 @@
-"""ros2 bag play and burst: publish what a bag holds."""
+"""ros2 bag play and burst: publish the messages of a bag."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def add_choice(parser: ArgumentParser) -> None:
-    """Add what `play` and `burst` share."""
+    """Add the arguments that `play` and `burst` share."""
     for kind in ('topics', 'services', 'actions'):
         parser.add_argument(f'--{kind}', metavar='NAME', nargs='+', default=[], help=f'Play these {kind}')
         parser.add_argument(
@@ -134,7 +134,7 @@ def _remap(text: str) -> tuple[str, str]:
 
 
 def selection(arguments: Namespace) -> Selection:
-    """Return what is to be played: everything, if nothing is named."""
+    """Return the chosen topics, services and actions; everything if none is named."""
     kinds = {}
     for kind in ('topic', 'service', 'action'):
         some = names(getattr(arguments, f'{kind}s'), kind)
@@ -235,7 +235,7 @@ async def _steered(player: Player, arguments: Namespace, output: Output) -> None
 
 
 def press(player: Player, key: str) -> None:
-    """Do what a key is for."""
+    """Act on a key."""
     if key == ' ':
         player.resume() if player.paused else player.pause()
     elif key == RIGHT:

@@ -27,7 +27,7 @@ def storage_argument(parser: ArgumentParser) -> None:
 
 
 def open_bag(arguments: Namespace) -> Reader:
-    """Open the bag that is named; raises CommandError if it has another storage than is asked for."""
+    """Open the named bag; raises CommandError if its storage is another than the requested one."""
     bag = Reader(arguments.bag_path)
     if arguments.storage and bag.facts.storage != arguments.storage:
         found = bag.facts.storage

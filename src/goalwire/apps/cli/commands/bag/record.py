@@ -28,7 +28,7 @@ NODE_NAME = 'rosbag2_recorder'
 LOOK_S = 1.0
 """How often the command looks for new topics and losses to tell of."""
 TELL_S = 60.0
-"""How often it says what it does."""
+"""How often the recorder reports."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -295,7 +295,7 @@ def _new_bag(arguments: Namespace) -> Writer:
 
 
 async def _tell_of(recorder: Recorder) -> None:
-    """Say which topics have come and which messages were lost; once in a while, what was recorded."""
+    """Print the new topics and lost messages; once in a while, the number of recorded messages."""
     known: set[str] = set()
     lost, told, start = 0, monotonic(), monotonic()
     while True:

@@ -19,7 +19,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Write it, and say what is in the bag."""
+    """Write the metadata, and print the bag's content."""
     with reindex(arguments.bag_path) as bag:
         for problem in bag.problems:
             tell(problem)

@@ -1,4 +1,4 @@
-"""ros2 bag repair: save what can be read of a broken bag."""
+"""ros2 bag repair: save the readable part of a broken bag."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from goalwire.apps.cli.framework.lookup import full_name
 
 
 def names(given: Iterable[str], what: str) -> frozenset[str]:
-    """Return full names; raises CommandError for what no name has."""
+    """Return full names; raises CommandError for an invalid name."""
     return frozenset(full_name(name, what) for name in given)
 
 

@@ -90,7 +90,7 @@ def _time(text: str) -> float:
 
 
 def settings_of(arguments: Namespace) -> Settings:
-    """Return what the options say. Raises CommandError."""
+    """Return the settings of the options. Raises CommandError."""
     access = read_access(arguments, TOKEN)
     lists = {name: _patterns(name, getattr(arguments, name)) for name in _LISTS}
     return Settings(

@@ -34,7 +34,7 @@ def add_container_argument(parser: ArgumentParser, *, optional: bool = False) ->
 
 
 def add_component_arguments(parser: ArgumentParser) -> None:
-    """Add the component, and what it is given."""
+    """Add the arguments for a component and its settings."""
     parser.add_argument('package_name', help='Package that has the component')
     parser.add_argument('plugin_name', help="The component's type, as `component types` shows it")
     parser.add_argument('-n', '--node-name', help="The component's node name")

@@ -54,7 +54,7 @@ def _types(arguments: Namespace, output: Output) -> None:
 
 
 def _registered_types() -> dict[str, list[str]]:
-    """Return the components of C++ that the ament index names, and those of Python, by their packages."""
+    """Return C++ components from the ament index and Python components, by their packages."""
     from importlib.metadata import entry_points
 
     from ament_index_python.resources import get_resource, get_resources

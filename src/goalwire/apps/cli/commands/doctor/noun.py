@@ -1,4 +1,4 @@
-"""ros2 doctor: what works here, what does not, and what to do next."""
+"""ros2 doctor: checks this machine's setup, and advises on the faults."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _wires() -> list[Check]:
 
 
 def _port() -> Check | None:
-    """Say who answers where Zenoh's routers are met; None on another wire."""
+    """Describe the program at the port of Zenoh's routers; None on another wire."""
     if registry.selected_identifier() != 'rmw_zenoh_cpp':
         return None
     from goalwire.transport.zenoh.rendezvous import Holder, look, name_of_holder
@@ -100,7 +100,7 @@ def _dds() -> Check | None:
     selected = registry.selected_identifier()
     is_selected = selected in dds.IDENTIFIERS
     if is_asked_for():
-        return None  # what is secured does not show itself there
+        return None  # a secured session does not show itself there
     name = 'DDS'
     try:
         domain = domain_from_environment()

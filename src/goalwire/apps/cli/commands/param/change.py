@@ -207,7 +207,7 @@ class _Report:
         self.outcome = Outcome.OK
 
     def show(self, name: str, result: Any, done: str, failed: str) -> None:
-        """Print what the node has answered."""
+        """Print the node's answers."""
         text = (done if result.successful else failed) + (f': {result.reason}' if result.reason else '')
         self._data(name, successful=result.successful, reason=result.reason)
         if not result.successful:

@@ -231,7 +231,8 @@ def _dump(arguments: Namespace, output: Output) -> Outcome:
 def _insert(tree: dict[str, Any], path: list[str], value: Any) -> None:
     for at, part in enumerate(path[:-1]):
         inner = tree.setdefault(part, {})
-        if not isinstance(inner, dict):  # a.b beside a: what does not fit below keeps its whole name
+        # With a.b beside a: a name that does not fit below another stays whole
+        if not isinstance(inner, dict):
             tree['.'.join(path[at:])] = value
             return
         tree = inner

@@ -1,4 +1,4 @@
-"""goalwire secure check: says what is wrong with a keystore, and what to do."""
+"""goalwire secure check: finds the faults of a keystore, and advises on each."""
 
 from __future__ import annotations
 

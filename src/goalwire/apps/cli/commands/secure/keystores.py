@@ -1,4 +1,4 @@
-"""The keystore that a command means, and the arguments that several of these commands take."""
+"""The keystore of a command, and the arguments that several of these commands share."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def require_cryptography() -> None:
 
 
 def find_folder(arguments: Namespace) -> Path:
-    """Return the folder that a command means, which need not be there."""
+    """Return the folder of a command's keystore; it need not exist."""
     return arguments.keystore or keystore_folder() or Path()
 
 

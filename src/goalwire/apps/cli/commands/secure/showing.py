@@ -1,4 +1,4 @@
-"""How these commands show an identity."""
+"""Prints identities."""
 
 from __future__ import annotations
 

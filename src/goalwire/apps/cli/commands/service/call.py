@@ -63,7 +63,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 class _Call:
-    """What is called, once the type is known."""
+    """A call whose type is known."""
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class _Call:
             await asyncio.sleep(max(0.0, began + 1.0 / self.arguments.rate - perf_counter()))
 
     async def _client(self, node: goalwire.Node, output: Output) -> goalwire.Client[Any, Any]:
-        """Return a client whose server is there."""
+        """Return a client once its server is there."""
         tell_types_ourselves()
         retry = goalwire.Retry(attempts=self.arguments.retry) if self.arguments.retry > 1 else None
         client = node.client(self.cls, self.name, timeout=self.arguments.timeout, retry=retry)

@@ -52,7 +52,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
 
 def _tell_if_silent(name: str, arguments: Namespace) -> None:
-    """Say what to switch on if nobody publishes the steps of the service's calls; it may be done later."""
+    """Print advice if nobody publishes the steps of the service's calls."""
     topic = name + POSTFIX
     with discovered(arguments, lambda graph: graph.count(EndpointKind.PUBLISHER, topic) > 0) as graph:
         if graph.count(EndpointKind.PUBLISHER, topic):

@@ -58,7 +58,7 @@ _TOLD = (
     'publication_sequence_number',
     'reception_sequence_number',
 )
-"""What ROS 2 Jazzy's command prints of a message's info, in its order."""
+"""The fields of a message's info that ROS 2 Jazzy's command prints, in its order."""
 
 
 class _Printer:

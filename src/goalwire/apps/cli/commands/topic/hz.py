@@ -75,7 +75,7 @@ async def _count(
 def run(arguments: Namespace, output: Output) -> Outcome:
     """Print rates until Ctrl-C. Only with a filter the messages are decoded, which needs their definition."""
     if arguments.filter:
-        Expression(arguments.filter)  # a bad one is told at once
+        Expression(arguments.filter)  # a bad expression is reported at once
     find = source if arguments.filter else raw_source
     topics = [find(arguments, name) for name in arguments.topic_names]
 

@@ -80,7 +80,7 @@ def curve_text(
 
 
 class _Plot:
-    """The curves, drawn over those before."""
+    """The curves, drawn over the earlier drawing."""
 
     def __init__(self, curves: list[Curve], seconds: float, output: Output) -> None:
         self._curves = curves

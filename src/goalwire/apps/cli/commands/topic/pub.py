@@ -69,7 +69,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 class _Publication:
-    """What is published, and how often."""
+    """A message to publish, and how often."""
 
     def __init__(self, arguments: Namespace, output: Output) -> None:
         """Read the command line; raises CommandError."""

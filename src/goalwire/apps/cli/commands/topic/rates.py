@@ -1,4 +1,4 @@
-"""Shared by hz, bw and delay: means of what comes again and again, told once a second."""
+"""Shared by hz, bw and delay: mean values of repeated measurements, printed once a second."""
 
 from __future__ import annotations
 
