@@ -27,7 +27,7 @@ def encode(message: object) -> bytes:
 
 
 def decode(data: Data, cls: type[MessageT]) -> MessageT:
-    """Return the message of a class that CDR bytes hold; raises DecodeError for any others."""
+    """Return the message in CDR bytes; raises DecodeError for bytes that hold no message of this class."""
     return cast('MessageT', decoder(cls)(data))
 
 
@@ -60,7 +60,7 @@ def _decoder(cls: type, order: str, *, view: bool) -> Callable[[Data], Any]:
 
 
 def _decode_otherwise(cls: type, data: Data) -> object:
-    """Decode what is not bytes with a little-endian header."""
+    """Decode data other than bytes with a little-endian header."""
     if not isinstance(data, (bytes, bytearray, memoryview)):
         raise TypeError(f'expected bytes, got {type(data).__name__}')
     if isinstance(data, bytes):

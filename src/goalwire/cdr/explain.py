@@ -278,7 +278,7 @@ class _Walk:
         return int(length)
 
     def _take(self, path: str, size: int, alignment: int) -> int:
-        """Step over `size` bytes and return where they start."""
+        """Step over `size` bytes and return their position."""
         start = self.at + -(self.at - HEADER_SIZE) % alignment
         if start + size > len(self._data):
             self.fail(path, f'needs {size} bytes, but the data ends at byte {len(self._data)}')

@@ -42,7 +42,7 @@ class Leaf:
 
 @record
 class Item:
-    """Something of known size inside a run; a text has the size that the run is asked for."""
+    """An item of known size inside a run; a text has its length as the size."""
 
     code: str
     size: int

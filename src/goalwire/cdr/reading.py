@@ -32,7 +32,7 @@ def plain_unpackers(items: Iterable[Item], order: str) -> tuple[tuple[Unpack, in
 
 
 def refuse() -> NoReturn:
-    """Refuse the bytes: they do not hold such a message."""
+    """Raise DecodeError: the bytes do not hold such a message."""
     raise ValueError('malformed message')
 
 

@@ -124,7 +124,7 @@ def fixed_numbers(value: object, dtype: np.dtype[np.generic], size: int) -> np.n
 
 
 def bools(values: Collection[bool]) -> bytes:
-    """Return bools as bytes; refuses what only counts as true or false."""
+    """Return bools as bytes; refuses other values that only count as true or false."""
     listed = values if isinstance(values, (list, tuple)) else list(values)
     if not _ONLY_BOOL.issuperset(map(type, listed)):
         for value in listed:

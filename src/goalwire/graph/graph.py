@@ -25,7 +25,7 @@ _Endpoints: TypeAlias = dict[bytes, GraphEntity]
 
 
 class _Node:
-    """One node and what it owns; `is_declared` is false while only its endpoints have been seen."""
+    """One node and its endpoints; `is_declared` is false while only its endpoints have been seen."""
 
     __slots__ = ('endpoints', 'entity', 'is_declared')
 
@@ -95,7 +95,7 @@ class Graph(GraphListener):
             self._change_watchers.tell()
 
     def connected(self) -> None:
-        """Have those that wait for the graph look again."""
+        """Wake those that wait for the graph, so that they look again."""
         with self._lock:
             self.version += 1
         self._change_watchers.tell()
@@ -133,7 +133,7 @@ class Graph(GraphListener):
             return [node.entity for node in self._nodes.values()]
 
     def node_exists(self, name: str, namespace: str = '/') -> bool:
-        """Return whether a node of that name is there."""
+        """Return whether a node of that name is in the graph."""
         with self._lock:
             return (namespace, name) in self._nodes_by_name
 
@@ -145,7 +145,7 @@ class Graph(GraphListener):
             return list(self._endpoints[kind].get(name, {}).values())
 
     def endpoints(self) -> list[GraphEntity]:
-        """Return every endpoint, those of one kind and name in the order of their appearance."""
+        """Return every endpoint; those of one kind and name in the order of their appearance."""
         with self._lock:
             return [
                 endpoint
@@ -165,7 +165,7 @@ class Graph(GraphListener):
             return list(self._endpoints[kind])
 
     def has_service(self, name: str, type_name: str) -> bool:
-        """Return whether a server of that name and type is there; hash and QoS are not compared."""
+        """Return whether the graph has a server of that name and type; hash and QoS are not compared."""
         with self._lock:
             for server in self._endpoints[EndpointKind.SERVICE].get(name, {}).values():
                 if server.type_name == type_name:
@@ -216,7 +216,7 @@ class Graph(GraphListener):
         return actions_among(self.names_and_types_by_node(EndpointKind.SUBSCRIPTION, name, namespace))
 
     def has_action(self, name: str, type_name: str) -> bool:
-        """Return whether an action server is there with all five parts, as rcl_action asks."""
+        """Return whether the graph has an action server with all five parts, as rcl_action asks."""
         parts = ActionNames(name)
         return (
             self.has_service(parts.send_goal, f'{type_name}_SendGoal')

@@ -135,6 +135,6 @@ def _is_told(name: str) -> bool:
 
 
 def _are_namesakes(one: GraphEntity, other: GraphEntity) -> bool:
-    """Return whether two nodes of one name own these."""
+    """Return whether the owners of these endpoints are two nodes of one name."""
     same_node = (one.session, one.node_id) == (other.session, other.node_id)
     return not same_node and one.node.qualified == other.node.qualified

@@ -17,7 +17,7 @@ _SEND_GOAL_TYPE = '_SendGoal'
 
 
 def without_hidden(names_and_types: NamesAndTypes) -> NamesAndTypes:
-    """Return what ROS 2's tools show of a list."""
+    """Return a list without hidden names, as ROS 2's tools show it."""
     return [(name, types) for name, types in names_and_types if not is_hidden_name(name)]
 
 

@@ -55,7 +55,7 @@ def _of_nodes(nodes: list[str]) -> str:
 
 
 def similar_names(name: str, names: list[str]) -> list[str]:
-    """Return those that are `name` in another namespace, then those that are written much like it."""
+    """Return the same name in other namespaces, then names that are written alike."""
     from difflib import get_close_matches
 
     base = name.rpartition('/')[2]

@@ -30,7 +30,7 @@ class Watch(Generic[P]):
         self.closed = False
 
     def close(self) -> None:
-        """Be told no more, a call under way aside. Idempotent."""
+        """Stop telling. A call under way goes on. Idempotent."""
         self.closed = True
         self._remove(self)
 
@@ -54,7 +54,10 @@ class Watchers(Generic[P]):
             self._watches = tuple(each for each in self._watches if each is not watch)
 
     def tell(self, *args: P.args, **kwargs: P.kwargs) -> None:
-        """Call everybody in the order they came. What one raises is logged and spares the others."""
+        """Call all watchers in the order in which they came.
+
+        An error of one is logged and spares the others.
+        """
         for watch in self._watches:
             try:
                 watch.callback(*args, **kwargs)
@@ -69,7 +72,7 @@ CounterpartWatch: TypeAlias = Watch[[GraphEntity, bool]]
 
 
 class CounterpartWatchers:
-    """The watchers of each topic, and the changes that are to be told to them."""
+    """The watchers of each topic, and the changes that they have to be told."""
 
     def __init__(self) -> None:
         self._lock = ForkableLock()
@@ -85,7 +88,7 @@ class CounterpartWatchers:
         callback: Callable[[GraphEntity, bool], object],
         there: Iterable[GraphEntity],
     ) -> CounterpartWatch:
-        """Watch the endpoints of a kind and name; those already `there` are the first changes."""
+        """Watch the endpoints of a kind and name; the present ones, `there`, are the first changes."""
         topic = kind, name
         watch = Watch(partial(self._remove, topic), callback)
         with self._lock:

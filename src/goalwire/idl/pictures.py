@@ -75,7 +75,7 @@ def _rows(data: np.ndarray[Any, Any], height: int, row: int, step: int) -> np.nd
 
 
 def _stretched(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Spread depths over black to white; what was not measured is black."""
+    """Spread depths over black to white; missing measurements are black."""
     known = np.isfinite(values) & (values > 0)
     if not known.any():
         return np.zeros(values.shape, np.uint8)

@@ -86,7 +86,7 @@ def _write(stream: TextIO, text: str) -> None:
 
 
 def _switch(environment: Mapping[str, str], name: str) -> bool | None:
-    """Return what a variable says: '1' and '0', or None if it is unset or empty."""
+    """Return the value of a variable: '1' or '0', or None if it is unset or empty."""
     value = environment.get(name, '')
     if value in ('0', '1'):
         return value == '1'

@@ -17,7 +17,7 @@ Sink: TypeAlias = Callable[[LogRecord], object]
 
 
 class _Dispatching(threading.local):
-    """True while this thread is inside the sinks: what they log themselves goes to the console only."""
+    """True while this thread is inside the sinks: lines that they log go to the console only."""
 
     active = False
 
@@ -30,13 +30,13 @@ class SinkHandle:
         self._failed = False
 
     def close(self) -> None:
-        """Hand the sink nothing more. Idempotent."""
+        """Stop handing records to the sink. Idempotent."""
         global _sinks  # noqa: PLW0603 - emit() reads whatever tuple it finds, without a lock
         with _lock:
             _sinks = tuple(handle for handle in _sinks if handle is not self)
 
     def take(self, record: LogRecord) -> None:
-        """Call the sink. Its first failure is reported on the console, the others are passed over."""
+        """Call the sink. Its first failure is reported on the console, others are ignored."""
         try:
             self._sink(record)
         except Exception as error:

@@ -127,7 +127,7 @@ supported_filters: dict[str, type[LoggingFilter]] = {
     'skip_first': SkipFirst,
     'once': Once,
 }
-"""In the order in which they are asked."""
+"""In the order of asking."""
 
 _ALL_PARAMS = [param for kind in supported_filters.values() for param in kind.params]
 

@@ -44,7 +44,7 @@ class LogFile:
         self._closed = False
 
     def __call__(self, record: LogRecord) -> None:
-        """Write one record. A failure is reported once, on the console; then nothing is written any more."""
+        """Write one record. A failure is reported once, on the console; nothing is written after it."""
         try:
             file = self._file or self._open(record.name)
             if file is not None:
@@ -109,6 +109,6 @@ def _program() -> str:
 
 
 def _file_name(text: str) -> str:
-    """Return a text as part of a file's name: without what a shell or a terminal would mind."""
+    """Return a text that is safe in a file's name, for shells and terminals."""
     plain = ''.join(sign if sign.isalnum() or sign in '_.-' else '_' for sign in text[:_NAME_LIMIT])
     return plain.lstrip('.')

@@ -69,27 +69,27 @@ class RcutilsLogger:
         return self._log(LoggingSeverity(severity), message, kwargs)
 
     def debug(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log what helps to find a fault; as `log`."""
+        """Log a detail that helps to find a fault; as `log`."""
         return self._log(_DEBUG, message, kwargs)
 
     def info(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log what is as it should be; as `log`."""
+        """Log the normal course of things; as `log`."""
         return self._log(_INFO, message, kwargs)
 
     def warning(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log what may lead to trouble; as `log`."""
+        """Log a sign of possible trouble; as `log`."""
         return self._log(_WARN, message, kwargs)
 
     def warn(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log what may lead to trouble; as `log`."""
+        """Log a sign of possible trouble; as `log`."""
         return self._log(_WARN, message, kwargs)
 
     def error(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log what went wrong; as `log`."""
+        """Log a failure; as `log`."""
         return self._log(_ERROR, message, kwargs)
 
     def fatal(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log what ends the program; as `log`."""
+        """Log a failure that ends the program; as `log`."""
         return self._log(_FATAL, message, kwargs)
 
     def _log(self, severity: LoggingSeverity, message: str, options: LogOptions) -> bool:

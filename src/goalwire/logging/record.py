@@ -115,7 +115,7 @@ _PART = Pattern(r'(\{(?:' + '|'.join(_TOKENS) + r')\})|(\\(?:x1b|.))', re.DOTALL
 
 
 def compile_format(text: str) -> Formatter:
-    """Return a function that writes records in this format; what it does not know stays as it is."""
+    """Return a function that writes records in this format. Unknown tokens stay as they are."""
     parts: list[str | Formatter] = []
     end = 0
     for found in _PART.finditer(text):

@@ -33,7 +33,7 @@ def traceback_text(error: BaseException) -> str:
     text = ''.join(_safe(chunk) for chunk in told.format()).rstrip()
     if hidden:
         frames = 'frame of goalwire is' if hidden == 1 else 'frames of goalwire are'
-        first, _, rest = text.partition('\n')  # the last line stays what went wrong
+        first, _, rest = text.partition('\n')  # the last line still names the error
         text = f'{first}\n  ({hidden} {frames} not shown: {VARIABLE}=1 shows them)\n{rest}'
     return text
 
@@ -61,7 +61,7 @@ def _hide_library(told: TracebackException, seen: set[int]) -> int:
 
 
 def _hide_frames(stack: StackSummary) -> int:
-    """Leave the program's frames, and what it calls; Python's own that the library calls go with it."""
+    """Remove the library's frames, and Python's own that it calls; the program's frames stay."""
     shown: list[FrameSummary] = []
     within = False
     for frame in stack:

@@ -181,7 +181,7 @@ class McapWriter:
             self._write_end(metadata)
 
     def sync(self) -> None:
-        """Have the disk keep what was written. Any thread; a file may be closed meanwhile."""
+        """Have the disk keep the written data. Any thread; a file may be closed meanwhile."""
         descriptor = self._descriptor
         if descriptor >= 0:
             with suppress(OSError):

@@ -28,7 +28,7 @@ LARGEST = 2**26
 """Bytes that a `metadata.yaml` may have."""
 NEWEST = 9
 _NO_TIME = 2**63 - 1
-"""What some writers give as the start of an empty bag."""
+"""The start time that some writers give to an empty bag."""
 _S = 1_000_000_000
 
 _POLICIES: tuple[tuple[str, type[QoSPolicyEnum]], ...] = (
@@ -139,7 +139,7 @@ def _quoted(text: str) -> str:
 
 
 def write_metadata(folder: str, facts: BagFacts, name: str) -> None:
-    """Write the file of a bag in one step: who reads it meanwhile finds the old text or the new one."""
+    """Write the file of a bag in one step: a reader finds either the old text or the new one."""
     path = os.path.join(folder, name)
     with open(f'{path}.new', 'w', encoding='utf-8') as file:
         file.write(metadata_text(facts))
@@ -200,7 +200,7 @@ def facts_of(bag: Mapping[str, Any], source: str) -> BagFacts:
 
 
 def qos_of_text(text: str) -> tuple[QoS, ...]:
-    """Return the QoS in a YAML list; of what is broken nothing."""
+    """Return the QoS in a YAML list; none from a broken text."""
     try:
         return _profiles(_yaml(text))
     except (ValueError, KeyError, TypeError):

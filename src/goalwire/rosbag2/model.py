@@ -1,4 +1,4 @@
-"""What a bag holds: topics, messages, and the facts of its metadata."""
+"""The content of a bag: topics, messages, and the facts of its metadata."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SUFFIXES = {'.mcap': 'mcap', '.db3': 'sqlite3'}
 
 @record
 class Schema:
-    """A type's definition, with those of all types in it."""
+    """A type's definition, with those of all types it contains."""
 
     encoding: str = ''
     """'ros2msg', 'ros2idl', or '' if the definition is unknown."""
@@ -33,7 +33,7 @@ class Topic:
     type_hash: str = ''
     """'RIHS01_…', '' if it is unknown."""
     qos: tuple[QoS, ...] = ()
-    """What its publishers offered; the same QoS once."""
+    """The QoS that its publishers offered, each different one once."""
     schema: Schema = Schema()
     serialization: str = 'cdr'
 
@@ -64,7 +64,7 @@ class FileFacts:
 
 @record
 class BagFacts:
-    """What `metadata.yaml` says; times in ns."""
+    """The content of `metadata.yaml`; times in ns."""
 
     storage: str
     topics: tuple[Topic, ...] = ()

@@ -71,12 +71,13 @@ def open_file(path: str) -> FileReader:
 
 
 def missing_extra(error: ModuleNotFoundError) -> BagError:
-    """Return what to tell of a package of the extra that is not installed."""
+    """Return the advice for a package of the extra that is not installed."""
     return BagError(f"bags need the package '{error.name}'; run: pip install 'goalwire[bag]'")
 
 
 class Reader:
-    """`with Reader('folder') as bag:`, where `bag.messages()` yields what was recorded, in order.
+    """Reads a bag: `with Reader('folder') as bag:`, where `bag.messages()` yields the messages in order.
+    Not for several threads.
 
     Not for several threads.
     """
@@ -108,7 +109,7 @@ class Reader:
         self._resources.callback(file.close)
 
     def _unpacked(self, path: str) -> str:
-        """Return the path of an unpacked copy, which is gone after `close`."""
+        """Return the path of an unpacked copy, which `close` removes."""
         try:
             import zstandard
         except ModuleNotFoundError as error:
@@ -131,7 +132,7 @@ class Reader:
         return None
 
     def _gather(self, told: BagFacts | None, names: list[str]) -> BagFacts:
-        """Return the facts as the files have them; what only the metadata knows is added."""
+        """Return the facts from the files, completed by the metadata."""
         counts: Counter[str] = Counter()
         topics: dict[str, Topic] = {}
         facts = []
@@ -165,7 +166,7 @@ class Reader:
 
     @property
     def topics(self) -> tuple[Topic, ...]:
-        """The topics, those without messages included."""
+        """The topics, including those without messages."""
         return self.facts.topics
 
     @cached_property
@@ -191,7 +192,7 @@ class Reader:
 
     @property
     def problems(self) -> list[str]:
-        """What was noticed when the files were opened: those that nobody closed. `check` finds more."""
+        """Faults found when the files were opened: files that nobody closed. `check` finds more."""
         return [f'{name}: {file.problem}' for name, file in self._files.items() if file.problem]
 
     # -- messages --------------------------------------------------------------------------------------------
@@ -222,7 +223,7 @@ class Reader:
                 advance(messages, position)
 
     def rescued(self) -> Iterator[Message]:
-        """Yield every message that can be read, file after file; what is broken is left out."""
+        """Yield every readable message, file after file; broken parts are left out."""
         for file in self._files.values():
             for message in file.rescued():
                 yield self._plain(message)
@@ -254,7 +255,7 @@ class Reader:
             yield message, decode(message.data)
 
     def check(self) -> Iterator[str]:
-        """Read every byte of every file, and yield what is wrong with it."""
+        """Read every byte of every file, and yield the faults."""
         for name, file in self._files.items():
             for problem in file.check():
                 yield f'{name}: {problem}'
@@ -271,7 +272,7 @@ class Reader:
 
 
 def _find(path: str) -> tuple[str, list[str], BagFacts | None]:
-    """Return the folder of a bag, its files and what its metadata says.
+    """Return the folder of a bag, its files and its metadata. Raises BagError, FileNotFoundError.
 
     Raises BagError, FileNotFoundError.
     """
@@ -308,7 +309,7 @@ def _is_stored(name: str) -> bool:
 
 
 def _follows(name: str, named: list[str]) -> bool:
-    """Return whether a file's number continues those of the files that the metadata names."""
+    """Return whether a file's number continues the numbers of the files in the metadata."""
     return (
         bool(named)
         and _natural(name)[:-1] == _natural(named[-1])[:-1]
@@ -317,7 +318,7 @@ def _follows(name: str, named: list[str]) -> bool:
 
 
 def _natural(name: str) -> tuple[str, int]:
-    """Return what orders bag_2 before bag_10."""
+    """Return a sort key that puts bag_2 before bag_10."""
     stem = name.partition('.')[0]
     head, _, number = stem.rpartition('_')
     return (head, int(number)) if number.isdecimal() else (stem, -1)

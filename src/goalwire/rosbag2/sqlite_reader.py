@@ -127,7 +127,7 @@ class SqliteReader:
             raise self._broken(error) from error
 
     def check(self) -> Iterator[str]:
-        """Read every byte, and yield what is wrong with it."""
+        """Read every byte, and yield the faults."""
         try:
             for (line,) in self._database.execute('PRAGMA integrity_check'):
                 if line != 'ok':

@@ -87,7 +87,7 @@ class SqliteWriter:
         return False
 
     def flush(self, metadata: str) -> None:
-        """Commit what was written, and the metadata; raises OSError."""
+        """Commit the messages and the metadata; raises OSError."""
         self._run(self._commit, metadata)
 
     def _commit(self, metadata: str) -> None:
@@ -98,7 +98,7 @@ class SqliteWriter:
         self._database.commit()
 
     def sync(self) -> None:
-        """Nothing is left to do: sqlite has the disk keep what it commits."""
+        """Do nothing: sqlite has the disk keep every commit."""
 
     def close(self, metadata: str) -> None:
         """Commit and close. Idempotent. Raises OSError."""

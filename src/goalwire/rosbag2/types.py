@@ -38,12 +38,12 @@ def class_of(topic: Topic) -> type:
 
 
 def decoder_of(topic: Topic) -> Callable[[bytes], Any]:
-    """Return what makes messages of a topic's bytes; raises as `class_of`."""
+    """Return a function that decodes a topic's messages; raises as `class_of`."""
     return decoder(class_of(topic))
 
 
 def _define(topic: Topic) -> None:
-    """Register the definitions in a topic's schema, those that are unknown here."""
+    """Register the unknown definitions in a topic's schema."""
     parts = topic.schema.text.split(f'{_RULE}\nMSG: ')
     _register(topic.type_name, parts[0])
     for part in parts[1:]:

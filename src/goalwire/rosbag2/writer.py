@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from typing import Self
 
 ROS_DISTRO = 'rolling'
-"""The distribution that a bag names where ROS_DISTRO is not set."""
+"""The distribution in a bag's metadata if ROS_DISTRO is not set."""
 STORAGES = ('mcap', 'sqlite3')
 PRESETS = ('none', 'fastwrite', 'zstd_fast', 'zstd_small')
 
@@ -109,7 +109,7 @@ class Writer:
 
     @property
     def count(self) -> int:
-        """How many messages were written to files that are there still."""
+        """How many messages are in the files that still exist."""
         return sum(facts.count for facts in self._files())
 
     @property
@@ -187,7 +187,7 @@ class Writer:
             raise self._failed(error) from error
 
     def sync(self) -> None:
-        """Have the disk keep what was flushed, and files that were closed; any thread."""
+        """Have the disk keep flushed data and closed files; any thread."""
         while self._unsynced:
             _sync(self._unsynced.popleft())
         self._file.sync()
@@ -255,7 +255,7 @@ class Writer:
         write_metadata(self.path, self._facts(), METADATA_FILE)
 
     def _files(self) -> list[FileFacts]:
-        """Return the facts of the files that are there still, the present one included."""
+        """Return the facts of the files that still exist, the present one included."""
         present = [_facts_of(self._file, self._file.path)] if self._has_file else []
         return [*(facts for facts, _ in self._closed), *present]
 
@@ -298,7 +298,7 @@ def _distro() -> str:
 
 
 def _opener(storage: str, preset: str, ros_distro: str) -> Callable[[str], FileWriter]:
-    """Return what opens the files of a bag; raises BagError if a package is not installed."""
+    """Return a function that opens the files of a bag; raises BagError if a package is not installed."""
     if storage == 'sqlite3':
         from goalwire.rosbag2.sqlite_writer import SqliteWriter
 
@@ -313,7 +313,7 @@ def _opener(storage: str, preset: str, ros_distro: str) -> Callable[[str], FileW
 
 
 def _sync(path: str) -> None:
-    """Have the disk keep a file; one that is gone by now is not an error."""
+    """Have the disk keep a file; a deleted one is ignored."""
     with suppress(OSError):
         descriptor = os.open(path, os.O_RDWR)
         try:
@@ -323,7 +323,7 @@ def _sync(path: str) -> None:
 
 
 def _compressed(path: str) -> str:
-    """Compress a file that is closed, and return the path of what replaced it."""
+    """Compress a closed file, and return the path of the compressed one."""
     import zstandard
 
     packed = f'{path}.zstd'

@@ -21,7 +21,7 @@ from goalwire.security.storage import FOLDER, PRIVATE
 BEGIN = '0' * 64
 """Stands in the first line for the hash of the line before it."""
 LARGEST = 1 << 26
-"""Bytes from which on nothing more is written, and that are read at most."""
+"""The largest size of a log: nothing more is written beyond it, nor read."""
 _TAIL = 1 << 16
 """Bytes at the end of a file in which its last line begins."""
 

@@ -1,4 +1,4 @@
-"""One identity in one file, to be carried to another machine: what `secure export` writes.
+"""One identity in one file, which `secure export` writes, to be carried to another machine.
 
 The file is JSON: the identity with its key, the certificate that all trust, the policy and the list of
 revoked names. Whoever has the file has the identity.
@@ -20,7 +20,7 @@ _FIELDS = ('format', 'name', 'identity', 'trust', 'policy', 'revoked')
 
 
 def export(keystore: Keystore, name: str, path: Path) -> None:
-    """Write an identity's file. Raises SecurityError if there is a file already, or no such identity."""
+    """Write an identity's file. Raises SecurityError if the file exists, or the identity does not."""
     content = {
         'format': _FORMAT,
         'name': name,

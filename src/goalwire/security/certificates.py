@@ -37,7 +37,7 @@ class Pair(NamedTuple):
         return self.chain[0]
 
     def pem(self) -> bytes:
-        """Return all of it as one text: the certificates, then the key."""
+        """Return certificates and key as one text."""
         key = self.key.private_bytes(
             serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
         )
@@ -142,7 +142,7 @@ def make_identity(site: Pair, name: str, kind: str, life: tuple[datetime, dateti
 
 
 def read_pair(pem: bytes, title: str) -> Pair:
-    """Read what `Pair.pem` has written. Raises SecurityError, which names `title`."""
+    """Read the text of `Pair.pem`. Raises SecurityError, which names `title`."""
     try:
         chain = tuple(x509.load_pem_x509_certificates(pem))
         key = serialization.load_pem_private_key(pem, None)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def look_at(files: Iterable[Path]) -> tuple[tuple[int, int, int], ...]:
-    """Return what is another value as soon as one of the files has been replaced, written to, or deleted."""
+    """Return a value that changes as soon as one of the files has been replaced, written to, or deleted."""
     return tuple(map(_look_at, files))
 
 

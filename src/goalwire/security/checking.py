@@ -16,7 +16,7 @@ from goalwire.security.policy import Policy, Verb
 from goalwire.security.policy_file import load_policy
 
 SOON = timedelta(days=7)
-"""How long before its end a certificate is told of."""
+"""How long before its end a certificate is reported."""
 
 
 @record
@@ -33,7 +33,7 @@ class Finding:
 
 
 def check(keystore: Keystore) -> list[Finding]:
-    """Return what is wrong with a keystore."""
+    """Return the faults of a keystore."""
     findings = list(_check_modes(keystore))
     policy = None
     try:

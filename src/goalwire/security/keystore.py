@@ -1,4 +1,4 @@
-"""A keystore: a folder with the authorities of a site, its identities, its policy and who is revoked.
+"""A keystore: a folder with a site's authorities, its identities, its policy and the revoked names.
 
     trust.pem          the certificate that all others lead to
     authority.pem      its key: vouches for the site's authority; may be kept elsewhere
@@ -45,7 +45,7 @@ def check_name(name: str) -> str:
 
 
 def read(path: Path) -> bytes:
-    """Return what a file of a keystore holds. Raises SecurityError."""
+    """Return the content of a file of a keystore. Raises SecurityError."""
     try:
         return read_regular(os.fspath(path), LARGEST)
     except OSError as error:
@@ -88,7 +88,7 @@ class Keystore:
     # ---- what is in it
 
     def identity_path(self, name: str) -> Path:
-        """Return the file of an identity, which need not be there."""
+        """Return the path of an identity's file, which need not exist."""
         return self.path / 'identities' / f'{check_name(name)}.pem'
 
     def names(self) -> list[str]:
@@ -112,7 +112,7 @@ class Keystore:
         return certificates.read_pair(read(path), os.fspath(path))
 
     def site(self) -> Pair:
-        """Return the site's authority. Raises SecurityError where it is not here, as on a robot."""
+        """Return the site's authority. Raises SecurityError if it is not here, as on a robot."""
         path = self.path / 'site.pem'
         if not path.exists():
             raise SecurityError(
@@ -126,13 +126,13 @@ class Keystore:
         return revocation.read_revoked(read(self.revoked_path).decode(errors='replace'))
 
     def policy_text(self) -> str:
-        """Return what policy.toml says. Raises SecurityError."""
+        """Return the text of policy.toml. Raises SecurityError."""
         return read(self.policy_path).decode(errors='replace')
 
     # ---- what changes it
 
     def add(self, name: str, kind: str, roles: tuple[str, ...], life: timedelta = IDENTITY_LIFE) -> Pair:
-        """Make a new identity, and name its roles in the policy. Raises SecurityError if it is there."""
+        """Make a new identity, and name its roles in the policy. Raises SecurityError if it exists."""
         if self.identity_path(name).exists():
             raise SecurityError(f"'{name}' is there already; see: goalwire secure renew")
         self.site()
@@ -186,7 +186,7 @@ def _fill(folder: Path, trust: bytes, policy: bytes, revoked: bytes) -> None:
 
 
 def make_carried(path: Path, trust: bytes, policy: bytes, revoked: bytes) -> Keystore:
-    """Make a keystore without authorities, for what was exported elsewhere. Raises OSError."""
+    """Make a keystore without authorities, for an identity from elsewhere. Raises OSError."""
     with storage.new_folder(path) as folder:
         _fill(folder, trust, policy, revoked)
     return Keystore(path)

@@ -1,4 +1,4 @@
-"""Who may do what, in ROS's words: a pure model, without files and without a wire.
+"""The rights of identities, in ROS's words: a pure model, without files and without a wire.
 
 An identity has roles; a role grants verbs on names. Nothing is allowed that no grant allows. Names are fully
 qualified; in a pattern `*` stands for any signs between two slashes, and `/**` for any number of
@@ -16,7 +16,7 @@ from goalwire.records import record
 
 
 class Verb(Enum):
-    """What an identity may do; the values are the words of policy.toml."""
+    """An act of an identity; the values are the words of policy.toml."""
 
     RUN = 'run'
     """Have a node of that name."""
@@ -45,7 +45,7 @@ MODES = ('enforce', 'audit')
 
 @record
 class Grant:
-    """One line of a role: a verb, a pattern of names, the domains where it holds (empty: all)."""
+    """One line of a role: a verb, a pattern of names, and the domains in which it holds (empty: all)."""
 
     verb: Verb
     pattern: str
@@ -75,7 +75,7 @@ class Policy:
 
     mode: str
     grants: Mapping[str, tuple[Grant, ...]]
-    """The grants of each identity that it names, those of `everyone` included."""
+    """The grants of each named identity, with those of `everyone`."""
     title: str = 'policy.toml'
     """The name of its file, as answers show it."""
     lines: Mapping[str, int] = {}
@@ -83,11 +83,11 @@ class Policy:
 
     @property
     def is_enforced(self) -> bool:
-        """Whether what is not allowed is refused, and not only logged."""
+        """True if forbidden acts are refused; False if they are only logged."""
         return self.mode == 'enforce'
 
     def knows(self, who: str) -> bool:
-        """Whether it names an identity; others may do nothing."""
+        """Whether the policy names an identity. Identities without a name have no rights."""
         return who in self.grants
 
     def decide(self, who: str, verb: Verb, name: str, domain: int = 0) -> Decision:
@@ -123,5 +123,5 @@ def _expression(pattern: str) -> re.Pattern[str]:
 
 
 def matches(pattern: str, name: str) -> bool:
-    """Whether a name is one of those that a pattern stands for."""
+    """Whether a name matches a pattern."""
     return _expression(pattern).fullmatch(name) is not None

@@ -1,4 +1,4 @@
-"""Reads a policy.toml: each mistake is told with line and column, and with what to write instead.
+"""Reads a policy.toml. Errors have line and column, and say what to write instead.
 
 mode = "enforce"
 [everyone]            # grants of each identity
@@ -70,7 +70,7 @@ class _Reader:
         self._places = find_places(text)
 
     def _place(self, path: tuple[str | int, ...]) -> Place:
-        """Return where something stands, or what it is in."""
+        """Return the position of an item, or of the table that holds it."""
         while path and path not in self._places:
             path = path[:-1]
         return self._places.get(path, Place(1, 1))

@@ -31,7 +31,7 @@ def _write_beside(path: Path, data: bytes, mode: int) -> Path:
 
 
 def _bring_to_disk(folder: Path) -> None:
-    """Bring the names in a folder to the disk; Windows has no such call for folders."""
+    """Have the disk keep the names in a folder; Windows has no such call for folders."""
     if os.name != 'posix':
         return
     descriptor = os.open(folder, os.O_RDONLY)
@@ -52,7 +52,7 @@ def create(path: Path, data: bytes, mode: int = PRIVATE) -> None:
 
 
 def replace(path: Path, data: bytes, mode: int = PRIVATE) -> None:
-    """Write a file in place of the one that is there, if there is one."""
+    """Write a file, in place of the existing one if there is one."""
     beside = _write_beside(path, data, mode)
     try:
         beside.replace(path)
@@ -76,7 +76,7 @@ def new_folder(path: Path) -> Iterator[Path]:
         yield beside
         _bring_to_disk(beside)
         try:
-            beside.rename(path)  # an empty folder may be there; a full one is refused by the system
+            beside.rename(path)  # an empty folder may exist; the system refuses a full one
         except OSError as error:
             if path.exists():
                 raise FileExistsError(f"'{path}' is there already") from error

@@ -51,7 +51,9 @@ class _Finder:
         return Place(self._text.count('\n', 0, start) + 1, start - line_start + 1)
 
     def _take_line(self, at: int) -> int:
-        """Take a table's header, a key with its value, or an empty line; return where the next begins."""
+        """Take a table's header, a key with its value, or an empty line; return the position of the next
+        line.
+        """
         sign = self._tokens[at].group()
         if sign == '\n':
             return at + 1
@@ -73,7 +75,7 @@ class _Finder:
             self.places.setdefault(path[:size], self._place(at))
 
     def _key(self, at: int) -> tuple[tuple[str, ...], int]:
-        """Return a dotted key that begins here, and where it ends."""
+        """Return the dotted key that begins here, and the position behind it."""
         parts: list[str] = []
         while at < len(self._tokens) and self._tokens[at].lastgroup in {'text', 'bare'}:
             word = self._tokens[at].group()
@@ -85,7 +87,7 @@ class _Finder:
         return tuple(parts), at
 
     def _take_value(self, path: tuple[str, ...], at: int) -> int:
-        """Take note of the elements of a list; return where the value ends."""
+        """Note the elements of a list; return the position behind the value."""
         depth = element = 0
         while at < len(self._tokens):
             sign = self._tokens[at].group()

@@ -1,4 +1,4 @@
-"""The history of one link of the tree: where a frame was in its parent, over time or for ever.
+"""The history of one link of the tree: a frame's place in its parent, over time or for ever.
 
 Times are in ns; LATEST, 0, asks for the newest.
 """
@@ -39,7 +39,7 @@ class FixedLink:
 
 
 class History:
-    """A moving transform: the links of the last `span` ns, those between two interpolated."""
+    """A moving transform: the links of the last `span` ns. Between two of them it is interpolated."""
 
     def __init__(self, span: int) -> None:
         self._span = span

@@ -211,7 +211,7 @@ class TransformTree:
             raise LookupException(f'"{name}" passed to {argument} does not exist. ')
 
     def _motion(self, target: str, source: str, time: int) -> Rigid:
-        """Climb from both frames to where their ways meet."""
+        """Climb from both frames up to their common ancestor."""
         above: dict[str, Rigid] = {source: IDENTITY}  # how the source lies in each of its ancestors
         stopped: ExtrapolationException | None = None
         try:
@@ -250,7 +250,7 @@ class TransformTree:
         return min((time for time in map(self._newest, links) if time != LATEST), default=LATEST)
 
     def _ancestors(self, frame: str) -> list[str]:
-        """Return a frame and, by the newest links, those above it."""
+        """Return a frame and its ancestors, by the newest links."""
         way = [frame]
         while link := self._link(way[-1], LATEST):
             if link.parent in way:

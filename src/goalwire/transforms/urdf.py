@@ -37,7 +37,7 @@ class Mimic:
 
 @record
 class Joint:
-    """How a link hangs on its parent. Positions are in rad, those of prismatic joints in m."""
+    """A joint between a link and its parent. Positions are in rad, those of prismatic joints in m."""
 
     name: str
     kind: str
@@ -56,7 +56,7 @@ class Joint:
 
     @property
     def is_movable(self) -> bool:
-        """Whether one number says where it is."""
+        """True if one number gives its position."""
         return self.kind in MOVABLE
 
     @property
@@ -65,7 +65,7 @@ class Joint:
         return self.is_movable and self.mimic is None
 
     def motion(self, position: float) -> Rigid:
-        """Return where the child lies in its parent if the joint is at `position`."""
+        """Return the child's place in its parent if the joint is at `position`."""
         x, y, z = self.axis
         if self.kind in {'revolute', 'continuous'}:
             half = math.sin(position / 2)

@@ -47,7 +47,7 @@ _LOGGERS = ('uvicorn', 'nicegui', 'engineio', 'socketio', 'asyncio')
 
 
 class _OneLine(logging.Handler):
-    """Has the node's logger say in one line what the web server logs.
+    """Has the node's logger log the web server's records, one line each.
 
     Whoever reaches the port can make that log: no traceback for each malformed frame. With
     GOALWIRE_FULL_TRACEBACKS=1 there is one.
@@ -94,7 +94,7 @@ class _Connection(h11.Connection):
         super().__init__(h11.SERVER, MOST_HEAD_BYTES)
 
     def next_event(self) -> type[h11.NEED_DATA | h11.PAUSED] | h11.Event:
-        """Return what was received. Raises RemoteProtocolError."""
+        """Return the next event of the parser. Raises RemoteProtocolError."""
         if self.their_state is h11.IDLE:
             received, _ = self.trailing_data
             end = _END_OF_HEAD.search(received)
@@ -129,7 +129,7 @@ class _Http(H11Protocol):
         super().connection_lost(exc)
 
     def send_400_response(self, msg: str) -> None:
-        """Answer what h11 does not take: uvicorn calls it while it handles h11's error."""
+        """Answer a request that h11 does not take: uvicorn calls this while it handles h11's error."""
         error = sys.exception()
         if not isinstance(error, h11.RemoteProtocolError) or error.error_status_hint != 431:
             super().send_400_response(msg)

@@ -1,4 +1,4 @@
-"""Settings of the command line: where the page is served, who may look, and what may be sent."""
+"""Settings of the console: where the page is served, who may look, and the names that may be sent to."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Settings:
     host: str = '127.0.0.1'
     port: int = DEFAULT_PORT
     token: str = ''
-    """'' where everybody who reaches the port may look: only on loopback."""
+    """'' if everybody who reaches the port may look: only on loopback."""
     tls_cert: str = ''
     tls_key: str = ''
     read_only: bool = False

@@ -24,7 +24,7 @@ PAGES = {
     'rqt_reconfigure': ('parameters', 'its page Parameters shows and sets parameters'),
     'rviz2': ('robot', 'its page Robot shows the robot, its frames and where it goes in 3D'),
 }
-"""By program: the page to open, and a sentence that says what is there."""
+"""For each program the page to open, and a sentence about that page."""
 OPTIONS = {'--port': 1, '--prefer-port': 1, '--host': 1, '--token': 1, '--no-open': 0, '--read-only': 0}
 """The console's options that are passed on, and how many words follow each."""
 
@@ -85,7 +85,7 @@ def _become(command: list[str]) -> int:
 
 
 def split_options(words: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the console's own options, and those that it does not know."""
+    """Return the console's own options, and the others."""
     known: list[str] = []
     unread: list[str] = []
     left = list(words)

@@ -72,7 +72,7 @@ class FibonacciServer(Node):
 
 
 class FibonacciClient(Node):
-    """Sends one goal, logs what it hears of it, and ends the program with the result."""
+    """Sends one goal, logs its course, and ends the program with the result."""
 
     def __init__(self, name: str, action: type, field: str, cancels: bool = False) -> None:
         super().__init__(name)

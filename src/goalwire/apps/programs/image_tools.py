@@ -1,4 +1,4 @@
-"""cam2image and showimage: a moving test picture, and who receives pictures. Package `image_tools`."""
+"""cam2image and showimage: publish and show a moving test picture. Package `image_tools`."""
 
 from __future__ import annotations
 

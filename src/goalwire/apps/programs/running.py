@@ -1,4 +1,4 @@
-"""How every program of this folder runs: it spins one node until it is told to stop."""
+"""Runs the programs of this folder: each spins one node until it is told to stop."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ class TeleopTwistKeyboard(Node):
         self._publisher.publish(stamped)
 
     def press(self, key: str) -> bool:
-        """Do what a key says; returns whether the speeds have changed."""
+        """Act on a key; returns whether the speeds have changed."""
         if key in SPEEDS:
             linear, angular = SPEEDS[key]
             self.speed *= linear

@@ -130,7 +130,7 @@ class Page:
     # -- talking to the user ---------------------------------------------------------------------------------
 
     async def attempt(self, work: Awaitable[Any]) -> Any:
-        """Await something and return what it does; what goes wrong is told, and None returned."""
+        """Await something and return its result. An error is shown to the user, and None returned."""
         try:
             return await work
         except FieldValueError as error:

@@ -1,4 +1,4 @@
-"""The emergency stop of one robot: who serves it, and what the robot says of it. It knows no clock.
+"""The emergency stop of one robot: its servers, and the robot's reports.
 
 What the console has pressed says nothing here: a robot is stopped if it says so. The rules:
 
@@ -79,7 +79,7 @@ class Standing(Enum):
     RELEASED = 'released'
     STOPPED = 'stopped'
     UNKNOWN = 'unknown'
-    """It was told, and is not told any more."""
+    """It was reported, and is not reported any more."""
 
 
 @record
@@ -97,7 +97,7 @@ class Word:
 
 
 def word_of(message: Any, node: str, topic: str, *, is_switch: bool) -> Word:
-    """Return what a Bool or a DiagnosticStatus says.
+    """Return the report in a Bool or a DiagnosticStatus.
 
     A DiagnosticStatus may have the values `stopped` ('true' or 'false') and `by`; without the first its
     level says it, ERROR or worse. Its message is the reason.
@@ -139,19 +139,19 @@ class EmergencyState:
         self.servers: tuple[StopService, ...] = ()
         """The servers that are there."""
         self.known: tuple[StopService, ...] = ()
-        """Those that are there, or else those that were last."""
+        """The present servers, or else the last ones."""
         self._voices: dict[tuple[str, bytes], _Voice] = {}
         self._lost: dict[str, Word] = {}
 
     # -- what comes ------------------------------------------------------------------------------------------
 
     def serve(self, servers: Sequence[StopService]) -> None:
-        """Take down which servers are there."""
+        """Note the present servers."""
         self.servers = tuple(servers)
         self.known = self.servers or self.known
 
     def hear(self, publisher: bytes, word: Word) -> None:
-        """Take down what a publisher says; `publisher` tells those of one topic apart."""
+        """Note a publisher's report; `publisher` tells the publishers of one topic apart."""
         key = (word.topic, publisher)
         if key in self._voices:
             self._voices[key].say(word)
@@ -162,7 +162,7 @@ class EmergencyState:
         self._lost.pop(word.node, None)
 
     def keep(self, publishers: Collection[tuple[str, bytes]]) -> None:
-        """Forget the publishers that have gone: `publishers` are those that are there, with their topics."""
+        """Forget the publishers that have gone: `publishers` are the present ones, with their topics."""
         for key, voice in list(self._voices.items()):
             if key in publishers:
                 voice.was_seen = True
@@ -172,7 +172,10 @@ class EmergencyState:
                     self._lost[voice.word.node] = voice.word
 
     def look(self) -> None:
-        """Count how long each is silent. Looks are counted, not seconds: who had no time missed nothing."""
+        """Count for how many looks each publisher is silent.
+
+        Looks and not seconds: a console that was held up has missed nothing.
+        """
         for voice in self._voices.values():
             voice.missed += 1
 

@@ -96,13 +96,13 @@ class FormField:
     least: float | None = None
     most: float | None = None
     hint: str = ''
-    """A range that the comment names; what lies outside is not refused, for it is a comment."""
+    """A range in the field's comment. Values outside are not refused, since it is only a comment."""
     capacity: int | None = None
     """Bytes of a text (UTF-16 units of a `wstring`), or items of a list."""
     exact: bool = False
     """Whether a list has just `capacity` items."""
     choices: tuple[tuple[str, Any], ...] = ()
-    """Names and values of the constants that are meant for this field."""
+    """Names and values of the constants for this field."""
     fields: tuple[FormField, ...] = ()
     """Those of a nested message, or of each item of a list of messages."""
     item_capacity: int | None = None
@@ -433,7 +433,7 @@ def filled(cls: Any, values: Mapping[str, Any], now: Any) -> Any:
 
 
 def without_defaults(values: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a form changes: values that are not the message's own."""
+    """Return the changes of a form: the values that differ from the message's own."""
     left: dict[str, Any] = {}
     for name, value in values.items():
         default = defaults.get(name)

@@ -1,4 +1,4 @@
-"""Follows the goals of every action server that the graph shows, whoever has sent them."""
+"""Follows the goals of every action server in the graph, whoever has sent them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where nodes and topics stand in the drawing of the graph: those that are joined are near each other."""
+"""Places nodes and topics in the drawing of the graph: linked ones are near each other."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _GOLDEN = 2.399963
 def arrange(
     names: Sequence[str], links: Iterable[tuple[str, str]], before: Mapping[str, Place]
 ) -> dict[str, Place]:
-    """Return a place for each name, within WIDTH and HEIGHT; what had one stays near it.
+    """Return a place for each name, within WIDTH and HEIGHT. A name that had a place stays near it.
 
     Everything repels everything, and links pull (Fruchterman and Reingold, 1991), in ever smaller steps. The
     same graph is always drawn alike.

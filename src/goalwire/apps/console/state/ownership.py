@@ -1,4 +1,4 @@
-"""To which robot a name belongs, among robots that are told apart by their namespaces.
+"""The robot to which a name belongs, among robots with namespaces of their own.
 
 A name is of the robot with the longest namespace that it lies in. A robot without a namespace has what no
 other one has. What lies in no robot's namespace may only stop robots below it: it moves one of them only if
@@ -23,7 +23,7 @@ def may_stop(name: str, robot: str, robots: Collection[str]) -> bool:
 
 
 def may_move(name: str, robot: str, robots: Collection[str]) -> bool:
-    """Return whether what is sent to a name moves this robot and no other."""
+    """Return whether a message to a name can move only this robot."""
     whose = owner(name, robots)
     return whose == robot or (whose is None and len(robots) == 1 and _is_above(name, robot))
 

@@ -50,6 +50,6 @@ class Playhead:
         self.is_playing = False
 
     def set_rate(self, rate: float) -> None:
-        """Play so many times as quickly as it was."""
+        """Play `rate` times as fast as recorded."""
         self.seek(self.time)
         self.rate = rate

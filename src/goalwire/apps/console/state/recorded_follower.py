@@ -13,7 +13,7 @@ SECOND = 1_000_000_000
 WINDOW = 10 * SECOND
 """How far before the time of a jump reading begins; further, if a topic was silent for so long."""
 _FORWARD = 20 * SECOND
-"""A jump forward that is shorter reads what lies between; a longer one begins anew."""
+"""A shorter jump forward reads the messages in between; a longer one begins anew."""
 
 Take: TypeAlias = Callable[[str, Any, int], object]
 """Is handed a topic, its message, and when that was recorded, in ns since 1970."""
@@ -47,7 +47,7 @@ class Follower:
         self._next: Message | None = None
 
     def move_to(self, time: int) -> None:
-        """Hand on what was recorded up to a time. Raises BagError where bytes are broken."""
+        """Hand on the messages recorded up to a time. Raises BagError for broken bytes."""
         if self._at is None or not self._at <= time <= self._at + _FORWARD:
             self._jump(time)
         self._at = time
@@ -69,7 +69,7 @@ class Follower:
         return [name for name in self.topics if name not in self._latched]
 
     def _since(self, topic: str, time: int) -> int:
-        """Return from when on to read, so that the latest message of a topic is among what is read."""
+        """Return the time to read from, so that the latest message of a topic is read."""
         if topic not in self._first:
             first = next(self._bag.messages([topic]), None)
             self._first[topic] = self._bag.end if first is None else first.time

@@ -23,7 +23,7 @@ _LINES = 200
 
 @record
 class Moment:
-    """What is to be seen at one time."""
+    """The content of the page at one time."""
 
     time: int
     """The moment, in ns since 1970."""
@@ -34,7 +34,7 @@ class Moment:
     links: tuple[tuple[str, list[float]], ...] = ()
     trail: tuple[tuple[float, float, float], ...] = ()
     silent_s: float | None = None
-    """For how long the robot had said nothing of where it is; None if it had never."""
+    """For how long the robot had not reported its position; None if it never had."""
     lines: tuple[LogLine, ...] = ()
     """The log lines, the latest first."""
     topic: str = ''
@@ -186,7 +186,7 @@ class Moments:
         return self._reading.moment(time, robot, topic)
 
     def close(self) -> None:
-        """Close the bag, when what is being read is."""
+        """Close the bag, once the present reading is over."""
         self._wanted = None
         if self._task is not None:
             self._task.cancel()

@@ -18,7 +18,7 @@ from goalwire.rosbag2.reader import Reader
 
 SPANS = 1000
 _TELL_EACH = 20_000
-"""Messages after which what was read so far is shown."""
+"""How many messages are read before the points so far are shown."""
 _STEP = re.compile(r'([^.\[\]]+)|\[(\d+)\]')
 
 
@@ -45,7 +45,7 @@ class Outline:
             values[1], times[1] = value, time
 
     def points(self) -> list[tuple[float, float]]:
-        """Return what to draw, in the order of time: at most two points for each span."""
+        """Return the points to draw, in the order of time: at most two for each span."""
         points = {
             (float(time), float(value))
             for time, value in zip(self._times.flat, self._values.flat, strict=True)
@@ -55,7 +55,9 @@ class Outline:
 
 
 def number_at(path: str) -> Callable[[Any], float | None]:
-    """Return what reads the number at a path of a message, as `numbers_in` names it; None if it has none."""
+    """Return a function that reads the number at a path, as `numbers_in` names it; None if the type has
+    none there.
+    """
     steps = [name or int(index) for name, index in _STEP.findall(path)]
 
     def read(message: Any) -> float | None:

@@ -1,4 +1,4 @@
-"""A bag that the page shows: what is in it, and the goals over its time. It has no node to send with."""
+"""A bag that the page shows: its content, and the goals over its time. It has no node to send with."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from goalwire.rosbag2.types import decoder_of
 STATUS, FEEDBACK = '/_action/status', '/_action/feedback'
 _MOST_GOALS = 2000
 UNREADABLE = (BagError, DecodeError, InterfaceError)
-"""What is raised where bytes, or the definition of their type, cannot be used."""
+"""The errors for broken bytes, and for unusable definitions of types."""
 
 
 class Recording:
-    """What all pages share of a bag. Times in s are counted from its start."""
+    """The bag that all pages share. Times in s are counted from its start."""
 
     def __init__(self, path: str) -> None:
-        """Read what is in the bag; raises BagError, OSError."""
+        """Read the bag's index; raises BagError, OSError."""
         self.path = path
         with Reader(path) as bag:
             self.topics: dict[str, Topic] = {topic.name: topic for topic in bag.topics}
@@ -74,7 +74,7 @@ class Recording:
 
 
 class Decoders:
-    """Makes messages of bytes; a topic that cannot be decoded is told of once, and left out."""
+    """Decodes messages. A topic that cannot be decoded is reported once, and left out."""
 
     def __init__(self, topics: dict[str, Topic]) -> None:
         self._topics = topics
@@ -82,7 +82,7 @@ class Decoders:
         self.problems: dict[str, str] = {}
 
     def decode(self, topic: str, data: bytes) -> Any:
-        """Return the message; None where its type is unknown, or its bytes are none of that type."""
+        """Return the message; None if its type is unknown, or the bytes are not of that type."""
         try:
             if topic not in self._made:
                 self._made[topic] = None

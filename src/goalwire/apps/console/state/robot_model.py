@@ -1,4 +1,4 @@
-"""A robot for the eye: the shapes on the links of a URDF, and the frames that these hang on.
+"""The visible robot: the shapes on the links of a URDF, and their frames.
 
 The URDF comes from another program: it is read within bounds, and names files of this machine only below the
 share folders of packages that are installed here, and only meshes. A robot's own programs read their URDF
@@ -66,7 +66,7 @@ def root_pose(root: str, frames: Mapping[str, tuple[str, Rigid]]) -> tuple[str, 
 
 
 def likely_prefix(model: RobotModel, frames: Mapping[str, tuple[str, Rigid]], namespace: str) -> str:
-    """Return what seems to stand before the names of a robot's links in its frames.
+    """Return the likely prefix of a robot's frames before the names of its links.
 
     Robots of one kind differ in nothing else. So the prefix counts that the namespace gives, else the empty
     one. Any other one may be another robot's: it counts only for a robot without a namespace, if it is alone.
@@ -160,7 +160,7 @@ def mesh_file(name: str) -> Path:
 
 
 class Meshes:
-    """The mesh files that descriptions have named, by keys that stand for just those."""
+    """The mesh files that descriptions have named, by keys for just these files."""
 
     def __init__(self) -> None:
         self._files: dict[str, Path] = {}

@@ -1,4 +1,4 @@
-"""One robot as messages tell of it, live ones or those of a bag: its description, joints and frames."""
+"""One robot by its messages, live or from a bag: its description, joints and frames."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MOST_FRAMES = 2000
 
 
 class RobotState:
-    """The robot of one namespace: '' where topics have the plain names /robot_description, /joint_states."""
+    """The robot of one namespace; '' if its topics have the plain names /robot_description, /joint_states."""
 
     def __init__(self, namespace: str) -> None:
         self.namespace = namespace
@@ -78,7 +78,7 @@ class RobotState:
         self._keep_frames(message)
 
     def _keep_frames(self, message: Any) -> list[str]:
-        """Note the frames of a message, and return those whose transforms make sense."""
+        """Keep the frames of a message that have valid transforms, and return them."""
         kept = []
         for each in message.transforms:
             t, r = each.transform.translation, each.transform.rotation

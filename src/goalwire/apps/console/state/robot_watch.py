@@ -65,7 +65,7 @@ class RobotWatch(RobotState):
             self._ask_prefix()
 
     def _ask_prefix(self) -> None:
-        """Ask who publishes the description for its parameter `frame_prefix`."""
+        """Ask the publisher of the description for its parameter `frame_prefix`."""
         publishers = self._node.graph.publishers(f'{self.namespace}/robot_description')
         if self._asking is not None:
             self._asking.cancel()
@@ -116,7 +116,7 @@ def namespaces(topics: list[tuple[str, list[str]]]) -> list[str]:
 
 @record
 class NavigationTarget:
-    """An action whose goal has a place for where to go: a PoseStamped, or numbers x and y."""
+    """An action whose goal has a target place: a PoseStamped, or numbers x and y."""
 
     action: str
     type_name: str
@@ -125,7 +125,7 @@ class NavigationTarget:
 
 
 def navigation_target(action: str, type_name: str, fields: tuple[FormField, ...]) -> NavigationTarget | None:
-    """Return how a goal says where to go; None if it says no place."""
+    """Return how a goal of an action names a target place; None if it names none."""
     for field in fields:
         if field.kind == 'message' and field.base == 'geometry_msgs/msg/PoseStamped':
             return NavigationTarget(action, type_name, (field.name,))

@@ -54,7 +54,7 @@ class Target:
     """A service, action or topic that can be sent to, with its form."""
 
     def __init__(self, kind: str, name: str, type_name: str) -> None:
-        """Raises UnknownInterfaceError, and what its definition raises."""
+        """Raises UnknownInterfaceError, and the errors of its definition."""
         self.kind = kind
         self.name = name
         self.type_name = type_name
@@ -65,7 +65,7 @@ class Target:
         self.defaults = defaults_of(self.fields, self.message_class())
 
     def sending(self, values: Mapping[str, Any], timeout: float | None = None, attempts: int = 1) -> Sending:
-        """Return what would be sent. Raises FieldValueError if the values do not fit."""
+        """Return the message to send. Raises FieldValueError if the values do not fit."""
         checked = check(self.fields, values)
         different = without_defaults(checked, as_dict(self.message_class()))
         return Sending(self.kind, self.name, self.type_name, self.fields, different, timeout, attempts)
@@ -92,7 +92,7 @@ class Sender:
         """The latencies of calls, by service."""
 
     def target(self, kind: str, name: str, type_name: str) -> Target:
-        """Return what can be sent to; raises UnknownInterfaceError."""
+        """Return the target with a name; raises UnknownInterfaceError."""
         return Target(kind, name, type_name)
 
     def _now(self) -> Any:
@@ -224,7 +224,7 @@ class Sender:
         self._goals.note_change()
 
     def fetch_result(self, type_name: str, goal: Goal) -> None:
-        """Ask for the result of a goal that has ended, whoever has sent it."""
+        """Request the result of a goal that has ended, whoever has sent it."""
         if goal.result is None and (goal.action, goal.goal_id) not in self._awaited:
             self._in_background(self._take_result(interface_class(type_name), type_name, goal, RESULT_S))
 
@@ -253,7 +253,7 @@ class Sender:
             self._node.logger.error(f'the console failed: {error!r}')
 
     def close(self) -> None:
-        """Wait for no more results; the goals go on."""
+        """Stop waiting for results; the goals go on."""
         for task in self._tasks:
             task.cancel()
 

@@ -38,7 +38,7 @@ class Series:
         return np.roll(self._times, -cut), np.roll(self._values, -cut)
 
     def points(self, since: float, most: int = 400) -> list[tuple[float, float]]:
-        """Return what to draw: the least and the greatest value of each of `most / 2` spans."""
+        """Return the points to draw: the least and the greatest value of each of `most / 2` spans."""
         times, values = self.arrays()
         start = int(np.searchsorted(times, since))
         times, values = times[start:], values[start:]

@@ -30,7 +30,10 @@ _TICKS_OF_RATES = 5
 
 
 class Session:
-    """`async with` it: it follows goals and logs from the beginning, the rest when a browser asks."""
+    """What all pages share.
+
+    In its `async with` it follows goals and logs; it follows the rest once a browser asks.
+    """
 
     def __init__(self, node: goalwire.Node, settings: Settings) -> None:
         self.node = node
@@ -49,7 +52,7 @@ class Session:
         Without any, '' stands for everything on the wire.
         """
         self.listeners: set[Callable[[], object]] = set()
-        """Called when what is to be seen of an emergency stop has changed."""
+        """Called when the shown state of an emergency stop has changed."""
         self._robots: dict[str, tuple[RobotWatch, int]] = {}
         self._selected: Counter[str] = Counter()
         self._log_reading: Reading | None = None
@@ -117,7 +120,7 @@ class Session:
                 await self.topics.measure()
 
     def problems(self) -> list[GraphProblem]:
-        """Return what does not go together, but for what this console itself looks at."""
+        """Return the mismatches in the graph, without those of this console's own endpoints."""
         own = self.node.name
         found = self.node.graph.problems()
         return [each for each in found if all(end.node.qualified != own for end in each.endpoints)]
@@ -125,7 +128,7 @@ class Session:
     # -- robots ----------------------------------------------------------------------------------------------
 
     def robot_names(self) -> list[str]:
-        """Return the namespaces of the robots that are there."""
+        """Return the namespaces of the present robots."""
         graph = self.node.graph
         return namespaces([(name, types) for name, types in graph.topics() if graph.publishers(name)])
 
@@ -135,7 +138,7 @@ class Session:
         self._look_at_robots()
 
     def may_move(self, name: str, robot: str) -> bool:
-        """Return whether what is sent to that name moves this robot, and no other one."""
+        """Return whether a message to that name can move only this robot."""
         return may_move(name, robot, self.vitals)
 
     def deselect(self, namespace: str) -> None:
@@ -180,6 +183,6 @@ class Session:
             self.settings.check_may_send(service.name)
 
     async def release(self, robot: str) -> list[Answer]:
-        """Call what releases a robot, and return the answers. Raises NotAllowedError."""
+        """Call the services that release a robot, and return the answers. Raises NotAllowedError."""
         self.check_may_release(robot)
         return await release(self.node, self.vitals[robot])

@@ -103,7 +103,7 @@ def _retry(retry: goalwire.Retry | None) -> str:
 
 
 class _Writer:
-    """Writes messages as calls of their classes, and notes what must be imported."""
+    """Writes messages as calls of their classes, and notes the imports they need."""
 
     def __init__(self) -> None:
         self.imports: dict[str, set[str]] = {}

@@ -31,7 +31,7 @@ class Answer:
     service: str
     text: str
     is_done: bool
-    """Whether it did what was asked for."""
+    """True if the server did as asked."""
 
 
 Listener: TypeAlias = Callable[[Answer], object]
@@ -92,7 +92,7 @@ async def _call(
 
 
 async def _answer(node: goalwire.Node, service: StopService, values: dict[str, bool]) -> Any:
-    """Call a service by a client for only this call: a robot names its clients to say who has called."""
+    """Call a service with a client of its own: the robot's report names the client that has called."""
     cls = interface_class(service.type_name)
     client = node.client(cls, service.name)
     try:

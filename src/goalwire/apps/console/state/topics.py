@@ -1,4 +1,4 @@
-"""Topics: how often messages come, and the messages themselves for whoever looks, once for all browsers."""
+"""Topics: their rates, and their messages for views, received once for all browsers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def _suiting(node: goalwire.Node, topic: str, depth: int) -> goalwire.QoS:
 
 
 class Reader:
-    """One subscription for all who listen to a topic. What comes is decoded once."""
+    """One subscription for all listeners of a topic. Each message is decoded once."""
 
     def __init__(
         self, node: goalwire.Node, topic: str, type_name: str, qos: goalwire.QoS | None = None
@@ -133,7 +133,7 @@ class Topics:
         self._meters: dict[tuple[str, str], Meter] = {}
         self._measuring = 0
         self.rates: dict[str, float] = {}
-        """Messages a second by topic, of those for which they are known."""
+        """Messages a second, by topic, as far as they are known."""
 
     def read(
         self,
@@ -171,13 +171,13 @@ class Topics:
         self._look_for_meters()
 
     def stop_measuring(self) -> None:
-        """Somebody looks at them no more; after the last, nothing is subscribed to for them."""
+        """Stop measuring for one page. After the last one, the subscriptions for rates end."""
         self._measuring -= 1
         if not self._measuring:
             self._close_meters()
 
     async def measure(self) -> None:
-        """Read the rates; topics that are new are subscribed to, those that have gone are left."""
+        """Read the rates. New topics are subscribed to, and subscriptions of gone ones end."""
         if not self._measuring:
             return
         self._look_for_meters()

@@ -12,11 +12,14 @@ from goalwire.observe.described_types import fetch_type
 from goalwire.observe.messages import interface_class
 
 _AT_ONCE = 4
-"""How many types are asked for at a time."""
+"""How many types are requested at a time."""
 
 
 class TypeWatch:
-    """Asks once for each type; for one that nobody described, again after it was gone from the graph."""
+    """Requests each type once.
+
+    A type that nobody described is requested again if it comes back to the graph.
+    """
 
     def __init__(self, node: goalwire.Node, on_answer: Callable[[], object]) -> None:
         """`on_answer` is called when a type is known now, and when it stays unknown."""
@@ -29,7 +32,7 @@ class TypeWatch:
         """The types that are known because a node has described them."""
 
     def look(self) -> None:
-        """Ask for what is new: call it when the graph has changed."""
+        """Request the new types: call it when the graph has changed."""
         graph = self._node.graph
         shown = {
             type_name

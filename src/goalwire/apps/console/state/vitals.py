@@ -20,7 +20,7 @@ class StateReader:
     """Listens to one topic on which a robot says how its emergency stop stands."""
 
     def __init__(self, node: goalwire.Node, topic: str, type_name: str, hear: Callable[..., object]) -> None:
-        """`hear(publisher, message, topic)` is told of each message. Raises UnknownInterfaceError."""
+        """`hear(publisher, message, topic)` is called with each message. Raises UnknownInterfaceError."""
         self.topic = topic
         self.qos = _qos(node, topic)
         self._hear = hear
@@ -47,7 +47,7 @@ class Vitals:
     def __init__(
         self, node: goalwire.Node, topics: Topics, namespace: str, changed: Callable[[], object]
     ) -> None:
-        """`changed` is called when what the emergency stop's state is, or may be asked for, has changed."""
+        """`changed` is called when the emergency stop's state, or what it allows, has changed."""
         self.namespace = namespace
         self.was_there = False
         """Whether there was a robot; '' stands for everything on the wire if there is none."""
@@ -66,7 +66,7 @@ class Vitals:
         self._told: object = None
 
     def look(self, robots: Collection[str]) -> None:
-        """Bring it up to the graph, in which there are these robots."""
+        """Update it from the graph, with these robots in it."""
         graph = self._node.graph
         served = stop_services(graph.served())
         self.emergency.serve([each for each in served if may_stop(each.name, self.namespace, robots)])
@@ -118,7 +118,8 @@ class Vitals:
         self._changed()
 
     async def says_stopped(self, patience: float) -> bool:
-        """Wait for the robot to say that it is stopped, `patience` s at most; True if it says nothing else.
+        """Wait for the robot to report that it is stopped, `patience` s at most; True unless it reports
+        otherwise.
 
         A robot that publishes no state is believed.
         """

@@ -12,7 +12,7 @@ from goalwire.apps.programs.running import spin
 
 
 class Listener(Node):
-    """Logs what it hears on `chatter`."""
+    """Logs the messages on `chatter`."""
 
     def __init__(self, qos: QoSProfile | int = 10) -> None:
         super().__init__('listener')

@@ -14,7 +14,7 @@ from goalwire.apps.programs.running import spin
 
 
 class _Counting(Node):
-    """A node that ends its program after some messages, if it is told how many."""
+    """A node that ends its program after a number of messages, if one is given."""
 
     def __init__(self, name: str, arguments: Namespace) -> None:
         super().__init__(name)
@@ -52,7 +52,7 @@ class TalkerQos(_Counting):
 
 
 class ListenerQos(_Counting):
-    """Logs what it hears on `chatter`."""
+    """Logs the messages on `chatter`."""
 
     def __init__(self, arguments: Namespace) -> None:
         super().__init__('listener_qos', arguments)

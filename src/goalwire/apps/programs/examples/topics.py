@@ -27,7 +27,7 @@ class MinimalPublisher(Node):
 
 
 class MinimalSubscriber(Node):
-    """Logs what it hears on `topic`."""
+    """Logs the messages on `topic`."""
 
     def __init__(self) -> None:
         super().__init__('minimal_subscriber')

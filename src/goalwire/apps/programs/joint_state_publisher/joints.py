@@ -1,4 +1,4 @@
-"""The joints that are published: which have a position of their own, which follow, and what a message says.
+"""The published joints: free ones, and those that follow others; and their values in a message.
 
 The rules are those of the package of this name: https://github.com/ros/joint_state_publisher
 """
@@ -18,7 +18,7 @@ class UnusableJointsError(ValueError):
 
 @record
 class JointSettings:
-    """What the program's parameters say of the joints."""
+    """The settings of joints in the program's parameters."""
 
     zeros: Mapping[str, float]
     """The first positions of joints, by name."""
@@ -58,7 +58,7 @@ class FreeJoint:
 
 @record
 class Leader:
-    """The free joint that a joint follows, through however many others."""
+    """The free joint that another joint follows, perhaps through others."""
 
     joint: FreeJoint
     factor: float = 1.0
@@ -90,7 +90,7 @@ class JointTable:
         velocities: Sequence[float],
         efforts: Sequence[float],
     ) -> None:
-        """Take over a message's values of free joints, but for those that are missing or not finite."""
+        """Take a message's values for free joints, except for missing and infinite ones."""
         for index, name in enumerate(names):
             joint = self.free.get(name)
             if joint is None:

@@ -66,7 +66,7 @@ class JointStatePublisher(Node):
         self.create_timer(1.0 / rate, self._publish)
 
     def show(self) -> None:
-        """Show what the table holds; `lock` is held. The program with sliders shows it in its window."""
+        """Show the joints; `lock` is held. The program with sliders shows them in its window."""
 
     def _declare(self, name: str, default: T) -> T:
         """Return a parameter's value. Raises UsageError if it has another type than its default."""

@@ -29,7 +29,7 @@ class JointSliders(JointStatePublisher):
         super().__init__(file, window.lock)
 
     def show(self) -> None:
-        """Send every browser where the joints are; the lock is held."""
+        """Send every browser the joints' positions; the lock is held."""
         self._window.send(self._describe())
 
     def _describe(self) -> dict[str, Any]:

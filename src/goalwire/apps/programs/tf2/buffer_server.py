@@ -1,4 +1,4 @@
-"""buffer_server: looks transforms up for others, by an action."""
+"""buffer_server: looks up transforms for others, by an action."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class BufferServer(Node):
         return result
 
     async def _wait(self, goal: LookupTransform.Goal, goal_id: bytes) -> None:
-        """Wait until the transform is there, its time is over or the goal is cancelled."""
+        """Wait for the transform, the timeout, or a cancellation."""
         source = Time.from_msg(goal.source_time)
         if goal.advanced:
             target = Time.from_msg(goal.target_time)
@@ -93,7 +93,7 @@ class BufferServer(Node):
             wait = self._buffer.wait_for_transform_async(goal.target_frame, goal.source_frame, source)
         self._waits[goal_id] = wait
         try:
-            # The look that follows says what is missing.
+            # the look-up that follows raises the right error
             with contextlib.suppress(TimeoutError, asyncio.CancelledError, TransformException):
                 async with asyncio.timeout(Duration.from_msg(goal.timeout).nanoseconds / 1e9):
                     await wait
