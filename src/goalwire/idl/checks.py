@@ -29,7 +29,7 @@ def python_type(type_: FieldType, message: type | None) -> type:
 
 
 def checked(name: str, type_: FieldType, message: type | None, value: object) -> object:
-    """Return what the field stores for this value; raises AssertionError if rosidl's setter would."""
+    """Return the value as the field stores it; raises AssertionError if rosidl's setter would."""
     if type_.shape is Shape.SINGLE:
         _check_single(name, type_, python_type(type_, message), value)
         return value

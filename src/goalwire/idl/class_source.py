@@ -1,4 +1,4 @@
-"""The Python source of a message class: what rosidl would generate, with a constructor made to be fast.
+"""The Python source of a message class: like rosidl's, but with a fast constructor.
 
 Names inside: `_self` and everything the class borrows start with an underscore, which no field does.
 """
@@ -14,7 +14,7 @@ _ZEROS = {'bool': False, 'byte': b'\0', 'string': '', 'wstring': ''}
 
 @record
 class _Slot:
-    """A field as the source needs it: its signature default, and expressions for what is stored."""
+    """A field in the source: its default in the signature, and expressions for the stored value."""
 
     name: str
     signature: str  # the keyword's default

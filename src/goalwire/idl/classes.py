@@ -98,7 +98,7 @@ def foreign_module(package: str, kind: str) -> ModuleType | None:
 
 
 def own_definition(cls: type) -> Definition | None:
-    """Return what defines a class that this module made, which the class keeps; None for any other class."""
+    """Return the definition of a class that this module made; None for any other class."""
     kept: Definition | None = getattr(cls, '__dict__', {}).get(_KEPT)
     return kept
 
@@ -113,7 +113,7 @@ def _build_message(message: MessageDefinition, inside: tuple[str, ...] = ()) -> 
 
 
 def _nested_classes(message: MessageDefinition, inside: tuple[str, ...]) -> dict[str, type]:
-    """Return the classes of the messages in a message; `inside` names those around it."""
+    """Return the classes of the messages in a message; `inside` names the enclosing ones."""
     if message.full_name in inside:
         circle = ' -> '.join((*inside[inside.index(message.full_name) :], message.full_name))
         raise InterfaceSyntaxError(message.source, 0, 0, f'a message cannot contain itself: {circle}')

@@ -70,7 +70,7 @@ def discard() -> None:
 
 
 def _entry_points(folder: str) -> list[str]:
-    """The entry_points.txt of what is installed in a folder; files that cannot be read are passed over."""
+    """Return the entry_points.txt of each distribution in a folder; unreadable files are passed over."""
     try:
         with os.scandir(folder) as entries:
             names = [entry.name for entry in entries if entry.name.endswith(('.dist-info', '.egg-info'))]

@@ -11,7 +11,7 @@ from goalwire.records import record
 MAX_DEPTH = 64
 """Messages inside messages: each level is a call in constructors, encoders and decoders."""
 MAX_FIELDS = 10_000
-"""Fields with those of nested messages, which encoders write out one by one."""
+"""How many fields, nested ones included, encoders write out one by one."""
 MAX_VALUES = 2**22
 """Values that a new message is made with; 1024 numbers of an array are one."""
 _NUMBERS_PER_VALUE = 1024

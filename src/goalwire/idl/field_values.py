@@ -74,7 +74,7 @@ def _loader() -> type[yaml.SafeLoader]:
     import yaml
 
     class Loader(yaml.SafeLoader):
-        """Keeps the text of what was written without quotes."""
+        """Reads YAML and keeps the text of unquoted values."""
 
     for kind in ('bool', 'float', 'int', 'null', 'timestamp'):
         construct = yaml.SafeLoader.yaml_constructors[f'tag:yaml.org,2002:{kind}']
@@ -315,7 +315,7 @@ def _show(value: Any) -> str:
 
 
 def _pieces(value: Any) -> Iterator[str]:
-    """Yield the parts of a value's text, each when it is asked for: the whole may be endless by aliases."""
+    """Yield the parts of a value's text one by one: with aliases the whole may be endless."""
     if isinstance(value, Mapping):
         for number, (name, item) in enumerate(value.items()):
             yield f'{", " if number else "{"}{name!r}: '

@@ -265,7 +265,7 @@ def _capacity(text: str, type_text: str, where: _Source, column: int) -> int:
 
 
 def _hint(base: str) -> str:
-    """Say what to write instead of a type that does not exist."""
+    """Return advice on what to write instead of an unknown type."""
     if base in _HINTS:
         return f' (write {_HINTS[base]})'
     from difflib import get_close_matches

@@ -181,7 +181,7 @@ def install() -> None:
 
 
 def _search_carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -> 'ModuleSpec | None':
-    """Search; what goes wrong, but for ImportError, is warned about and nothing is found."""
+    """Search. An error other than ImportError is a warning, and nothing is found."""
     try:
         return search(name)
     except ImportError:

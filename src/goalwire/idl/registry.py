@@ -41,13 +41,14 @@ def register_definitions(package: str, definitions: Mapping[str, str]) -> None:
 
 
 def registered_types(package: str) -> frozenset[str]:
-    """Return the names, such as 'msg/Foo', that register_definitions gave this package."""
+    """Return the names that register_definitions gave this package, such as 'msg/Foo'."""
     with _lock:
         return frozenset(_texts.get(package, ()))
 
 
 def definition(full_name: str) -> Definition:
-    """Return what defines 'pkg/msg/Name', 'pkg/srv/Name', 'pkg/action/Name' or a type derived from these.
+    """Return the definition of 'pkg/msg/Name', 'pkg/srv/Name', 'pkg/action/Name' or of a type derived from
+    these.
 
     Raises UnknownInterfaceError, or InterfaceSyntaxError for text that breaks the grammar.
     """

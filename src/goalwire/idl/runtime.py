@@ -61,12 +61,12 @@ def unpack_array(dtype: str, data: bytes) -> np.ndarray:
 
 
 def to_fixed(dtype: str, value: object, field: str = '') -> np.ndarray | bytes:
-    """Return what a fixed primitive array keeps of a value: bytes stand for the numbers of a uint8 array."""
+    """Return a value in the form of a fixed primitive array: bytes stand for the numbers of a uint8 array."""
     return value if type(value) is bytes and dtype == 'uint8' else to_ndarray(dtype, value, field)
 
 
 def to_ndarray(dtype: str, value: object, field: str = '') -> np.ndarray:
-    """Return a new numpy array; what numpy raises names the `field`."""
+    """Return a new numpy array. Errors of numpy name the `field`."""
     import numpy as np
 
     try:

@@ -41,7 +41,7 @@ class InterfacePackage:
         self.name = name
         self.folder = folder
         self.origin = origin  # which step of the search found it, for messages
-        self.trusted = trusted  # else its use is told
+        self.trusted = trusted  # otherwise its use is reported
 
     def __repr__(self) -> str:
         return f'InterfacePackage({self.name!r}, {self.folder!r}, from {self.origin})'
@@ -53,7 +53,7 @@ class InterfacePackage:
         return Path(self.folder)
 
     def tell_use(self) -> None:
-        """Say once where it comes from, if it was found below a working directory that is not trusted."""
+        """Report once where a package was found, if that is below a working directory that is not trusted."""
         if not self.trusted:
             workspace_roots.tell_origin(self.name, self.folder)
 
@@ -94,7 +94,7 @@ def find_package(package: str, *, walk: bool = True) -> InterfacePackage | None:
 
 
 def imported_package(package: str, kind: str) -> InterfacePackage | None:
-    """Return where the package that was imported is, else what `find_package` finds; raises as that does.
+    """Return the folder of an imported package, otherwise the result of `find_package`, which may raise.
 
     As with Python's own packages, one that is imported stays where it was found.
     """
@@ -118,7 +118,7 @@ def package_names() -> list[str]:
 
 
 def explain_missing(package: str) -> str:
-    """Return the error text for a missing package: the places searched, similar names, what to do."""
+    """Return the error text for a missing package: the searched places, similar names, and advice."""
     from difflib import get_close_matches
 
     lines = [f'no interface package named {package!r}. Looked in:']
@@ -142,13 +142,15 @@ def explain_missing(package: str) -> str:
 
 
 def _name_for(folder: str, package: str) -> str:
-    """The name to give to a package in this folder: its own, or the one that was asked for."""
+    """Return the name for a package in this folder: its own, or the requested one."""
     name = os.path.basename(folder)
     return name if workspace.is_package_name(name) else package
 
 
 def explain_overridden(package: str) -> str:
-    """Return where else a shipped package lies, which is not used unless it is named; '' if nowhere."""
+    """Return the other places of a shipped package, which are not used unless they are named; '' if there
+    are none.
+    """
     found = find_package(package)
     if found is None or found.origin != SHIPPED_ORIGIN:
         return ''
@@ -163,7 +165,9 @@ def explain_overridden(package: str) -> str:
 
 
 def explain_refused() -> str:
-    """Return which folders are not searched because other users can write to them, and what to do."""
+    """Return a text on the folders that are not searched, since other users can write to them, with
+    advice.
+    """
     refused = [text for root in workspace_roots.find_roots() for text in workspace_roots.walk(root).refused]
     if not refused:
         return ''
@@ -172,14 +176,16 @@ def explain_refused() -> str:
 
 
 def _shorten(here: workspace.Workspace) -> list[str]:
-    """The remarks of a walk, with no more than a few of the folders that others can write to."""
+    """Return the remarks of a walk, with only a few of the folders that others can write to."""
     more = here.refused[_NOTES:]
     remarks = [remark for remark in here.remarks if remark not in more]
     return [*remarks, f'{len(more)} more folders are not searched for that reason'] if more else remarks
 
 
 def discard() -> None:
-    """Discard what was found: search afresh from now on (importlib.invalidate_caches() does this)."""
+    """Forget all findings, so that the next question searches anew; importlib.invalidate_caches() calls
+    this.
+    """
     _found.clear()
     workspace_roots.discard()
     entry_points.discard()

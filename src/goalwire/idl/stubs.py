@@ -116,7 +116,7 @@ def _module(package: str, kind: str, defined: list[Definition]) -> str:
 
 
 def _references(defined: list[Definition]) -> Iterator[str]:
-    """The full names of all messages and services that these definitions mention."""
+    """Return the full names of all messages and services in these definitions."""
     for definition in defined:
         messages = (definition,) if isinstance(definition, MessageDefinition) else definition.messages
         for message in messages:
@@ -154,7 +154,9 @@ def _action(action: ActionDefinition) -> list[str]:
 
 
 def _message(message: MessageDefinition, name: str) -> list[str]:
-    """One class; `name` is what it is called where it stands (Request for SetBool_Request)."""
+    """Return the stub of one class; `name` is its name in the enclosing class (Request for
+    SetBool_Request).
+    """
     types = _Types(message)
     lines = _docstring(message.comment)
     lines += [f'{constant.name}: _Final = {constant.value!r}' for constant in message.constants]

@@ -45,7 +45,7 @@ class Workspace:
         self.complete = True
 
     def remark(self, text: str, *, unusable: bool = False) -> None:
-        """Note what a user should know."""
+        """Keep a remark for the user."""
         self.remarks.append(text)
         if unusable:
             self.unusable.append(text)
@@ -57,7 +57,7 @@ def holds_definitions(folder: str) -> bool:
 
 
 def definition_names(folder: str, kind: str) -> list[str]:
-    """The type names that <folder>/<kind>/ defines, sorted; none if there is no such folder."""
+    """Return the sorted type names in <folder>/<kind>/; none if there is no such folder."""
     return sorted(_definitions(folder, kind))
 
 
@@ -75,7 +75,10 @@ def _definitions(folder: str, kind: str) -> 'Iterator[str]':
 
 
 def scan(root: str, *, guarded: bool = False) -> Workspace:
-    """Walk the tree below root, root itself included; `guarded` not into what other users can write to."""
+    """Walk the tree below root, root itself included.
+
+    If `guarded`, skip folders that other users can write to.
+    """
     found = Workspace(root, guarded=guarded)
     level, visited = [root], 0
     for _ in range(LEVELS + 1):
@@ -144,7 +147,7 @@ def _has_open_kind(inside: 'dict[str, os.DirEntry[str]]', found: Workspace) -> b
 def _is_folder(entry: 'os.DirEntry[str]') -> bool:
     try:
         return entry.is_dir()
-    except OSError:  # a link that leads where we may not look
+    except OSError:  # a link that leads to a forbidden place
         return False
 
 
@@ -166,7 +169,7 @@ def _note(folder: str, found: Workspace) -> None:
 
 
 def package_name(manifest: str) -> str:
-    """Return the <name> of a package.xml; raises ValueError that names the file and what is wrong with it."""
+    """Return the <name> in a package.xml; raises ValueError that names the file and the fault."""
     from goalwire import xml_tree
 
     file = shown(manifest)

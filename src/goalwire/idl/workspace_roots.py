@@ -20,7 +20,7 @@ _told: set[str] = set()
 
 
 class Root:
-    """A folder to search, what messages call it, and whether its tree is trusted."""
+    """A folder to search, its name in messages, and whether its tree is trusted."""
 
     __slots__ = ('folder', 'place', 'trusted')
 
@@ -31,7 +31,7 @@ class Root:
 
 
 def find_roots() -> list[Root]:
-    """Return the working directory and the program's folder; each only if it is there, and once."""
+    """Return the working directory and the program's folder, each only if it exists, and once."""
     program = _program_folder()
     roots = []
     try:

@@ -99,7 +99,7 @@ class DeclareLaunchArgument(Action):
 
     @property
     def conditionally_included(self) -> bool:
-        """Say whether conditions must hold for it to be asked for."""
+        """Return the conditions under which it asks for the argument, as a text."""
         return self._conditionally_included
 
     def describe(self) -> str:
@@ -414,7 +414,7 @@ def _flag(context: LaunchContext, some: bool | SomeSubstitutions) -> bool:
 
 
 class ForLoop(Action):
-    """Visits what function(i) gives, for each i below `length`."""
+    """Visits the entities of function(i), for each i below `length`."""
 
     def __init__(
         self, length: SomeSubstitutions, *, function: Callable[[int], SomeEntities | None], **options: Any
@@ -433,7 +433,7 @@ class ForLoop(Action):
 
 
 class ForEach(Action):
-    """Visits what function(**values) gives, for each of the YAML mappings in a text: `{a: 1};{a: 2}`."""
+    """Visits the entities of function(**values), for each of the YAML mappings in a text: `{a: 1};{a: 2}`."""
 
     def __init__(
         self, input_values: SomeSubstitutions, *, function: Callable[..., SomeEntities | None], **options: Any

@@ -14,7 +14,7 @@ _made: dict[str, ModuleType] = {}
 
 
 def add_modules(package: str, exceptions: dict[str, str] | None = None) -> None:
-    """Register `package.snake_case` for each name in the package's __all__, or what `exceptions` says."""
+    """Register `package.snake_case` for each name in the package's __all__, with some `exceptions`."""
     module = sys.modules[package]
     for name in module.__all__:
         own = (exceptions or {}).get(name) or re.sub(

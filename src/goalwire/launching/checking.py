@@ -59,7 +59,7 @@ def _problems(description: LaunchDescription, context: LaunchContext, depth: int
 
 
 def _entities(entities: Iterable[LaunchDescriptionEntity]) -> Iterator[LaunchDescriptionEntity]:
-    """Yield a tree's entities, those that need an event too, but nothing that an include brings."""
+    """Yield a tree's entities, including those that wait for an event; not those of included files."""
     for entity in entities:
         yield entity
         yield from _entities(entity.describe_sub_entities())
@@ -101,7 +101,7 @@ def _problems_of_node(node: Node, context: LaunchContext) -> Iterator[str]:
 
 
 def _problems_of_parameter_file(path: str) -> Iterator[str]:
-    """Yield what keeps a node from reading the file."""
+    """Yield the reasons why the node could not read the file."""
     try:
         parse_parameter_file(read_regular(path, LARGEST_PARAMETER_FILE))
     except OSError as error:
@@ -132,7 +132,7 @@ def _problems_of_include(
 ) -> Iterator[str]:
     inner = _context('')
     for name, value in include.launch_arguments:
-        with contextlib.suppress(Exception):  # it depends on what a launch finds out
+        with contextlib.suppress(Exception):  # the value is only known during a launch
             inner.launch_configurations[perform_text(context, name)] = perform_text(context, value)
     try:
         description = include.launch_description_source.get_launch_description(context)

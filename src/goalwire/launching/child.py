@@ -23,7 +23,7 @@ _RECHECKS = (0.0, 0.01, 0.05, 0.2)  # the kernel tells nobody but its parent tha
 
 
 class Child(asyncio.SubprocessProtocol):
-    """A running process: its output, its end, and the end of what it started."""
+    """A running process: its output, its end, and the end of its children."""
 
     def __init__(
         self, on_start: Callable[[Child], None], on_output: Callable[[Child, int, bytes], None]
@@ -60,7 +60,7 @@ class Child(asyncio.SubprocessProtocol):
     # --- streams
 
     def on_stream_end(self, fd: int) -> None:
-        """Say that nobody can write to a stream any more."""
+        """Note that nobody can write to a stream any more."""
         self._open_streams.discard(fd)
         if not self._open_streams and not self.streams_closed.done():
             self.streams_closed.set_result(None)
@@ -145,7 +145,7 @@ def _has_members(group: int) -> bool:
 
 
 class _TerminalReader(asyncio.Protocol):
-    """Reads what a process writes to the terminal that it was given."""
+    """Reads a process's output on the terminal that it was given."""
 
     def __init__(self, child: Child, fd: int) -> None:
         self._child = child

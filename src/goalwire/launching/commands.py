@@ -82,7 +82,7 @@ def find_launch_file(words: list[str]) -> tuple[str, list[str]]:
 
 
 def parse_arguments(arguments: Iterable[str]) -> list[tuple[str, str]]:
-    """Read `name:=value` words; the last of one name counts. Raises LaunchError for others."""
+    """Read `name:=value` words; the last of one name counts. Raises LaunchError for other words."""
     found: dict[str, str] = {}
     for argument in arguments:
         name, separator, value = argument.partition(':=')

@@ -27,7 +27,7 @@ _launch_files: set[str] = set()
 
 
 def remember_launch_file(path: str) -> None:
-    """Say that a Python file is a launch file, so that failures inside it are told with its line."""
+    """Register a Python file as a launch file, so that errors inside it are reported with its line."""
     _launch_files.add(path)
 
 
@@ -44,7 +44,7 @@ def locate(error: Exception, location: Location | None, prefix: str = '') -> Lau
 
 
 def as_sentence(error: BaseException) -> str:
-    """Return an error's message on one line, preceded by its type if the message alone would not tell."""
+    """Return an error's message on one line, with its type in front if the message needs it."""
     text = ' '.join((error.msg if isinstance(error, SyntaxError) else str(error)).split())
     if isinstance(error, LaunchError) and text:
         return text

@@ -23,7 +23,7 @@ Target: TypeAlias = Callable[[Any], bool] | LaunchDescriptionEntity | None
 
 
 class OnActionEventBase(EventHandler):
-    """Answers events of one kind, about one action, those that a function matches, or any."""
+    """Answers events of one kind, about one action, about matching ones, or about any."""
 
     def __init__(
         self,

@@ -82,7 +82,7 @@ class ProcessExited(RunningProcessEvent):
 
 
 class ProcessIO(RunningProcessEvent):
-    """A process has printed; `text` is what it printed, in pieces as they came."""
+    """A process has printed; `text` is the output, in the pieces in which it came."""
 
     name = 'launch.events.process.ProcessIO'
 

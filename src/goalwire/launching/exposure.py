@@ -41,7 +41,7 @@ def _expose_in(table: dict[str, Any], names: tuple[str, ...]) -> Callable[[_Clas
 
 
 def load_extensions() -> None:
-    """Import what other packages add, once a process."""
+    """Import the extensions of other packages, once in a process."""
     for point in entry_points(group='launch.frontend.launch_extension'):
         if point.name in _loaded:
             continue

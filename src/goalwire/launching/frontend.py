@@ -28,7 +28,7 @@ LARGEST = 2**24
 
 
 class Entity:
-    """A tag: attributes by name, children in order, and where it stands."""
+    """A tag: its attributes by name, its children in order, and its position in the file."""
 
     def __init__(
         self,

@@ -60,7 +60,7 @@ def default_text(argument: DeclareLaunchArgument, *, plain: bool = False) -> str
 
 
 def missing_includes(entities: Iterable[LaunchDescriptionEntity], depth: int = 0) -> list[str]:
-    """Why includes could not be read, each once; what only a launch can find out is not among them."""
+    """The reasons why includes could not be read, each once, except for those that need a launch."""
     found: list[str] = []
     for entity in entities:
         if isinstance(entity, IncludeLaunchDescription):

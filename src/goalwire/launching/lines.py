@@ -1,11 +1,11 @@
-"""The lines of what a process prints."""
+"""Splits a process's output into lines."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 LONGEST_LINE = 2**16
-"""Bytes without an end of line that are held back; more are told as a line."""
+"""The longest unfinished line that is held back, in bytes; a longer one is passed on as a line."""
 _OF_A_TRACEBACK = ('Traceback (most recent call last):', 'Fatal Python error:', 'Exception ignored in')
 _INTERRUPT = 'KeyboardInterrupt'
 

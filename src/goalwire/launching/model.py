@@ -92,11 +92,11 @@ class LaunchDescriptionEntity:
         return self.get_sub_entities()
 
     def describe_conditional_sub_entities(self) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """The sub-entities that something must happen for, each with what that is."""
+        """The sub-entities that wait for something, each with a text about what that is."""
         return []
 
     def visit(self, context: LaunchContext) -> Sequence[LaunchDescriptionEntity] | None:
-        """Do what the entity stands for; the entities that are returned are visited next."""
+        """Do the entity's work; the returned entities are visited next."""
         return None
 
     def get_asyncio_future(self) -> asyncio.Future[Any] | None:
@@ -119,7 +119,7 @@ class ArgumentSearch(NamedTuple):
     """Where a search for launch arguments has come to."""
 
     includes: tuple[LaunchDescriptionEntity, ...] = ()  # the outermost scope first
-    decided: frozenset[str] = frozenset()  # names that an include sets, so the launch has no such arguments
+    decided: frozenset[str] = frozenset()  # names that an include sets: they are no arguments of the launch
     is_conditional: bool = False
 
 
@@ -173,7 +173,7 @@ class Action(LaunchDescriptionEntity):
 
 
 class ExecutionComplete(Event):
-    """An action has done what it does."""
+    """An action has done its work."""
 
     name = 'launch.events.ExecutionComplete'
 
@@ -233,7 +233,7 @@ class EventHandler:
         return self._matcher(event)
 
     def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
-        """Say what it does, and give what it would visit."""
+        """Describe the handler, and return the entities that it would visit."""
         does = f"matcher='{self.matcher_description}', handler='{self.handler_description}'"
         return f'{type(self).__name__}({does})', self._entities
 
@@ -279,7 +279,7 @@ class LaunchContext:
         self.launch_configurations: dict[str, Any] = {}
         self.is_shutdown = False
         self.running_processes = 0
-        self.is_aborted = False  # by an error: what has not started stays unstarted
+        self.is_aborted = False  # after an error, entities that have not started do not start
         self.events: deque[Event] = deque()
         self.handlers: deque[EventHandler] = deque()
         self.completion_futures: set[asyncio.Future[Any]] = set()
@@ -372,14 +372,14 @@ class LaunchContext:
     # --- events
 
     def register_event_handler(self, event_handler: EventHandler, append: bool = False) -> None:
-        """Ask this handler too; before those that are registered already, unless `append`."""
+        """Register a handler; it is asked before the others, or with `append` after them."""
         if append:
             self.handlers.append(event_handler)
         else:
             self.handlers.appendleft(event_handler)
 
     def unregister_event_handler(self, event_handler: EventHandler) -> None:
-        """Ask this handler no more. Raises ValueError for one that is not registered."""
+        """Unregister a handler. Raises ValueError if it is not registered."""
         self.handlers.remove(event_handler)
 
     def would_handle_event(self, event: Event) -> bool:

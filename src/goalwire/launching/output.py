@@ -36,7 +36,7 @@ OUTPUTS: dict[str, dict[str, set[str]]] = {
 
 
 class _Formatted(logging.Handler):
-    """A handler whose format depends on the logger: lines of processes stand alone."""
+    """A handler whose format depends on the logger: lines of processes have no prefix."""
 
     def __init__(self, general: str, line: str) -> None:
         super().__init__()
@@ -97,7 +97,7 @@ class _File(_Formatted):
 
 
 class LaunchConfig:
-    """How lines look, and where their files are."""
+    """The form of log lines, and the folder of log files."""
 
     def __init__(self) -> None:
         self.reset()
@@ -204,7 +204,7 @@ launch_config = LaunchConfig()
 
 
 def log_launch_config(logger: logging.Logger) -> None:
-    """Say where the log files are, and from which level on lines are shown."""
+    """Log where the log files are, and the lowest level that is shown."""
     logger.info(f'All log files can be found below {launch_config.log_dir}')
     logger.info(f'Default logging verbosity is set to {logging.getLevelName(launch_config.level)}')
 

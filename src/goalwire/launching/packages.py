@@ -1,4 +1,4 @@
-"""Packages by name: where they are, and which programs they have.
+"""Packages by name: their folders and their programs.
 
 ament_index_python answers first, which is the real one if ROS 2 is sourced: installed workspaces, and
 packages that pip installed. A package of a workspace's source, found by its package.xml below the working

@@ -191,11 +191,11 @@ class ExecuteLocal(Action):
         return None if self._child is None else self._child.returncode
 
     def get_stdout(self) -> str:
-        """Return what the process has printed. Raises LaunchError without `cached_output`."""
+        """Return the process's output so far. Raises LaunchError without `cached_output`."""
         return self._cache(self._stdout, 'stdout')
 
     def get_stderr(self) -> str:
-        """Return what it has printed to its standard error. Raises LaunchError without `cached_output`."""
+        """Return its standard error so far. Raises LaunchError without `cached_output`."""
         return self._cache(self._stderr, 'stderr')
 
     def _cache(self, lines: Lines | None, stream: str) -> str:
@@ -328,7 +328,7 @@ class ExecuteLocal(Action):
             context.extend_globals({'launch_failed': True})
             return False
         if self._stopping is not None and self._stopping.is_set():
-            self._begin_ending(context)  # the end was asked for while the process was being started
+            self._begin_ending(context)  # the process was asked to end while it was being started
         code = await child.wait_for_end()
         context.running_processes -= 1
         for lines in (self._stdout, self._stderr):
@@ -496,7 +496,7 @@ class ExecuteProcess(ExecuteLocal):
 
     @classmethod
     def _parse_cmdline(cls, cmd: str, parser: Parser) -> list[list[Substitution]]:
-        """As parse_command_line(), for actions of others that derive from this class."""
+        """Do as parse_command_line(), for derived classes of other packages."""
         return parse_command_line(cmd, parser)
 
     @property

@@ -78,7 +78,7 @@ class UnsetLaunchConfiguration(_Naming):
 
 @expose_action('reset')
 class ResetLaunchConfigurations(Action):
-    """Removes all launch configurations but those given here."""
+    """Removes all launch configurations except the given ones."""
 
     def __init__(
         self, launch_configurations: dict[Any, SomeSubstitutions] | None = None, **options: Any
@@ -168,7 +168,7 @@ class AppendEnvironmentVariable(_Setting):
 
     @property
     def separator(self) -> list[Substitution]:
-        """Return what stands between the values."""
+        """Return the text between the values."""
         return self._separator
 
     def execute(self, context: LaunchContext) -> None:

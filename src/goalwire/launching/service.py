@@ -26,7 +26,7 @@ from goalwire.launching.model import (
 from goalwire.launching.output import get_logger, launch_config, log_launch_config
 
 SAME_S = 0.5
-"""Signals within so many seconds are one: wrappers such as `uv run` pass on what the terminal sends too."""
+"""Signals within this time, in s, count as one: wrappers such as `uv run` repeat those of the terminal."""
 
 
 class LaunchService:
@@ -100,7 +100,7 @@ class LaunchService:
             await asyncio.wait([self._task])
 
     def run(self, *, shutdown_when_idle: bool = True) -> int:
-        """Carry out what was included. Returns 1 if that failed, else 0.
+        """Carry out the included descriptions. Returns 1 if that failed, else 0.
 
         In the main thread Ctrl-C, SIGTERM and SIGHUP end everything in order meanwhile. Raises LaunchError
         if the service runs already.
@@ -160,7 +160,7 @@ class LaunchService:
         return self._return_code
 
     async def _end_after_cancel(self) -> None:
-        """The program cancels the task: end what runs all the same, and be done then."""
+        """End the processes after the program has cancelled the task."""
         self._shut_down('the task of LaunchService.run_async() was cancelled')
         while self._futures or self._context.completion_futures or self._context.events:
             await self._handle_events()
@@ -205,7 +205,7 @@ class LaunchService:
             self._news.set()
 
     def _fail(self, error: Exception) -> None:
-        """End because of an error. The log has it in one line, behind those of the processes that stop."""
+        """End because of an error, which is logged in one line after those of the stopping processes."""
         self._errors.append(error)
         self._return_code = 1
         self._context.is_aborted = True
@@ -253,7 +253,9 @@ class LaunchService:
                     signal.signal(number, handler)
 
     def _on_interrupt(self, number: signal.Signals) -> None:
-        """The first signal asks for the end, a second sends SIGTERM to what is left, a third SIGKILL."""
+        """On the first signal ask all processes to end, on the second send them SIGTERM, on the third
+        SIGKILL.
+        """
         now = time.monotonic()
         if now - self._interrupted_at < SAME_S:
             return
@@ -278,7 +280,7 @@ class LaunchService:
         )
 
     def _on_screen_closed(self) -> None:
-        """Nobody reads the launch's output any more, as with `ros2 launch … | head`: end."""
+        """End the launch: nobody reads its output any more, as with `ros2 launch … | head`."""
         if self._loop is not None:
             self._shut_down('standard output was closed')
 

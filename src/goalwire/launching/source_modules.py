@@ -21,7 +21,7 @@ class SourceModules:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return where a top-level module is, None if no source package has it."""
+        """Return the place of a top-level module, None if no source package has it."""
         folder = use_source(fullname) if path is None else None
         if folder is None:
             return None

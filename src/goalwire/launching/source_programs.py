@@ -1,4 +1,4 @@
-"""Programs of Python packages that are not installed: what their setup files call console scripts.
+"""Programs of Python packages that are not installed: the console scripts of their setup files.
 
 Each gets a small starter in the user's cache, which imports the function from the source folder and calls it,
 as the script that pip would install does. The folder of starters is named after what they are made of, so it

@@ -176,7 +176,7 @@ class LaunchDescriptionSource:
 
     @property
     def location(self) -> str:
-        """The path, once it is known; else what stands in the file."""
+        """The path, once it is known; before that the file's text."""
         return self._expanded or describe_text(self._location)
 
     @property

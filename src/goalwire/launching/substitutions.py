@@ -155,7 +155,7 @@ class EnvironmentVariable(CompoundSubstitution):
 
 @expose_substitution('eval')
 class PythonExpression(CompoundSubstitution):
-    """The value of a Python expression as a text; what it may hold: expressions.py."""
+    """The value of a Python expression as a text. expressions.py says which expressions are allowed."""
 
     names = ('expression', 'python_modules')
     least = 1
@@ -307,7 +307,7 @@ class LaunchLogDir(Substitution):
 
 
 class LocalSubstitution(Substitution):
-    """A name of the moment, such as `event.pid` in an event handler."""
+    """The value of a local name, such as `event.pid` in an event handler."""
 
     def __init__(self, expression: str, description: str | None = None) -> None:
         self._expression = expression

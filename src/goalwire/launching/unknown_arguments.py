@@ -1,4 +1,4 @@
-"""Arguments on the command line that no file of a launch has a use for, such as `spede:=2` for `speed`."""
+"""Arguments on the command line that no file of a launch uses, such as `spede:=2` for `speed`."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def unknown_arguments(path: str, names: Iterable[str]) -> list[str]:
             return []
         known = [argument.name for argument in description.get_launch_arguments()]
     except (LaunchError, OSError):
-        return []  # the launch itself tells what is wrong with the file
+        return []  # the launch itself reports the fault of the file
     words = {word for text in texts for word in re.findall(r'[\w.-]+', text)}
     return [_sentence(name, known) for name in wanted if name not in words]
 

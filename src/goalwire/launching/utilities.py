@@ -1,4 +1,4 @@
-"""Small helpers that actions and substitutions of others import from launch.utilities."""
+"""Small helpers that other packages' actions and substitutions import from launch.utilities."""
 
 from __future__ import annotations
 
@@ -44,5 +44,7 @@ def isclassinstance(obj: object) -> bool:
 def visit_all_entities_and_collect_futures(
     entity: LaunchDescriptionEntity, context: LaunchContext
 ) -> list[tuple[LaunchDescriptionEntity, Future[Any]]]:
-    """Visit an entity and what it gives, depth first: those to be waited for, each with its future."""
+    """Visit an entity and its sub-entities, depth first; return those to be waited for, each with its
+    future.
+    """
     return list(visit_tree(entity, context))

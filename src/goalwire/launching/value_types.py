@@ -60,7 +60,7 @@ def coerce_list(value: list[str], data_type: object = None, can_be_str: bool = F
 
 
 def get_typed_value(value: str | list[str], data_type: object = None, *, can_be_str: bool = False) -> Any:
-    """Read a text or a list of texts as a type. Raises ValueError, and TypeError for what is neither."""
+    """Read a text or a list of texts as a type. Raises ValueError, and TypeError for other objects."""
     if isinstance(value, str):
         return coerce_to_type(value, data_type, can_be_str)
     if not _is_list_of_texts(value):

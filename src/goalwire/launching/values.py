@@ -1,4 +1,4 @@
-"""Texts with substitutions in them, and what they are worth: strings, numbers, booleans, lists.
+"""Texts with substitutions, and their values: strings, numbers, booleans, lists.
 
 As in launch, a text that must become a number or a list is read by YAML's rules.
 """
@@ -155,7 +155,10 @@ def _is_of(value: object, kinds: tuple[type, ...]) -> bool:
 
 
 def normalize_typed_substitution(value: Any, data_type: object = None) -> Any:
-    """A value of a type, or the substitutions that will give it. Raises TypeError for others."""
+    """Return a value of a type, or the substitutions that will give it.
+
+    Raises TypeError for other objects.
+    """
     if isinstance(value, SCALARS):
         if data_type is not None:
             scalar, many = scalar_type(data_type)

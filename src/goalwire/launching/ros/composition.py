@@ -75,7 +75,7 @@ class ComposableNodeContainer(Node):
         return loading(self.composable_node_descriptions, self)
 
     def _load_python(self, context: LaunchContext, error: LaunchError) -> list[LaunchDescriptionEntity]:
-        """Say what is skipped for want of the container's program, and load the Python components."""
+        """Log what is skipped for want of the container's program, and load the Python components."""
         python, others = divide(context, self.composable_node_descriptions)
         if others or not python:
             which = ', '.join(_plugin(context, item) for item in others)
@@ -91,7 +91,7 @@ class ComposableNodeContainer(Node):
 def divide(
     context: LaunchContext, components: Iterable[ComposableNode]
 ) -> tuple[list[ComposableNode], list[ComposableNode]]:
-    """Divide components whose conditions hold into those in Python and the others."""
+    """Divide the components whose conditions hold into those in Python and those in C++."""
     wanted = [item for item in components if (held := item.condition()) is None or held.evaluate(context)]
     python = [item for item in wanted if _is_python(context, item)]
     return python, [item for item in wanted if item not in python]
@@ -203,7 +203,10 @@ def _describe(components: Iterable[ComposableNode]) -> list[str]:
 
 
 async def _load(context: LaunchContext, container: str, requests: list[Any]) -> None:
-    """Ask a container for components in order, as soon as it is there; a refusal stops no other component."""
+    """Ask a container to load components in order, once it is there.
+
+    If one is refused, the others are loaded all the same.
+    """
     from composition_interfaces.srv import LoadNode
 
     logger = get_logger('launch_ros')

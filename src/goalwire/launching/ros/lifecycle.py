@@ -54,7 +54,7 @@ _WAY = {
 
 
 class ChangeState(Event):
-    """The matching managed nodes are asked for a transition."""
+    """Asks the matching managed nodes for a transition."""
 
     name = 'launch_ros.events.lifecycle.ChangeState'
     valid_transitions = TRANSITIONS
@@ -150,7 +150,7 @@ async def _hear(own: LaunchNode, action: LifecycleNode, ready: asyncio.Future[An
 async def _change(
     own: LaunchNode, action: LifecycleNode, transition: int, ready: asyncio.Future[Any]
 ) -> None:
-    """Ask a node for a transition, as soon as it is there."""
+    """Ask a node for a transition, once the node is there."""
     from lifecycle_msgs.srv import ChangeState as Service
 
     transitions = await asyncio.shield(ready)
@@ -160,7 +160,7 @@ async def _change(
     what = f"Failed to make transition '{TRANSITIONS[transition]}' for LifecycleNode '{action.node_name}'"
     try:
         await client.wait_for_server()
-        await transitions.wait_for_publishers()  # else the answer might be there before its event
+        await transitions.wait_for_publishers()  # otherwise the answer might come before its event
         response = await client.call(request)
     except CallError as error:
         get_logger('launch_ros').error(f'{what}: {error}')

@@ -1,4 +1,4 @@
-"""The requests by which a container is asked to load components."""
+"""The requests that ask a container to load components."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class LaunchNode:
         return task
 
     async def close(self) -> None:
-        """Cancel what uses the node, and close it."""
+        """Cancel the users of the node, and close it."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -76,4 +76,4 @@ class LaunchNode:
         await self._life
         self.context.remove_globals([_GLOBAL])
         if self._node.done() and not self._node.cancelled():
-            self._node.exception()  # whoever needed the node was told
+            self._node.exception()  # those who needed the node have got the error

@@ -35,7 +35,7 @@ def to_parameters_list(
 
 
 def values_for_node(context: LaunchContext, path: Path, full_name: str) -> dict[str, Any]:
-    """Read what a parameter file says to one node. What names it exactly wins over `/**`."""
+    """Read the parameters of a file for one node. An exact name wins over `/**`."""
     try:
         content = yaml.safe_load(read_regular(str(path), LARGEST_PARAMETER_FILE))
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Parameters as launch files write them, and what a node gets of them.
+"""Parameters as launch files write them, and as nodes get them.
 
 Values are those of Python, substitutions, lists and nested mappings. What a substitution gives is read by
 YAML's rules, as in launch_ros; a string that stands in the file itself stays a string.
@@ -39,7 +39,7 @@ _NO_SEQUENCE = (
 
 
 class ParameterValue:
-    """A value, with a type for what a substitution gives."""
+    """A value with a type, for the result of a substitution."""
 
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
         self._value = normalize_typed_substitution(value, value_type)
@@ -48,7 +48,7 @@ class ParameterValue:
 
     @property
     def value(self) -> Any:
-        """Return what stands in the file, and after evaluate() what it has become."""
+        """Return the file's value; after evaluate() the result."""
         return self._value if self._evaluated is None else self._evaluated
 
     @property
@@ -78,7 +78,7 @@ class Parameter:
 
     @property
     def name(self) -> list[Substitution] | str:
-        """Return what stands in the file, and after evaluate() the name."""
+        """Return the file's name; after evaluate() the resulting one."""
         return self._name if self._evaluated_name is None else self._evaluated_name
 
     @property
@@ -107,7 +107,7 @@ class ParameterFile:
 
     @property
     def param_file(self) -> list[Substitution] | Path:
-        """Return what stands in the launch file, and after evaluate() the path that the node reads."""
+        """Return the launch file's value; after evaluate() the path that the node reads."""
         return self._file if self._evaluated is None else self._evaluated
 
     @property
@@ -170,7 +170,7 @@ def _temporary_folder(context: LaunchContext) -> str:
 
 
 def normalize_parameters(parameters: Any) -> tuple[Any, ...]:
-    """Make files and mappings of what a launch file gives as `parameters`. Raises TypeError."""
+    """Turn the `parameters` of a launch file into files and mappings. Raises TypeError."""
     if isinstance(parameters, str | Mapping) or not isinstance(parameters, Sequence):
         raise TypeError(f'parameters are a list of mappings and of parameter files, not {parameters!r:.100}')
     return tuple(
@@ -211,7 +211,7 @@ def _is_text(item: Sequence[Any]) -> bool:
 
 
 def _check(value: Any) -> Any:
-    """Return a value that may become a parameter. Raises TypeError for others."""
+    """Return a value that may become a parameter. Raises TypeError for any other."""
     if isinstance(value, bool | int | float | str | bytes | Path | Substitution | ParameterValue):
         return value
     if hasattr(value, 'tolist'):  # numpy's numbers
@@ -259,7 +259,7 @@ def evaluate_dictionary(
 
 
 def evaluate_value(context: LaunchContext, value: Any) -> Any:
-    """Find one value out; several are a tuple. Raises TypeError for what no parameter can be."""
+    """Evaluate one value; several are a tuple. Raises TypeError for a value that no parameter can have."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if isinstance(value, Substitution) or is_substitution(value):

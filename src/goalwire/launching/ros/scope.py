@@ -26,7 +26,7 @@ from goalwire.rules.names import validate_namespace
 
 @expose_action('push_ros_namespace', 'push-ros-namespace')
 class PushROSNamespace(Action):
-    """Puts a namespace before those of the nodes that follow."""
+    """Puts a namespace before those of the following nodes."""
 
     def __init__(self, namespace: SomeSubstitutions, **options: Any) -> None:
         super().__init__(**options)
@@ -201,5 +201,5 @@ class ROSTimer(TimerAction):
 
 
 def _append(context: LaunchContext, name: str, *items: object) -> None:
-    """Add to what the nodes that follow get; the list of the scope outside stays as it is."""
+    """Add to the settings of the following nodes; those of the enclosing scope stay."""
     context.launch_configurations[name] = [*context.launch_configurations.get(name, ()), *items]
