@@ -16,12 +16,12 @@ RESOURCE_TYPES = frozenset({PACKAGES, INTERFACES})
 
 
 def names() -> list[str]:
-    """All their names, those that a prefix has too among them."""
+    """All their names, including those that a prefix has, too."""
     return search_path.package_names()
 
 
 def share(package: str) -> str | None:
-    """The folder that holds msg/, srv/ and action/, to be used; None if there is no such package."""
+    """Return the folder with msg/, srv/ and action/; None if there is no such package."""
     found = _find(package)
     if found is not None:
         found.tell_use()
@@ -29,7 +29,7 @@ def share(package: str) -> str | None:
 
 
 def prefix(package: str) -> str | None:
-    """The prefix that the package counts to; None if there is no such interface package."""
+    """Return the package's prefix; None if there is no such interface package."""
     found = _find(package)
     if found is None:
         return None

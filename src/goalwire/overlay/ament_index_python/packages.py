@@ -50,7 +50,7 @@ def get_package_share_directory(package_name: str, print_warning: bool = True) -
 
 
 def get_package_share_path(package_name: str, print_warning: bool = True) -> Path:
-    """As get_package_share_directory, as a Path."""
+    """Return the folder of get_package_share_directory, as a Path."""
     return Path(_share(package_name, print_warning))
 
 

@@ -48,7 +48,7 @@ def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
 
 
 def has_resource(resource_type: str, resource_name: str) -> str | Literal[False]:
-    """Return the prefix that has a resource, False where none does; ValueErrors for bad names."""
+    """Return the prefix that has a resource, or False; ValueErrors for bad names."""
     _check(resource_type, resource_name)
     prefix = indexed_prefix(resource_type, resource_name)
     if prefix is not None:

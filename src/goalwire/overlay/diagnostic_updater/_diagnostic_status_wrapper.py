@@ -51,7 +51,7 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
 
 
 def _read_summary(args: tuple[object, ...]) -> tuple[bytes, str]:
-    """Return level and message of a summary's arguments; TypeError for any others."""
+    """Read level and message from a summary's arguments; TypeError for any others."""
     match args:
         case (DiagnosticStatus() as status,):
             return status.level, status.message

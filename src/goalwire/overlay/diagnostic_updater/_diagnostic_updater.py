@@ -208,7 +208,7 @@ class Updater(DiagnosticTaskVector):
         self.publish(statuses)
 
     def force_update(self) -> None:
-        """Do the same as `update`."""
+        """Update at once, as `update` does when it is due."""
         self.update()
 
     def broadcast(self, lvl: bytes, msg: str) -> None:

@@ -33,7 +33,7 @@ class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
         self.freq.tick()
 
     def clear_window(self) -> None:
-        """Forget the messages that came."""
+        """Forget the counted messages."""
         self.freq.clear()
 
 

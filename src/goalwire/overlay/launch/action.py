@@ -1,4 +1,4 @@
-"""launch.action."""
+"""launch.action: the names of ROS 2's module."""
 
 from goalwire.launching.model import (
     Action,

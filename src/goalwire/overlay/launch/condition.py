@@ -1,4 +1,4 @@
-"""launch.condition."""
+"""launch.condition: the names of ROS 2's module."""
 
 from goalwire.launching.model import (
     Condition,

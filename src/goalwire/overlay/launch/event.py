@@ -1,4 +1,4 @@
-"""launch.event."""
+"""launch.event: the names of ROS 2's module."""
 
 from goalwire.launching.model import (
     Event,

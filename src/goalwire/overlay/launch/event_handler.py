@@ -1,4 +1,4 @@
-"""launch.event_handler."""
+"""launch.event_handler: the names of ROS 2's module."""
 
 from goalwire.launching.model import (
     EventHandler,

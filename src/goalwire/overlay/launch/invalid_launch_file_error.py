@@ -1,4 +1,4 @@
-"""launch.invalid_launch_file_error."""
+"""launch.invalid_launch_file_error: the names of ROS 2's module."""
 
 from goalwire.errors import InvalidLaunchFileError
 

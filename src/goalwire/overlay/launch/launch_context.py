@@ -1,4 +1,4 @@
-"""launch.launch_context."""
+"""launch.launch_context: the names of ROS 2's module."""
 
 from goalwire.launching.model import (
     LaunchContext,

@@ -1,4 +1,4 @@
-"""launch.launch_description."""
+"""launch.launch_description: the names of ROS 2's module."""
 
 from goalwire.launching.model import (
     LaunchDescription,

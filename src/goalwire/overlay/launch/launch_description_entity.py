@@ -1,4 +1,4 @@
-"""launch.launch_description_entity."""
+"""launch.launch_description_entity: the names of ROS 2's module."""
 
 from goalwire.launching.model import (
     LaunchDescriptionEntity,

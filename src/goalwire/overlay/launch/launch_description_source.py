@@ -1,4 +1,4 @@
-"""launch.launch_description_source."""
+"""launch.launch_description_source: the names of ROS 2's module."""
 
 from goalwire.launching.sources import (
     LaunchDescriptionSource,

@@ -1,4 +1,4 @@
-"""launch.launch_introspector."""
+"""launch.launch_introspector: the names of ROS 2's module."""
 
 from goalwire.launching.introspection import (
     LaunchIntrospector,

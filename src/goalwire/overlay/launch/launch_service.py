@@ -1,4 +1,4 @@
-"""launch.launch_service."""
+"""launch.launch_service: the names of ROS 2's module."""
 
 from goalwire.launching.service import (
     LaunchService,

@@ -1,4 +1,4 @@
-"""launch.some_entities_type."""
+"""launch.some_entities_type: the names of ROS 2's module."""
 
 from goalwire.launching.model import (
     SomeEntities as SomeEntitiesType,

@@ -1,4 +1,4 @@
-"""launch.some_substitutions_type."""
+"""launch.some_substitutions_type: the names of ROS 2's module."""
 
 from goalwire.launching.model import (
     SomeSubstitutions as SomeSubstitutionsType,

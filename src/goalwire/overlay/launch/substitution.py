@@ -1,4 +1,4 @@
-"""launch.substitution."""
+"""launch.substitution: the names of ROS 2's module."""
 
 from goalwire.launching.model import (
     Substitution,

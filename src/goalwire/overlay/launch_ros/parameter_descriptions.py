@@ -1,4 +1,4 @@
-"""launch_ros.parameter_descriptions."""
+"""launch_ros.parameter_descriptions: the names of ROS 2's module."""
 
 from goalwire.launching.ros.parameters import (
     Parameter,

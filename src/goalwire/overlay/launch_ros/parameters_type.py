@@ -1,4 +1,4 @@
-"""launch_ros.parameters_type."""
+"""launch_ros.parameters_type: the names of ROS 2's module."""
 
 from goalwire.launching.ros.parameters import (
     SomeParameters,

@@ -1,4 +1,4 @@
-"""launch_ros.remap_rule_type."""
+"""launch_ros.remap_rule_type: the names of ROS 2's module."""
 
 from goalwire.launching.ros.remappings import (
     RemapRule,

@@ -1,4 +1,4 @@
-"""launch_testing.io_handler: what processes printed."""
+"""launch_testing.io_handler: the output of processes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class IoHandler:
         self._by_process.setdefault(process_name, [])
 
     def append(self, process_io: ProcessIO) -> None:
-        """Add what a process printed."""
+        """Add a process's output."""
         self._all.append(process_io)
         self._by_process.setdefault(process_io.process_name, []).append(process_io)
 

@@ -17,14 +17,14 @@ from launch_testing.decorator import TIMEOUT
 
 __all__ = ['LoadTestsFromPythonModule', 'PostShutdownTestLoader', 'PreShutdownTestLoader', 'TestRun']
 
-READY_WITHIN = 15.0  # s
+READY_WITHIN = 15.0  # in s
 ENTRY = 'generate_test_description'
 
 
 class TestRun:
     """One launch, the tests while it runs and those when it has ended."""
 
-    __test__ = False  # for pytest
+    __test__ = False  # pytest would collect the class otherwise
 
     def __init__(
         self,

@@ -30,7 +30,7 @@ class Result(Protocol):
         """Return how long each test took, in s."""
 
     def wasSuccessful(self) -> bool:
-        """Return whether none failed."""
+        """Return whether all tests passed."""
 
 
 class FailResult(unittest.TestResult):
@@ -63,12 +63,12 @@ class SkipResult(unittest.TestResult):
 class TestResult(unittest.TextTestResult):
     """Also keeps how long each test took."""
 
-    __test__ = False  # for pytest
+    __test__ = False  # pytest would collect the class otherwise
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.testTimes: dict[Any, float] = {}
-        """In s, by test."""
+        """The times of the tests, in s."""
         self._began = 0.0
 
     @property

@@ -1,4 +1,4 @@
-"""launch_xml.entity."""
+"""launch_xml.entity: the names of ROS 2's module."""
 
 from goalwire.launching.frontend import Entity
 

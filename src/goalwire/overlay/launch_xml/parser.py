@@ -1,4 +1,4 @@
-"""launch_xml.parser."""
+"""launch_xml.parser: the names of ROS 2's module."""
 
 from goalwire.launching.frontend import XMLParser as Parser
 

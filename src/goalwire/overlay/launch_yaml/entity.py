@@ -1,4 +1,4 @@
-"""launch_yaml.entity."""
+"""launch_yaml.entity: the names of ROS 2's module."""
 
 from goalwire.launching.frontend import Entity
 

@@ -30,7 +30,7 @@ class Cache(SimpleFilter):
 
     @property
     def cache_times(self) -> list[Time]:
-        """Their stamps."""
+        """The stamps of the kept messages."""
         return [stamp for stamp, _ in tuple(self._entries)]
 
     def connectInput(self, f: SimpleFilter) -> None:
@@ -65,7 +65,7 @@ class Cache(SimpleFilter):
         return self._entries[-1][0] if self._entries else None
 
     def getLatestTime(self) -> Time | None:
-        """As getLastestTime."""
+        """The same as getLastestTime."""
         return self.getLastestTime()
 
     def getOldestTime(self) -> Time | None:

@@ -23,7 +23,7 @@ class Subscriber(SimpleFilter):
     def __init__(
         self, node: Node, msg_type: type, topic: str, qos_profile: Any = DEFAULT_DEPTH, **kwargs: Any
     ) -> None:
-        """Raises what create_subscription raises."""
+        """Raises as create_subscription does."""
         super().__init__()
         self.node = node
         self.topic = topic

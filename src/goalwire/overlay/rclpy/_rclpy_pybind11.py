@@ -74,7 +74,7 @@ def rclpy_serialize(message: object, _message_type: type) -> bytes:
 
 
 def rclpy_remap_topic_name(node: NodeCore, topic_name: str) -> str:
-    """Return what the rules of a node (Node.handle) make of a fully-qualified topic name."""
+    """Return a fully-qualified name as the rules of a node (Node.handle) remap it."""
     return node.resolve(topic_name)
 
 

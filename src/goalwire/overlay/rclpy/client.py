@@ -26,9 +26,9 @@ class BaseClient(ClientCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
 
 
 class Client(BaseClient[RequestT, ResponseT]):
-    """Made by Node.create_client."""
+    """Calls one service. Made by Node.create_client."""
 
-    if TYPE_CHECKING:  # what ClientCore does, with the types of this service
+    if TYPE_CHECKING:  # methods of ClientCore, with the types of this service
 
         def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | None: ...
 
@@ -39,7 +39,7 @@ class Client(BaseClient[RequestT, ResponseT]):
         return self.pending[sequence_number]
 
     def remove_pending_request(self, future: Future[Any]) -> None:
-        """Wait for a response no longer; its future stays pending."""
+        """Stop waiting for a response; its future stays pending."""
         if isinstance(future, PendingCall):
             future.discard()
 

@@ -25,6 +25,6 @@ __all__ = [
 ]
 
 ClockHandle = Clock
-"""What `Clock.handle` gives: there is no C clock behind it."""
+"""The type of `Clock.handle`: there is no C clock behind it."""
 
 reexport(__name__)

@@ -1,4 +1,4 @@
-"""rclpy.event_handler: callbacks for what happens to a publisher or subscription beside messages.
+"""rclpy.event_handler: callbacks for the events of a publisher or subscription.
 
 goalwire.entities.qos_events finds these events out.
 """
@@ -107,14 +107,14 @@ class EventHandler(SelfDriven[EventStatus | None]):
         return self._reader.take()
 
     async def execute(self, taken_data: EventStatus | None) -> None:
-        """Call back with what `take_data` returned."""
+        """Call back with the data of `take_data`."""
         from rclpy.executors import await_or_execute
 
         if taken_data is not None:
             await await_or_execute(self.callback, taken_data)
 
     def get_num_entities(self) -> NumberOfEntities:
-        """One event."""
+        """One: the event."""
         return NumberOfEntities(num_events=1)
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
@@ -126,7 +126,7 @@ class EventHandler(SelfDriven[EventStatus | None]):
         self._check_alive()
 
     def destroy(self) -> None:
-        """Call back no more. Idempotent."""
+        """Stop calling back. Idempotent."""
         self._reader.close()
 
     def _check_alive(self) -> None:

@@ -1,4 +1,4 @@
-"""rclpy.exceptions: what ROS 2's Python API raises."""
+"""rclpy.exceptions: the exceptions of ROS 2's Python API."""
 
 from goalwire.errors import (
     InvalidHandle,

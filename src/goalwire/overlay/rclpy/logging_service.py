@@ -1,4 +1,4 @@
-"""rclpy.logging_service: through which others read and set the levels of loggers."""
+"""rclpy.logging_service: services by which others read and set the levels of loggers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class LoggingService:
-    """Offers a node's two services; its constructor makes one where `enable_logger_service` asks for it."""
+    """Offers a node's two services; the node makes one if `enable_logger_service` is True."""
 
     def __init__(self, node: BaseNode) -> None:
         offer_logger_services(node.handle)

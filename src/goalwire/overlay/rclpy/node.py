@@ -204,23 +204,23 @@ class Node(TopicEndpoints):
     # -- how it ends ---------------------------------------------------------------------------------------
 
     def destroy_client(self, client: Client[Any, Any]) -> bool:
-        """Destroy a client of this node; False if it is not (any more)."""
+        """Destroy a client of this node; False if the node does not have it."""
         return destroy_owned(client, self._clients)
 
     def destroy_service(self, service: Service[Any, Any]) -> bool:
-        """Destroy a service of this node; False if it is not (any more)."""
+        """Destroy a service of this node; False if the node does not have it."""
         return destroy_owned(service, self._services)
 
     def destroy_timer(self, timer: Timer) -> bool:
-        """Destroy a timer of this node; False if it is not (any more)."""
+        """Destroy a timer of this node; False if the node does not have it."""
         return destroy_owned(timer, self._timers)
 
     def destroy_guard_condition(self, guard: GuardCondition) -> bool:
-        """Destroy a guard condition of this node; False if it is not (any more)."""
+        """Destroy a guard condition of this node; False if the node does not have it."""
         return destroy_owned(guard, self._guards)
 
     def destroy_rate(self, rate: Rate) -> bool:
-        """Destroy a rate of this node; False if it is not (any more)."""
+        """Destroy a rate of this node; False if the node does not have it."""
         timer = self._ros_rates.pop(rate, None)
         if timer is None:
             return False

@@ -29,7 +29,7 @@ def parameter_value_to_python(parameter_value: ParameterValueMessage) -> Paramet
 
 
 def get_parameter_value(string_value: str) -> ParameterValueMessage:
-    """Return the value that YAML text stands for; what is nothing else is a string."""
+    """Return the value of a YAML text; a text of no other type is a string."""
     from goalwire.entities.parameters.files import parameter_value_from_text
 
     return parameter_value_from_text(string_value)

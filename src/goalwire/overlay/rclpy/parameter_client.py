@@ -80,7 +80,7 @@ class AsyncParameterClient:
         )
 
     def wait_for_services(self, timeout_sec: float | None = None) -> bool:
-        """Block until all services are there (True) or the time is over (False); needs no executor."""
+        """Block until all services are there (True) or the timeout (False); needs no executor."""
         return wait_for_graph(self.node.context, self.services_are_ready, timeout_sec)
 
     def list_parameters(
@@ -157,7 +157,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: Callable[[Future[SetParameters.Response]], object] | None = None,
     ) -> Future[SetParameters.Response]:
-        """Set what a file says, for whatever node; raises as parameter_dict_from_yaml_file does."""
+        """Set a file's parameters, whatever node they name; raises as parameter_dict_from_yaml_file does."""
         parameters = parameter_dict_from_yaml_file(parameter_file, use_wildcard)
         return self.set_parameters(list(parameters.values()), callback)
 

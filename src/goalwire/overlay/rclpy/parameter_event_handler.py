@@ -56,7 +56,7 @@ class ParameterEventHandler:
         )
 
     def destroy(self) -> None:
-        """Listen no longer. Idempotent."""
+        """Stop listening. Idempotent."""
         self.node.destroy_subscription(self.parameter_event_subscription)
 
     def _resolve_path(self, node_path: str = '') -> str:

@@ -1,4 +1,4 @@
-"""rclpy.parameter_service: through which others read and set a node's parameters."""
+"""rclpy.parameter_service: services by which others read and set a node's parameters."""
 
 from __future__ import annotations
 

@@ -11,14 +11,16 @@ _FOREVER = Duration(seconds=-1)
 
 
 class Publisher(PublisherCore[MsgT], TopicEndpoint):
-    """Made by Node.create_publisher."""
+    """Publishes on one topic. Made by Node.create_publisher."""
 
     def get_subscription_count(self) -> int:
         """How many subscriptions there are; raises InvalidHandle once destroyed."""
         return self.subscription_count()
 
     def assert_liveliness(self) -> None:
-        """Show that this publisher is alive, where that is up to it; InvalidHandle once destroyed."""
+        """Show that this publisher is alive, if its QoS leaves that to the user; InvalidHandle once
+        destroyed.
+        """
         self.show_liveliness()
 
     def wait_for_all_acked(self, timeout: Duration = _FOREVER) -> bool:

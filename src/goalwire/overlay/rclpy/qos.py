@@ -61,7 +61,7 @@ PolicyT = TypeVar('PolicyT', bound=QoSPolicyEnum)
 
 
 class QoSPolicyKind(IntEnum):
-    """Which policy is meant (rmw_qos_policy_kind_t)."""
+    """The kinds of policies (rmw_qos_policy_kind_t)."""
 
     INVALID = 1 << 0
     DURABILITY = 1 << 1
@@ -182,7 +182,7 @@ class QoSProfile:
 
     @property
     def durability(self) -> DurabilityPolicy:
-        """Whether late subscribers get what was published before they came."""
+        """Whether late subscribers get messages from before they came."""
         return self._durability
 
     @durability.setter
@@ -238,7 +238,9 @@ class QoSProfile:
 
     @classmethod
     def of(cls, qos_or_depth: QoSProfile | int) -> QoSProfile:
-        """Return the profile, or one of that depth; raises TypeError for others, ValueError below 0."""
+        """Return the profile, or one of that depth; raises TypeError for other objects, ValueError below
+        0.
+        """
         if isinstance(qos_or_depth, QoSProfile):
             return qos_or_depth
         if isinstance(qos_or_depth, int):
@@ -277,7 +279,7 @@ class QoSProfile:
         return profile
 
     def get_c_qos_profile(self) -> QoS:
-        """Return what rclpy hands to its C layer: here the frozen form."""
+        """Return the profile for rclpy's C layer: here the frozen form."""
         return self.to_core()
 
     def __eq__(self, other: object) -> bool:

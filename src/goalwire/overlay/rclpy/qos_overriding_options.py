@@ -46,7 +46,7 @@ _BY_DEFAULT = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABI
 
 
 class QoSOverridingOptions:
-    """Which policies parameters may set, and who has a last look at the outcome.
+    """The policies that parameters may set, and a callback that checks the result.
 
     `entity_id` tells several publishers or subscriptions of one topic apart.
     """
@@ -64,7 +64,7 @@ class QoSOverridingOptions:
 
     @property
     def policy_kinds(self) -> Iterable[QoSPolicyKind]:
-        """Those that get a parameter."""
+        """The policies that get a parameter."""
         return self._policy_kinds
 
     @property
@@ -88,7 +88,7 @@ class QoSOverridingOptions:
 def overridden(
     node: BaseNode, entity: str, topic: str, profile: QoSProfile, options: QoSOverridingOptions
 ) -> QoSProfile:
-    """Declare the read-only parameters of an endpoint and return a profile with what they say.
+    """Declare the read-only parameters of an endpoint and return the profile as they change it.
 
     `entity`: 'publisher' or 'subscription'; `topic`: fully qualified. Raises InvalidQosOverridesError where
     the callback refuses the outcome, RuntimeError for a value that no policy has, ValueError for
@@ -116,7 +116,7 @@ def _declare_qos_parameters(
     qos: QoSProfile,
     options: QoSOverridingOptions,
 ) -> None:
-    """Declare the parameters of a publisher or subscription, and set in `qos` what they say.
+    """Declare the parameters of a publisher or subscription, and set their values in `qos`.
 
     rclpy's own name, which programs call. Raises TypeError for another kind of endpoint, and as `overridden`.
     """

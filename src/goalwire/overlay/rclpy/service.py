@@ -17,7 +17,7 @@ ResponseT = TypeVar('ResponseT')
 
 
 class Service(ServiceCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
-    """Made by Node.create_service."""
+    """Serves one service. Made by Node.create_service."""
 
     callback_group: CallbackGroup
 
@@ -29,7 +29,7 @@ class Service(ServiceCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
     def service_take_request(
         self, srv_request_type: type[RequestT]
     ) -> tuple[RequestT, Request] | tuple[None, None]:
-        """Take a request and its header, as rclpy's handle offers it; (None, None) where none waits."""
+        """Take a request and its header, as rclpy's handle offers it; (None, None) if none waits."""
         return self.take() or (None, None)
 
 

@@ -1,4 +1,4 @@
-"""rclpy.service_introspection: what is published of service calls."""
+"""rclpy.service_introspection: how much of service calls is published."""
 
 from goalwire.entities.service_introspection import ServiceIntrospectionState
 from rclpy._reexports import reexport

@@ -1,4 +1,4 @@
-"""rclpy.signals: what SIGINT and SIGTERM do."""
+"""rclpy.signals: the handling of SIGINT and SIGTERM."""
 
 from goalwire.execution.signals import (
     SignalHandlerGuardCondition,

@@ -15,7 +15,7 @@ __all__ = ['MessageInfo', 'Subscription']
 
 
 class Subscription(SubscriptionCore[MsgT], TopicEndpoint):
-    """Made by Node.create_subscription."""
+    """Receives one topic. Made by Node.create_subscription."""
 
     callback_group: CallbackGroup
 

@@ -65,7 +65,7 @@ class TimeSource(TimeSourceCore):
             self._subscribe()
 
     def detach_node(self) -> None:
-        """Listen to /clock no more; the clocks keep their time."""
+        """Stop listening to /clock; the clocks keep their time."""
         self._unsubscribe()
         node = self._get_node()
         if node is not None:

@@ -90,7 +90,7 @@ class TopicEndpointInfo:
 
     @property
     def node_namespace(self) -> str:
-        """The namespace of that node."""
+        """The namespace of the endpoint's node."""
         return self._node_namespace
 
     @node_namespace.setter

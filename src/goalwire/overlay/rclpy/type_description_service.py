@@ -17,7 +17,7 @@ START_TYPE_DESCRIPTION_SERVICE_PARAM = START_PARAMETER
 @runtime_checkable
 class _ListsServices(Protocol):
     def destroy_service(self, service: Service[Any, Any], /) -> bool:
-        """Destroy one; False if it is not the node's (any more)."""
+        """Destroy a service; False if the node does not have it."""
 
 
 class TypeDescriptionService:
@@ -32,7 +32,7 @@ class TypeDescriptionService:
             self._service = descriptions.offer()
 
     def destroy(self) -> None:
-        """Offer it no longer. Idempotent."""
+        """Stop offering the service. Idempotent."""
         service, self._service = self._service, None
         if service is None or (
             isinstance(self._node, _ListsServices) and self._node.destroy_service(service)

@@ -1,4 +1,4 @@
-"""rclpy.type_hash: what tells two versions of one type apart."""
+"""rclpy.type_hash: the hash that tells two versions of one type apart."""
 
 from __future__ import annotations
 

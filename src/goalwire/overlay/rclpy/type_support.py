@@ -75,7 +75,7 @@ class SendGoalServiceRequest(Msg, Protocol[GoalT]):
 
 
 class SendGoalServiceResponse(Msg, Protocol):
-    """Whether it was accepted."""
+    """The response to a goal: was it accepted?"""
 
     accepted: bool
     stamp: 'Time'
@@ -88,7 +88,7 @@ class GetResultServiceRequest(Msg, Protocol):
 
 
 class GetResultServiceResponse(Msg, Protocol[ResultT]):
-    """How a goal ended."""
+    """The response with a goal's status and result."""
 
     status: int
     result: ResultT

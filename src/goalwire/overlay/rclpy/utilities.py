@@ -1,4 +1,4 @@
-"""The default context, and what asks about it (rclpy.utilities)."""
+"""rclpy.utilities: the default context, and questions about it."""
 
 from __future__ import annotations
 

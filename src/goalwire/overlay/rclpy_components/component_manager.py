@@ -65,7 +65,7 @@ class ComponentManager(Node):
         return response
 
     def destroy_components(self) -> None:
-        """Destroy what was loaded, the last one first."""
+        """Destroy the loaded components, the last one first."""
         while self._components:
             _, node = self._components.popitem()
             node.destroy_node()
@@ -91,7 +91,7 @@ def _loaded(point: EntryPoint) -> type[Node]:
 
 
 def _options(request: LoadNode.Request, manager: Node) -> dict[str, Any]:
-    """Return what a component passes on to Node's constructor."""
+    """Return the arguments that a component passes on to Node's constructor."""
     rules = list(request.remap_rules)
     if request.node_name:
         rules.append(f'__node:={request.node_name}')

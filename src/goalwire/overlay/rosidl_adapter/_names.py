@@ -1,4 +1,4 @@
-"""The names that packages, messages, fields and constants may have, and what is wrong with a definition."""
+"""The valid names of packages, messages, fields and constants, and the errors of a definition."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ class UnknownMessageType(InvalidSpecification):
 
 
 def is_valid_package_name(name: str) -> bool:
-    """Whether a package may be called so. Raises InvalidResourceName for what is not a string."""
+    """Whether a package's name is valid. Raises InvalidResourceName for anything but a string."""
     return _fits(VALID_PACKAGE_NAME_PATTERN, name)
 
 
 def is_valid_field_name(name: str) -> bool:
-    """Whether a field may be called so. Raises InvalidResourceName for what is not a string."""
+    """Whether a field's name is valid. Raises InvalidResourceName for anything but a string."""
     return _fits(VALID_FIELD_NAME_PATTERN, name)
 
 
 def is_valid_constant_name(name: str) -> bool:
-    """Whether a constant may be called so. Raises InvalidResourceName for what is not a string."""
+    """Whether a constant's name is valid. Raises InvalidResourceName for anything but a string."""
     return _fits(VALID_CONSTANT_NAME_PATTERN, name)
 
 

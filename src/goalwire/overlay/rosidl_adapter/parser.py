@@ -123,7 +123,7 @@ class Annotations(TypedDict, total=False):
 
 
 class Constant:
-    """A constant. Raises TypeError, NameError, ValueError and InvalidValue for what none can be."""
+    """A constant. Raises TypeError, NameError, ValueError and InvalidValue for invalid arguments."""
 
     __slots__ = ['annotations', 'name', 'type', 'value']
 
@@ -151,7 +151,7 @@ class Constant:
 
 
 class Field:
-    """A field. Raises TypeError, NameError and InvalidValue for what none can be."""
+    """A field. Raises TypeError, NameError and InvalidValue for invalid arguments."""
 
     def __init__(self, type_: Type, name: str, default_value_string: str | None = None) -> None:
         if not isinstance(type_, Type):
@@ -297,12 +297,12 @@ def parse_message_string(pkg_name: str, msg_name: str, message_string: str) -> M
     fields: list[Field] = []
     constants: list[Constant] = []
     latest: Field | Constant | None = None
-    waiting: list[str] = []  # comments above what they are about
+    waiting: list[str] = []  # comments stand above their subject
     for line in map(str.rstrip, lines):
         code, sign, comment = line.partition(COMMENT_DELIMITER)
         if sign:
             comment = comment.lstrip(COMMENT_DELIMITER)
-            if code and not code.strip():  # indented: goes on with what stands above
+            if code and not code.strip():  # an indented comment continues the one above
                 if latest is not None:
                     latest.annotations['comment'].append(comment)
                 continue

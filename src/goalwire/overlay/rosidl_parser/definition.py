@@ -17,7 +17,7 @@ BASIC_TYPES = (*INTEGER_TYPES, *FLOATING_POINT_TYPES, *CHARACTER_TYPES, BOOLEAN_
 
 
 class AbstractType:
-    """Anything a field can be; equal where class and attributes are."""
+    """The type of a field. Two are equal if class and attributes are."""
 
     __slots__: tuple[str, ...] = ()
 

@@ -101,7 +101,7 @@ def _convert(value: object, style: _Style, slot: object = None) -> object:
     if _is_array(value):
         return _convert_array(value, style, slot)
     if isinstance(value, Mapping):
-        whole = replace(style, truncate_length=None)  # shortened keys could meet
+        whole = replace(style, truncate_length=None)  # shortened keys could become equal
         return {_convert(key, whole): _convert(item, style) for key, item in value.items()}
     if _is_numpys(value):
         return value.item()
@@ -192,7 +192,7 @@ def _dumper() -> type[yaml.SafeDumper]:
     import yaml
 
     class OrderedDumper(yaml.SafeDumper):
-        """Like the safe dumper otherwise."""
+        """A YAML dumper that keeps the order of keys."""
 
     def represent(dumper: yaml.SafeDumper, data: OrderedDict[str, object]) -> yaml.Node:
         pairs = [(dumper.represent_data(key), dumper.represent_data(item)) for key, item in data.items()]

@@ -1,4 +1,4 @@
-"""rosidl_runtime_py.get_interfaces: which packages define which interfaces, and where."""
+"""rosidl_runtime_py.get_interfaces: the interfaces of packages, and their files."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ def get_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
 
 
 def get_message_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
-    """As `get_interfaces`, messages only."""
+    """Do as `get_interfaces`, for messages only."""
     return _interfaces(package_names, ('msg',))
 
 
 def get_service_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
-    """As `get_interfaces`, services only."""
+    """Do as `get_interfaces`, for services only."""
     return _interfaces(package_names, ('srv',))
 
 
 def get_action_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
-    """As `get_interfaces`, actions only."""
+    """Do as `get_interfaces`, for actions only."""
     return _interfaces(package_names, ('action',))
 
 

@@ -21,7 +21,7 @@ _TIME = 'builtin_interfaces.msg._time.Time'
 def set_message_fields(
     msg: Any, values: Mapping[str, object], expand_header_auto: bool = False, expand_time_now: bool = False
 ) -> list[Callable[[object], None]]:
-    """Set the fields that `values` names; what has another type is converted as the field's type does.
+    """Set the fields that `values` names. A value of another type is converted to the field's type.
 
     With `expand_header_auto` a header may be 'auto', with `expand_time_now` a time may be 'now': returned
     are functions that set these, to be called with a builtin_interfaces/Time at each publication.

@@ -198,6 +198,6 @@ def _as_records(fields: Sequence[PointField], points: Iterable[Any], dtype: np.d
 
 
 def _require(condition: bool, problem: str) -> None:
-    """ROS 2 asserts these; here they hold under python -O too."""
+    """Raise AssertionError unless this holds, as ROS 2 does; also under python -O."""
     if not condition:
         raise AssertionError(problem)

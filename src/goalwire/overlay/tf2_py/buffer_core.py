@@ -39,11 +39,11 @@ class BufferCore:
         self._tree = TransformTree((DEFAULT_CACHE_TIME if cache_time is None else cache_time).nanoseconds)
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
-        """Store a transform that holds at its stamp; what cannot be stored is logged and ignored."""
+        """Store a transform that holds at its stamp. An invalid one is logged and ignored."""
         self._insert(transform, authority, static=False)
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Store a transform that holds at all times; what cannot be stored is logged and ignored."""
+        """Store a transform that holds at all times. An invalid one is logged and ignored."""
         self._insert(transform, authority, static=True)
 
     def clear(self) -> None:

@@ -61,12 +61,12 @@ class Buffer(BufferCore, BufferInterface):
         self.clear()
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
-        """Store a transform that holds at its stamp, and wake those that wait for it."""
+        """Store a transform that holds at its stamp, and wake its waiters."""
         super().set_transform(transform, authority)
         self._settle_waiting()
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Store a transform that holds at all times, and wake those that wait for it."""
+        """Store a transform that holds at all times, and wake its waiters."""
         super().set_transform_static(transform, authority)
         self._settle_waiting()
 
@@ -126,7 +126,9 @@ class Buffer(BufferCore, BufferInterface):
         timeout: Duration = NO_TIME,
         return_debug_tuple: bool = False,
     ) -> bool | tuple[bool, str]:
-        """Return whether there is, or within `timeout` will be, such a transform; if asked also why not."""
+        """Return whether there is such a transform, or will be within `timeout`; on request also the
+        reason.
+        """
         self._wait(partial(self.lookup_transform_core, target_frame, source_frame, time), timeout)
         answer = self.can_transform_core(target_frame, source_frame, time)
         return answer if return_debug_tuple else answer[0]
@@ -179,7 +181,7 @@ class Buffer(BufferCore, BufferInterface):
             self._event_queues.add(event_queue)
 
     def _wait(self, lookup: Lookup, timeout: Duration) -> None:
-        """Block until `lookup` succeeds, the time is over, by the buffer's clock, or the context ends."""
+        """Block until `lookup` succeeds, the time has passed by the buffer's clock, or the context ends."""
         if timeout.nanoseconds <= 0:
             return
         future = self._future(lookup)
@@ -210,7 +212,7 @@ class Buffer(BufferCore, BufferInterface):
         try:
             found = lookup()
         except TransformException:
-            return  # not yet
+            return  # the transform is not there yet
         with self._waiting_lock:
             first = self._waiting.pop(future, None) is not None
         if first:
@@ -240,7 +242,7 @@ def _wait_hearing(
     heard = list(event_queues)
     arrival: Future[None] = Future()
 
-    def tell() -> None:  # on any thread
+    def tell() -> None:  # called on any thread
         arrival.set_result(None)
 
     for event_queue in heard:
@@ -248,7 +250,7 @@ def _wait_hearing(
     future.add_waker(tell)
     try:
         while True:
-            arrival = Future()  # before looking: what comes from now on completes this one
+            arrival = Future()  # before looking: a transform that comes from now on completes this future
             for event_queue in heard:
                 while future.pending() and (event := event_queue.take()) is not None:
                     event_queue.handle(event)

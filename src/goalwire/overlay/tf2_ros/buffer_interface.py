@@ -1,4 +1,4 @@
-"""tf2_ros.BufferInterface: what every source of transforms can do."""
+"""tf2_ros.BufferInterface: the common part of all sources of transforms."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NO_TIME = Duration()
 
 
 class BufferInterface:
-    """Transforms objects with what its subclass looks up."""
+    """Transforms objects by the transforms that a subclass looks up."""
 
     def __init__(self) -> None:
         self.registration = TransformRegistration()

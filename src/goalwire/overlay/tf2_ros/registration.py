@@ -1,4 +1,6 @@
-"""Which types can be transformed and converted, and by what: packages like tf2_geometry_msgs say so."""
+"""The types that can be transformed and converted, and their functions: packages like tf2_geometry_msgs
+register them.
+"""
 
 from __future__ import annotations
 

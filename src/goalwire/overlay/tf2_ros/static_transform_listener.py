@@ -12,7 +12,7 @@ __all__ = ['StaticTransformListener']
 
 
 class StaticTransformListener(TransformListener):
-    """A TransformListener that leaves /tf alone."""
+    """A TransformListener that listens only to /tf_static."""
 
     def __init__(
         self,

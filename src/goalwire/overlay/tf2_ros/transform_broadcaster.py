@@ -1,4 +1,4 @@
-"""tf2_ros.TransformBroadcaster: says how frames move."""
+"""tf2_ros.TransformBroadcaster: publishes moving transforms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ['TransformBroadcaster']
 
 
 class TransformBroadcaster:
-    """Publishes on /tf."""
+    """Publishes transforms on /tf."""
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
         self.pub_tf = node.create_publisher(TFMessage, '/tf', QoSProfile(depth=100) if qos is None else qos)

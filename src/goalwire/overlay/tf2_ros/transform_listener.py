@@ -69,7 +69,7 @@ class TransformListener:
             self._start_thread()
 
     def unregister(self) -> None:
-        """Listen no more; ends the thread, and the node if it is the listener's own. Idempotent."""
+        """Stop listening; ends the thread, and the node if it is the listener's own. Idempotent."""
         if hasattr(self, 'executor'):
             self.executor.shutdown()
             self.dedicated_listener_thread.join()
@@ -79,12 +79,12 @@ class TransformListener:
             self.node.destroy_node()
 
     def callback(self, data: TFMessage) -> None:
-        """Put what came on /tf into the buffer."""
+        """Put transforms from /tf into the buffer."""
         for transform in data.transforms:
             self.buffer.set_transform(transform, AUTHORITY)
 
     def static_callback(self, data: TFMessage) -> None:
-        """Put what came on /tf_static into the buffer."""
+        """Put transforms from /tf_static into the buffer."""
         for transform in data.transforms:
             self.buffer.set_transform_static(transform, AUTHORITY)
 
@@ -123,7 +123,7 @@ class _ThreadHome:
 
     @property
     def handle(self) -> Self:
-        """Itself."""
+        """The object itself."""
         return self
 
 

@@ -30,7 +30,7 @@ def translation_matrix(direction: ArrayLike) -> Array:
 
 
 def translation_from_matrix(matrix: ArrayLike) -> Array:
-    """Return where a matrix moves the origin."""
+    """Return the place to which a matrix moves the origin."""
     return floats(matrix)[:3, 3].copy()
 
 
@@ -52,7 +52,10 @@ def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
 
 
 def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
-    """Return a point of the mirror's plane, and its normal. Raises ValueError for what is not a mirror."""
+    """Return a point of the mirror's plane, and its normal.
+
+    Raises ValueError if the matrix is not a mirror.
+    """
     factor, point, normal = scale_from_matrix(matrix)
     if normal is None or abs(factor + 1) > _SAME:
         raise ValueError('the matrix is not a reflection')
@@ -68,7 +71,9 @@ def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: Arra
 
 
 def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
-    """Return factor, a point that stays, and the direction, None for all; raises ValueError for others."""
+    """Return factor, fixed point and direction (None for all directions); raises ValueError for other
+    matrices.
+    """
     m = floats(matrix)
     inner = m[:3, :3]
     uniform = float(np.trace(inner)) / 3
@@ -88,7 +93,7 @@ def concatenate_matrices(*matrices: ArrayLike) -> Array:
 
 
 def inverse_matrix(matrix: ArrayLike) -> Array:
-    """Return the matrix that undoes this one. Raises numpy.linalg.LinAlgError where none does."""
+    """Return the inverse. Raises numpy.linalg.LinAlgError if there is none."""
     return floats(np.linalg.inv(floats(matrix)))
 
 

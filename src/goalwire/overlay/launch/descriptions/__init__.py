@@ -1,4 +1,4 @@
-"""launch.descriptions."""
+"""launch.descriptions: the names of ROS 2's module."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.process import (

@@ -1,4 +1,4 @@
-"""launch.frontend.entity."""
+"""launch.frontend.entity: the names of ROS 2's module."""
 
 from goalwire.launching.frontend import (
     Entity,

@@ -1,4 +1,4 @@
-"""launch.frontend.expose."""
+"""launch.frontend.expose: the names of ROS 2's module."""
 
 from goalwire.launching.exposure import (
     expose_action,

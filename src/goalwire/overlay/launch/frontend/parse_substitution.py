@@ -1,4 +1,4 @@
-"""launch.frontend.parse_substitution."""
+"""launch.frontend.parse_substitution: the names of ROS 2's module."""
 
 from goalwire.launching.notation import (
     parse_if_substitutions,

@@ -1,4 +1,4 @@
-"""launch_ros.actions.load_composable_nodes."""
+"""launch_ros.actions.load_composable_nodes: the names of ROS 2's module."""
 
 from goalwire.launching.ros.composition import (
     LoadComposableNodes,

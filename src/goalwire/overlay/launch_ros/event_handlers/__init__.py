@@ -1,4 +1,4 @@
-"""launch_ros.event_handlers."""
+"""launch_ros.event_handlers: the names of ROS 2's module."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.ros.lifecycle import (

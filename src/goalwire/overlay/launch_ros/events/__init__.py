@@ -1,4 +1,4 @@
-"""launch_ros.events."""
+"""launch_ros.events: the names of ROS 2's module."""
 
 from goalwire.launching.ros.lifecycle import matches_node_name
 from launch_ros.events import lifecycle, matchers

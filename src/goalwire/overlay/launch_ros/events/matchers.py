@@ -1,4 +1,4 @@
-"""launch_ros.events.matchers."""
+"""launch_ros.events.matchers: the names of ROS 2's module."""
 
 from goalwire.launching.ros.lifecycle import (
     matches_node_name,

@@ -20,6 +20,6 @@ class ReadyToTest(Action):
         self._callbacks.append(callback)
 
     def execute(self, context: LaunchContext) -> None:
-        """Tell whoever waits."""
+        """Tell the test runner that the launch is ready."""
         for callback in self._callbacks:
             callback()

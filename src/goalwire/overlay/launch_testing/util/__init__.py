@@ -12,7 +12,7 @@ from launch.substitutions import TextSubstitution
 __all__ = ['NO_CMD_ARGS', 'KeepAliveProc', 'NoMatchingProcessException', 'resolveProcesses']
 
 NO_CMD_ARGS = object()
-"""Means a process without arguments."""
+"""Stands for a process without arguments."""
 ProcessChoice: TypeAlias = ExecuteLocal | str | None
 
 

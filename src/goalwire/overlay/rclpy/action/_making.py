@@ -22,7 +22,7 @@ def action_qos(
 
 @contextmanager
 def refusing_bad_names(what: str, action_name: str) -> Iterator[None]:
-    """Raise for a bad name what rclpy raises: ValueError with its words. `what` is 'client' or 'server'."""
+    """Raise rclpy's ValueError, with its words, for a bad name. `what` is 'client' or 'server'."""
     try:
         yield
     except NameValidationException as error:

@@ -124,7 +124,10 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         return None if handle is None else handle.get_result()
 
     def cancel_all_goals_async(self) -> Future[CancelGoal.Response]:
-        """Ask the server to cancel every goal, whoever has sent it; the future tells which it does."""
+        """Ask the server to cancel every goal, whoever has sent it.
+
+        The future gives the goals that it cancels.
+        """
         return self.cancel_goal(NO_ID)
 
     def cancel_goals_before_async(self, stamp: Time | StampMessage) -> Future[CancelGoal.Response]:

@@ -182,7 +182,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         self.callbacks.cancel = cancel_callback or default_cancel_callback
 
     def register_execute_callback(self, execute_callback: _Execute[GoalT, ResultT, FeedbackT]) -> None:
-        """Set the execute callback; raises TypeError for what cannot be called."""
+        """Set the execute callback; raises TypeError for an object that cannot be called."""
         _check_callable(execute_callback, self.name, self._node.get_logger())
         self.callbacks.execute = execute_callback
 
@@ -198,7 +198,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         """Nothing to do: expiry follows from the end of each goal."""
 
     def destroy(self) -> None:
-        """Answer every open request, abort what runs, undeclare. Idempotent."""
+        """Answer every open request, abort running goals, undeclare. Idempotent."""
         if not self.destroyed:
             self._node.remove_waitable(self)
         ActionServerCore.destroy(self)

@@ -1,4 +1,4 @@
-"""rclpy.experimental: what ROS 2 tries out. Each class is imported when it is first asked for."""
+"""rclpy.experimental: ROS 2's experimental classes. Each is imported when it is first needed."""
 
 from __future__ import annotations
 

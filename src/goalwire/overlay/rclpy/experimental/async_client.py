@@ -10,7 +10,7 @@ from rclpy.impl.endpoint import Adopted
 
 
 class AsyncClient(Adopted, BaseClient[RequestT, ResponseT]):
-    """Made by AsyncNode.create_client."""
+    """Calls one service. Made by AsyncNode.create_client."""
 
     calls: AwaitedCalls
 

@@ -8,7 +8,7 @@ from rclpy.service import RequestT, ResponseT, Service
 
 
 class AsyncService(Adopted, Service[RequestT, ResponseT]):
-    """Made by AsyncNode.create_service."""
+    """Serves one service. Made by AsyncNode.create_service."""
 
     def send_response(self, response: object, header: Request) -> None:
         """Send the response. If the callback has destroyed its service or node, the client gets an error."""

@@ -8,7 +8,7 @@ from rclpy.subscription import Subscription
 
 
 class AsyncSubscription(Adopted, Subscription[MsgT]):
-    """Made by AsyncNode.create_subscription."""
+    """Receives one topic. Made by AsyncNode.create_subscription."""
 
     @property
     def is_cft_enabled(self) -> bool:

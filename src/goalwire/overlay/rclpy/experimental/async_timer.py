@@ -7,4 +7,4 @@ from rclpy.timer import Timer
 
 
 class AsyncTimer(Adopted, Timer):
-    """Made by AsyncNode.create_timer."""
+    """Calls at a steady rhythm. Made by AsyncNode.create_timer."""

@@ -1,1 +1,1 @@
-"""Where rclpy keeps what its public modules re-export."""
+"""rclpy.impl: the parts that rclpy's public modules re-export."""

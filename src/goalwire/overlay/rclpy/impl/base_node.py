@@ -103,7 +103,10 @@ class BaseNode(NodeGraph, ClockedNode):
             raise
 
     def _ros_make_standing_parts(self, parameter_services: bool, logger_services: bool) -> None:
-        """Make what every node has, but not before its parameters: these decide about some of it."""
+        """Make the entities that every node has.
+
+        The parameters come first, since they decide about some of these.
+        """
         self._time_source = TimeSource(node=self)
         self._time_source.attach_clock(self._clock)
         self._type_description_service = start_builtin_services(
@@ -116,7 +119,7 @@ class BaseNode(NodeGraph, ClockedNode):
         handle = property(attrgetter('_ros_core'), doc='What stands behind the node: there is no C handle.')
 
         def __getattr__(self, name: str) -> Any:
-            """Called for what is not there; what of ours is not, waits for our __init__."""
+            """Raise AttributeError. If the node's own part is missing, say that __init__() was not called."""
             kind = type(self).__name__
             text = f'{kind!r} object has no attribute {name!r}'
             if '_ros_core' not in self.__dict__ and (name[0] == '_' or hasattr(BaseNode, name)):
@@ -157,7 +160,7 @@ class BaseNode(NodeGraph, ClockedNode):
         return self._logger
 
     def _ros_prepare(self) -> None:
-        """Make what the entities of the node will need, before the first one is made."""
+        """Make what entities of the node need, before the first one is made."""
 
     def _ros_make_clock(self) -> ROSClock:
         """Make the node's clock."""
@@ -300,7 +303,7 @@ class BaseNode(NodeGraph, ClockedNode):
 
 
 def timer_period_ns(timer_period_sec: float) -> int:
-    """Return a period in ns; raises RCLError below 0, TypeError or ValueError for what is not a number."""
+    """Return a period in ns; raises RCLError below 0, TypeError or ValueError for anything but a number."""
     period = int(float(timer_period_sec) * S_TO_NS)
     if period < 0:
         raise RCLError('failed to create timer: timer period must be non-negative')

@@ -32,7 +32,7 @@ class Endpoint:
             """True once destroyed."""
 
         def destroy(self) -> None:
-            """Release it. Idempotent."""
+            """Release the endpoint. Idempotent."""
 
     def __enter__(self) -> Self:
         return self
@@ -79,7 +79,7 @@ class ServiceEndpoint(Endpoint):
         name: str
 
         def introspect(self, clock: Clock, qos: QoS, state: ServiceIntrospectionState) -> None:
-            """See goalwire.entities.service_introspection."""
+            """Publish service events; see goalwire.entities.service_introspection."""
 
     @property
     def service_name(self) -> str:

@@ -135,7 +135,7 @@ class TopicEndpoints(BaseNode):
     def _ros_overridden(
         self, profile: QoSProfile, entity: str, topic: str, options: QoSOverridingOptions | None
     ) -> QoSProfile:
-        """Return the profile with what the node's parameters say about this publisher or subscription."""
+        """Return the profile as the node's parameters change it for this publisher or subscription."""
         if options is None:
             return profile
         from rclpy.qos_overriding_options import overridden
@@ -159,11 +159,11 @@ class TopicEndpoints(BaseNode):
         self._ros_waitables.extend(endpoint.event_handlers)
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
-        """Destroy a publisher of this node; False if it is not (any more)."""
+        """Destroy a publisher of this node; False if the node does not have it."""
         return destroy_owned(publisher, self._publishers) and self._ros_forget_events(publisher)
 
     def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
-        """Destroy a subscription of this node; False if it is not (any more)."""
+        """Destroy a subscription of this node; False if the node does not have it."""
         listed = self._subscriptions if subscription in self._subscriptions else list(self.subscriptions)
         return destroy_owned(subscription, listed) and self._ros_forget_events(subscription)
 
@@ -183,7 +183,7 @@ def destroy_owned(entity: Any, owned: list[Any]) -> bool:
     return True
 
 
-# Python names a function so when an argument is missing: users know these as functions of Node.
+# Python's errors name a function by this. Users know these as functions of Node.
 for _function in (
     TopicEndpoints.create_publisher,
     TopicEndpoints.create_subscription,

@@ -1,4 +1,4 @@
-"""rclpy.lifecycle.managed_entity: what goes through a node's transitions with it."""
+"""rclpy.lifecycle.managed_entity: entities that follow their node's transitions."""
 
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity, SimpleManagedEntity
 from goalwire.rules.lifecycle import TransitionCallbackReturnType

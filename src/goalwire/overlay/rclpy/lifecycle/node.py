@@ -43,7 +43,7 @@ class LifecycleNodeMixin(ManagedEntity):
         node = self._ros_as_node()
         clock = node.get_clock()
         self._ros_lifecycle = LifecycleCore(node.handle, self, lambda: clock.now().nanoseconds)
-        self._state_machine = self._ros_lifecycle.machine  # whose current_state programs read
+        self._state_machine = self._ros_lifecycle.machine  # programs read its current_state
         if enable_communication_interface:
             LifecycleServices(self._ros_lifecycle).offer(callback_group)
 
@@ -115,7 +115,7 @@ class LifecycleNodeMixin(ManagedEntity):
         return publisher
 
     def destroy_lifecycle_publisher(self, publisher: LifecyclePublisher[Any]) -> bool:
-        """Destroy a publisher of this node; False if it is not (any more)."""
+        """Destroy a publisher of this node; False if the node does not have it."""
         self._ros_lifecycle.remove(publisher)
         return self._ros_as_node().destroy_publisher(publisher)
 
@@ -129,7 +129,7 @@ class LifecycleNode(LifecycleNodeMixin, Node):
         LifecycleNodeMixin.__init__(self, enable_communication_interface=enable_communication_interface)
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
-        """Destroy a publisher of this node, a managed one too; False if it is not (any more)."""
+        """Destroy a publisher of this node, managed or not; False if the node does not have it."""
         if isinstance(publisher, LifecyclePublisher):
             self._ros_lifecycle.remove(publisher)
         return Node.destroy_publisher(self, publisher)

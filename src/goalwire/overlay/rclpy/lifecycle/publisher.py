@@ -11,7 +11,7 @@ from rclpy.publisher import Publisher
 
 
 class LifecyclePublisher(SimpleManagedEntity, Publisher[MsgT]):
-    """Made by LifecycleNode.create_lifecycle_publisher."""
+    """Publishes while its node is active. Made by LifecycleNode.create_lifecycle_publisher."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         SimpleManagedEntity.__init__(self)
