@@ -134,6 +134,17 @@ def test_a_voice_that_repeated_itself_and_falls_silent_is_never_fine() -> None:
     assert standing(state) is Standing.RELEASED
 
 
+def test_presses_that_repeat_stopped_are_no_clock() -> None:
+    state = heard((b'a', word('/a', stopped=True)))
+    for _ in range(3 * REPEATS):
+        state.look()
+        state.hear(b'a', word('/a', stopped=True))
+    state.hear(b'a', word('/a', stopped=False))
+    for _ in range(2 * SILENT_AFTER):
+        state.look()
+    assert standing(state) is Standing.RELEASED
+
+
 def test_a_silent_voice_that_said_stopped_stays_stopped() -> None:
     state = heard((b'a', word('/a', stopped=True)))
     state.hear(b'a', word('/a', stopped=True))

@@ -22,7 +22,7 @@ DIAGNOSTIC_STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
 SILENT_AFTER = 5
 """How many looks a word that was repeated may be missing."""
 REPEATS = 3
-"""How often one word comes again before its publisher counts as one that repeats it."""
+"""How often "not stopped" comes again before its publisher counts as one that repeats its word."""
 _STOP_TYPES = {'std_srvs/srv/Trigger', 'std_srvs/srv/SetBool', 'std_srvs/srv/Empty'}
 _STOP_NAMES = ('estop', 'e_stop', 'emergency_stop')
 _RELEASE_NAMES = ('release', 'reset', 'clear', 'resume')
@@ -122,8 +122,10 @@ class _Voice:
         self.was_seen = False  # in the graph, which may show a publisher later than its first message
 
     def say(self, word: Word) -> None:
-        # Two presses may make a node say one word twice; who says it again and again does so by the clock.
-        self._same = self._same + 1 if word == self.word and self.missed <= SILENT_AFTER else 0
+        # People press STOP again and again, and a node may say "stopped" at each press. Nobody releases a
+        # robot again and again: a node that keeps saying "not stopped" does so by the clock.
+        repeated = word == self.word and not word.stopped and self.missed <= SILENT_AFTER
+        self._same = self._same + 1 if repeated else 0
         self.repeats = self.repeats or self._same >= REPEATS
         self.word, self.missed = word, 0
 
