@@ -45,13 +45,9 @@ def robot(stage: Stage, name: str, x: float) -> Program:
     return stage.program(PROGRAMS / 'stoppable.py', str(DATA / 'robot.urdf'), name, str(x))
 
 
-@pytest.fixture
+@pytest.fixture(scope='module')
 def world(chromium: Any) -> Iterator[World]:
-    """A stage of its own for each test: two robots, a console and a page.
-
-    These robots tell `emergency_stop_status` only when they are asked. After four stops in quick succession
-    the console takes that for a word that is repeated by the clock, and the next silence for a lost robot.
-    """
+    """The stage on which the tests play, one after the other."""
     stage = Stage('rmw_zenoh_cpp')
     alice, bob = robot(stage, 'alice', 1.0), robot(stage, 'bob', 3.0)
     alice.expect('ready')
