@@ -157,6 +157,20 @@ def test_late_joiners_get_the_history_they_ask_for(seed: int, loss: float, delay
     assert volatile.payloads == [_payload(8)]
 
 
+def test_a_large_sample_that_was_written_before_its_readers_came_reaches_them() -> None:
+    network = Network()
+    one, _ = network.participant()
+    latched = Qos(reliability=RELIABLE, durability=TRANSIENT_LOCAL, depth=1)
+    writer = one.create_writer('t', 'T', latched, Publisher())
+    writer.write(_payload(1, size=200_000))
+    other, _ = network.participant()
+    for _ in range(2):
+        late = Collector()
+        other.create_reader('t', 'T', latched, late)
+        assert network.run(PATIENCE_S, lambda late=late: late.samples)  # type: ignore[misc]
+        assert late.payloads == [_payload(1, size=200_000)]
+
+
 def test_best_effort_readers_get_what_comes_in_order() -> None:
     network = Network(3, loss=0.2, double=0.2, delay_s=0.001)
     one, _ = network.participant()

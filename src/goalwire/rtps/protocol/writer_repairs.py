@@ -151,6 +151,8 @@ class Repairs:
             change = output.history.changes.get(number)
             if number > last or left <= 0:
                 break
+            if change is not None and change.size > output.fragment_size and not change.fragment_size:
+                change.fragment_size = output.fragment_size  # it was written before there was a reader
             if change is None or number < proxy.start or change.reader not in (None, proxy.data.guid):
                 gone.append(number)
             elif change.fragment_size:
