@@ -103,6 +103,7 @@ PELVIS = Link('base_link', 6.0, (_box(0.14, 0.24, 0.12), _cylinder(0.07, 0.05, (
 TRUNK = (
     Joint('base_footprint_joint', 'base_link', Link('base_footprint'), (0.0, 0.0, -0.80)),
     Joint('imu_joint', 'base_link', Link('imu_link'), (0.0, 0.0, 0.03)),
+    Joint('laser_joint', 'base_link', Link('laser'), (0.07, 0.0, -0.10)),
     Joint(
         'waist',
         'base_link',

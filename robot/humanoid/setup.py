@@ -39,6 +39,7 @@ setup(
     packages=[*find_packages(include=[package_name, f'{package_name}.*']), definitions, description],
     package_dir={name: str(home) for name, home in beside.items()},
     package_data={
+        package_name: ['world/files/*.yaml'],
         definitions: ['package.xml', 'srv/*.srv', 'action/*.action'],
         description: ['package.xml', 'urdf/*.urdf'],
     },
@@ -54,7 +55,10 @@ setup(
         (f'share/{package_name}/launch', ['launch/humanoid.launch.py']),
     ],
     install_requires=['setuptools', 'rich>=13.7'],  # without rich a mission shows plain lines
-    extras_require={'sim': ['mujoco-core>=4.0']},  # the physics; 10 MB, and numpy
+    extras_require={
+        'sim': ['mujoco-core>=4.0'],  # the physics; 10 MB, and numpy
+        'world': ['numpy>=1.26', 'scipy>=1.11', 'PyYAML>=6.0.1'],  # walls, and the way around them; 35 MB
+    },
     python_requires='>=3.11',
     zip_safe=False,  # goalwire reads the definitions as files
     maintainer='goalwire developers',
@@ -71,6 +75,9 @@ setup(
             'robot_state_publisher = humanoid.robot_state_publisher:main',
             'motor_board = humanoid.driver.board:main',
             'simulation = humanoid.physics.program:main',
+            'world_server = humanoid.world.server:main',
+            'localiser = humanoid.localisation.server:main',
+            'navigator = humanoid.route.server:main',
             'mission = humanoid.mission.program:main',
         ],
         'goalwire.interfaces': [f'humanoid_interfaces = {definitions}'],

@@ -86,7 +86,8 @@ def test_its_arguments_are_told(world: dict[str, str]) -> None:
     shown = CommandLine(world).ok('launch', 'humanoid', 'humanoid.launch.py', '--show-args')
     names = [line.strip(" ':") for line in shown.splitlines() if line.startswith("    '")]
     assert names == [
-        'namespace', 'frame_prefix', 'map_frame', 'place', 'physics', 'use_sim_time', 'mission', 'log_level',
+        'namespace', 'frame_prefix', 'map_frame', 'place', 'physics', 'world', 'use_sim_time', 'mission',
+        'log_level',
     ]  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from humanoid.fleet import BadName
 from humanoid.physics.choice import NotInstalled
 from humanoid.text import finite
 from humanoid.view import NoView
+from humanoid.world.names import SHIPPED, BadWorld
 
 PROGRAMS = {
     'joint_state_service': 'humanoid.joints.service',
@@ -22,6 +23,9 @@ PROGRAMS = {
     'arm_action_server': 'humanoid.arm.server',
     'robot_state_publisher': 'humanoid.robot_state_publisher',
     'simulation': 'humanoid.physics.program',
+    'world_server': 'humanoid.world.server',
+    'localiser': 'humanoid.localisation.server',
+    'navigator': 'humanoid.route.server',
     'motor_board': 'humanoid.driver.board',
     'mission': 'humanoid.mission.program',
 }
@@ -54,17 +58,25 @@ def _run(arguments: list[str]) -> int:
         if options.command == 'demo':
             from humanoid.demo import demo
 
-            return demo(physics=options.physics, sim_time=options.sim_time, view=options.view)
+            return demo(
+                physics=options.physics, sim_time=options.sim_time, view=options.view, world=options.world
+            )
         if options.command != 'up':
             from humanoid.operate import operate
 
             return operate(options, ros_args)
         from humanoid.up import up
 
-        return up(physics=options.physics, sim_time=options.sim_time, names=options.name, view=options.view)
+        return up(
+            physics=options.physics,
+            sim_time=options.sim_time,
+            names=options.name,
+            view=options.view,
+            world=options.world,
+        )
     except KeyboardInterrupt:
         return 130
-    except (Taken, NotInstalled, BadName, NoView) as problem:
+    except (Taken, NotInstalled, BadName, BadWorld, NoView) as problem:
         print(f'humanoid: {problem}', file=sys.stderr)
         return 1
     except ModuleNotFoundError as missing:
@@ -114,6 +126,7 @@ def _parser() -> argparse.ArgumentParser:
         )
         command.add_argument('--sim-time', action='store_true', help="take the time from the physics' /clock")
         command.add_argument('--view', action='store_true', help='show it in the browser (goalwire[console])')
+        command.add_argument('--world', help=f'walls, doors and people around it: {SHIPPED}, or a file')
         if name == 'up':
             command.add_argument(
                 '--name', action='append', default=[], help='a robot of that name; may be given several times'
@@ -126,14 +139,18 @@ def _parser() -> argparse.ArgumentParser:
     move.add_argument('x', type=finite)
     move.add_argument('y', type=finite)
     move.add_argument('--timeout', type=finite, default=60.0, help='s that the way may take (60)')
+    move.add_argument('--frame', help='that X and Y are in; without: the map in a world, else odom')
     home = commands.add_parser('home', help='drive its base back to where it was brought up')
     home.add_argument('--timeout', type=finite, help='s that the way may take; without, twice what it needs')
     arm = commands.add_parser('arm', help='move JOINT to POSITION, in rad')
     arm.add_argument('joint')
     arm.add_argument('position', type=finite)
     arm.add_argument('--duration', type=finite, help='s that it takes; without, as fast as is unhurried')
+    door = commands.add_parser('door', help='open or close a door of its world')
+    door.add_argument('door', metavar='NAME')
+    door.add_argument('wish', choices=('open', 'close'))
     watch = commands.add_parser('watch', help='a line a second: where it is and what moves, until Ctrl-C')
-    for command in (*operated, move, home, arm, watch):
+    for command in (*operated, move, home, arm, door, watch):
         command.add_argument('--name', help='of the robot, where it was brought up with one')
     for name in PROGRAMS:
         commands.add_parser(name, help='one program in this process', add_help=False)

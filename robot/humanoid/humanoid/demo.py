@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 from humanoid import view as console
 from humanoid.domain import claimed
+from humanoid.fleet import fleet
 from humanoid.mission.display import display
 from humanoid.mission.events import Retrying, Sink, from_line
 from humanoid.mission.summary import Summary
@@ -14,6 +16,7 @@ from humanoid.physics.choice import chosen, told
 from humanoid.servers import servers
 from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
 from humanoid.up import SIM_TIME
+from humanoid.world.names import choose
 
 MISSION = 'mission'
 LATE = 'battery_service'  # started only after the mission has missed it
@@ -27,25 +30,28 @@ class Failed(Exception):
     """The demo cannot go on; the text says why, naming the program."""
 
 
-def demo(*, physics: bool | None = None, sim_time: bool = False, view: bool = False) -> int:
+def demo(
+    *, physics: bool | None = None, sim_time: bool = False, view: bool = False, world: str | None = None
+) -> int:
     """0 only if every step of the mission ended as it should and no program ended before its time.
 
     `physics` as in humanoid.physics.choice, `view`: with the page in the browser, which is served before the
-    mission begins. Raises Taken, NotInstalled and NoView.
+    mission begins, `world`: a name or a file. Raises Taken, NotInstalled, BadWorld and NoView.
     """
     summary = Summary()
     problem = None
     physics = chosen(physics)
     arguments = SIM_TIME if sim_time else ()
+    [robot] = fleet([], choose(world))
     page = console.command() if view else None
     with claimed(may_move=True), Supervisor() as supervisor:
         print(told(physics=physics), flush=True)
         if page is not None:
             supervisor.start(console.NAME, page)
         later = (LATE, FOR_VIEWERS) if page is None else (LATE,)
-        for name in servers(physics=physics):
+        for name in servers(physics=physics, world=world is not None):
             if name not in later:
-                _start(supervisor, name, *arguments)
+                _start(supervisor, name, *robot.arguments(name, Path()), *arguments)
         try:
             if page is not None:
                 _await_page(supervisor)

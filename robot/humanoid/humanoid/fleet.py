@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from humanoid.description import urdf_text
-from humanoid.servers import BASED, FRAMED, SIMULATION, VIEWED
+from humanoid.servers import BASED, FRAMED, IN_WORLD, SIMULATION, VIEWED
+from humanoid.world.names import parameter
 
 MAP = 'map'  # the frame in which the robots of a fleet stand beside each other
 APART = 1.5  # m
@@ -33,6 +34,7 @@ class Member:
 
     name: str = ''
     number: int = 0
+    world: Path | None = None
 
     def label(self, program: str) -> str:
         """What its program is called in the output."""
@@ -40,12 +42,13 @@ class Member:
 
     def arguments(self, program: str, folder: Path) -> Sequence[str]:
         """What its program is started with; `folder` has the files that it needs."""
+        arguments = self._in_world(program)
         if not self.name:
-            return []
-        arguments = ['--ros-args', '-r', f'__ns:=/{self.name}']
+            return ['--ros-args', *arguments] if arguments else []
+        arguments = ['--ros-args', '-r', f'__ns:=/{self.name}', *arguments]
         if program in FRAMED:
             arguments += ['-p', f'frame_prefix:={self.name}/']
-        if program in BASED:
+        if program in BASED and self.world is None:
             arguments += ['-p', f'map_frame:={MAP}', '-p', f'place:=[0.0, {-APART * self.number}, 0.0]']
         if program == SIMULATION:
             arguments += ['-p', 'publish_clock:=false']  # there is one /clock, and each has its own time
@@ -55,15 +58,22 @@ class Member:
             return [str(file), *arguments]
         return arguments
 
+    def _in_world(self, program: str) -> Sequence[str]:
+        if self.world is None or program not in (*BASED, *IN_WORLD):
+            return []
+        return parameter(self.world)
 
-def fleet(names: Sequence[str]) -> Sequence[Member]:
+
+def fleet(names: Sequence[str], world: Path | None = None) -> Sequence[Member]:
     """The robots of these names, or the one without a name. Raises BadName."""
+    if world is not None and len(names) > 1:
+        raise BadName(f'a world has room for one robot, and {" and ".join(names)} cannot both be in it')
     for name in names:
         if not re.fullmatch('[A-Za-z][A-Za-z0-9_]{0,39}', name, re.ASCII):
             raise BadName(f'a robot cannot be called {name!r}: use letters, digits and _, a letter first')
         if names.count(name) > 1:
             raise BadName(f'two robots cannot both be called {name!r}')
-    return [Member(name, number) for number, name in enumerate(names)] or [Member()]
+    return [Member(name, number, world) for number, name in enumerate(names)] or [Member(world=world)]
 
 
 def coloured(text: str, number: int) -> str:

@@ -86,6 +86,7 @@ class BaseSpec:
 
     max_speed: float = 0.8  # m/s
     max_turn_rate: float = 1.5  # rad/s
+    radius: float = 0.28  # m: a disc about base_link that has the robot in it, its arms hanging
 
 
 BASE = BaseSpec()

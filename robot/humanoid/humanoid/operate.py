@@ -121,9 +121,10 @@ def _base(odometry: Odometry) -> str:
 
 
 def move(robot: Robot, options: argparse.Namespace) -> int:
-    """Send the base to (x, y) on the floor of `odom`."""
+    """Send the base to (x, y) on the map, or on the floor of `odom` if there is none."""
     allowed = options.timeout
-    goal = robot.drive(options.x, options.y, allowed=allowed, timeout=allowed + GOAL_OVERHEAD)
+    timeout = allowed + GOAL_OVERHEAD
+    goal = robot.drive(options.x, options.y, allowed=allowed, timeout=timeout, frame=options.frame or '')
     return _drive(robot, goal, 'at')
 
 
@@ -164,6 +165,19 @@ def wave(robot: Robot, _options: argparse.Namespace) -> int:
         if goal.status != 'SUCCEEDED':
             return _ended(goal, 'waving')
     print('waved')
+    return ARRIVED
+
+
+def door(robot: Robot, options: argparse.Namespace) -> int:
+    """Open or close a door of the world."""
+    there = robot.doors()
+    if options.door not in there:
+        advice = f'there are {", ".join(there)}' if there else 'the robot is in no world with doors'
+        raise Impossible(f"there is no door '{brief(options.door)}'; {advice}")
+    answer = robot.move_door(options.door, is_open=options.wish == 'open')
+    if not answer.success:
+        raise Impossible(answer.message)
+    print(answer.message)
     return ARRIVED
 
 
@@ -231,5 +245,6 @@ COMMANDS: dict[str, Callable[[Robot, argparse.Namespace], int]] = {
     'move': move,
     'home': home,
     'arm': arm,
+    'door': door,
     'watch': watch,
 }

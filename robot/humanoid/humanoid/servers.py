@@ -11,14 +11,18 @@ SIMULATED = ('joint_state_service', 'navigation_action_server')
 """With physics one program does their work: the simulation."""
 SIMULATION = 'simulation'
 VIEWED = 'robot_state_publisher'
+WORLD = 'world_server'
+IN_WORLD = (WORLD, 'localiser', 'navigator')
+"""They run beside the others where there is a world."""
 BASED = ('navigation_action_server', SIMULATION)
 """They know where the robot stands on the map."""
-FRAMED = (*BASED, 'joint_state_service', VIEWED)
+FRAMED = (*BASED, 'joint_state_service', VIEWED, *IN_WORLD)
 """They name frames."""
 
 
-def servers(*, physics: bool) -> tuple[str, ...]:
-    """Return the programs that make up a robot."""
+def servers(*, physics: bool, world: bool = False) -> tuple[str, ...]:
+    """Return the programs that make up a robot, and its world if there is one."""
+    more = IN_WORLD if world else ()
     if not physics:
-        return SERVERS
-    return (SIMULATION, *(name for name in SERVERS if name not in SIMULATED))
+        return (*SERVERS, *more)
+    return (SIMULATION, *(name for name in SERVERS if name not in SIMULATED), *more)

@@ -12,20 +12,26 @@ from humanoid.fleet import fleet
 from humanoid.physics.choice import chosen, told
 from humanoid.servers import servers
 from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
+from humanoid.world.names import choose
 
 SIM_TIME = ('--ros-args', '-p', 'use_sim_time:=true')
 
 
 def up(
-    *, physics: bool | None = None, sim_time: bool = False, names: Sequence[str] = (), view: bool = False
+    *,
+    physics: bool | None = None,
+    sim_time: bool = False,
+    names: Sequence[str] = (),
+    view: bool = False,
+    world: str | None = None,
 ) -> int:
     """Relay what the servers print. One that ends by itself leaves the others running, and 1 is returned.
 
     `physics` as in humanoid.physics.choice, `names` as in humanoid.fleet: a robot for each, `view`: with the
-    page in the browser. Raises Taken, NotInstalled, BadName and NoView.
+    page in the browser, `world`: a name or a file. Raises Taken, NotInstalled, BadName, BadWorld and NoView.
     """
     died = started = 0
-    robots = fleet(names)
+    robots = fleet(names, choose(world))
     physics = chosen(physics)
     times = SIM_TIME if sim_time else ()
     page = console.command() if view else None
@@ -36,7 +42,7 @@ def up(
     ):
         print(told(physics=physics), flush=True)
         for robot in robots:
-            for name in servers(physics=physics):
+            for name in servers(physics=physics, world=world is not None):
                 label = robot.label(name)
                 command = program(name, *robot.arguments(name, Path(folder)), *times)
                 print(f'started {label} (pid {supervisor.start(label, command)})', flush=True)

@@ -3,6 +3,7 @@
 ros2 launch humanoid humanoid.launch.py
 ros2 launch humanoid humanoid.launch.py mission:=true namespace:=h1
 ros2 launch humanoid humanoid.launch.py namespace:=h2 map_frame:=map place:='[0.0, -1.5, 0.0]'
+ros2 launch humanoid humanoid.launch.py world:=house
 ros2 launch humanoid humanoid.launch.py physics:=true use_sim_time:=true
 """
 
@@ -14,7 +15,7 @@ from launch_ros.actions import Node, PushRosNamespace, SetParameter
 from launch_ros.parameter_descriptions import ParameterValue
 
 from humanoid.description import urdf_path
-from humanoid.servers import BASED, FRAMED, SERVERS, SIMULATED, SIMULATION, VIEWED
+from humanoid.servers import BASED, FRAMED, IN_WORLD, SERVERS, SIMULATED, SIMULATION, VIEWED
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -32,6 +33,9 @@ def generate_launch_description() -> LaunchDescription:
             description='Where it lies there: x, y in m, a turn in rad',
         ),
         DeclareLaunchArgument('physics', default_value='false', description='Simulate the body by MuJoCo'),
+        DeclareLaunchArgument(
+            'world', default_value='', description='house, flat or a file: what is around it'
+        ),
         DeclareLaunchArgument('use_sim_time', default_value='false', description='Take the time from /clock'),
         DeclareLaunchArgument('mission', default_value='false', description='Run a mission, and end with it'),
         DeclareLaunchArgument('log_level', default_value='info', description='Log level of all nodes'),
@@ -43,6 +47,8 @@ def generate_launch_description() -> LaunchDescription:
         'map_frame': ParameterValue(LaunchConfiguration('map_frame'), value_type=str),
         'place': ParameterValue(LaunchConfiguration('place')),
     }
+    world = LaunchConfiguration('world')
+    in_world = {'world': ParameterValue(world, value_type=str)}
     servers = [
         Node(
             package=VIEWED if name == VIEWED else 'humanoid',
@@ -53,7 +59,7 @@ def generate_launch_description() -> LaunchDescription:
             ros_arguments=level,
             parameters=[
                 *([framed] if name in FRAMED else ()),
-                *([placed] if name in BASED else ()),
+                *([placed, in_world] if name in BASED else ()),
             ],
             condition=UnlessCondition(physics) if name in SIMULATED else None,
         )
@@ -64,9 +70,21 @@ def generate_launch_description() -> LaunchDescription:
         executable=SIMULATION,
         output='screen',
         ros_arguments=level,
-        parameters=[framed, placed],
+        parameters=[framed, placed, in_world],
         condition=IfCondition(physics),
     )
+    around = [
+        Node(
+            package='humanoid',
+            executable=name,
+            name=name,
+            output='screen',
+            ros_arguments=level,
+            parameters=[framed, in_world],
+            condition=IfCondition(PythonExpression(["'", world, "' != ''"])),
+        )
+        for name in IN_WORLD
+    ]
     mission = Node(
         package='humanoid',
         executable='mission',
@@ -79,4 +97,4 @@ def generate_launch_description() -> LaunchDescription:
         PushRosNamespace(LaunchConfiguration('namespace')),
         SetParameter('use_sim_time', LaunchConfiguration('use_sim_time')),
     ]
-    return LaunchDescription([*arguments, GroupAction([*scope, simulation, *servers, mission])])
+    return LaunchDescription([*arguments, GroupAction([*scope, simulation, *servers, *around, mission])])

@@ -134,5 +134,6 @@ class GoalRun:
 
 
 def _reason(result: Any) -> str:
-    """The text of a result: `message` in our actions, `error_string` in those of control_msgs."""
-    return str(getattr(result, 'message', '') or getattr(result, 'error_string', ''))
+    """The text of a result: its name in our actions, in those of control_msgs, and in those of nav2_msgs."""
+    names = ('message', 'error_string', 'error_msg')
+    return next((text for text in (str(getattr(result, name, '')) for name in names) if text), '')

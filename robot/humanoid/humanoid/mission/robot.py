@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from types import TracebackType
@@ -21,10 +21,12 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from humanoid.emergency.names import SWITCH
-from humanoid.mission.calls import GoalRun, call
+from humanoid.mission.calls import FIND_WITHIN, GoalRun, call
 from humanoid.mission.retry import NoAnswer
 
 ANSWER_WITHIN = 2.0  # s for a service call
+DOORS = 'doors'
+LOCALISED = 'amcl_pose'  # the topic of whoever knows where the robot is on a map
 HAND = 'left_gripper_controller/gripper_cmd'
 
 Told = TypeVar('Told')
@@ -85,10 +87,21 @@ class Robot:
         finally:
             self.node.destroy_subscription(subscription)
 
-    def drive(self, x: float, y: float, z: float = 0.0, *, allowed: float, timeout: float) -> GoalRun:
-        """Send the base to (x, y, z) m; the server may take `allowed` seconds, the whole goal `timeout`."""
+    @property
+    def in_world(self) -> bool:
+        """Whether the robot finds its way on a map; False while nothing of it is known yet."""
+        return bool(self.node.count_publishers(LOCALISED))
+
+    def drive(
+        self, x: float, y: float, z: float = 0.0, *, allowed: float, timeout: float, frame: str = ''
+    ) -> GoalRun:
+        """Send the base to (x, y, z) m in a frame: without one, on the map if there is one, else in `odom`.
+
+        The server may take `allowed` seconds, the whole goal `timeout`.
+        """
+        self._base.wait_for_server(timeout_sec=FIND_WITHIN)  # by then it is known whether there is a map
         goal = MoveToPosition.Goal()
-        goal.target_pose.header.frame_id = 'odom'
+        goal.target_pose.header.frame_id = frame or ('map' if self.in_world else 'odom')
         goal.target_pose.pose.position = Point(x=x, y=y, z=z)
         goal.target_pose.pose.orientation = Quaternion(w=1.0)
         goal.timeout = allowed
@@ -120,6 +133,20 @@ class Robot:
         """Throw the switch, or release it."""
         client = self.node.create_client(SetBool, SWITCH)
         response: SetBool.Response = call(client, SetBool.Request(data=stopped), timeout)
+        return response
+
+    def doors(self) -> Sequence[str]:
+        """The doors of the world around the robot. Raises NoAnswer if the robot is not there."""
+        if not self._battery.wait_for_service(timeout_sec=ANSWER_WITHIN):  # by then the others are known too
+            raise NoAnswer(f'{self._battery.srv_name}: no server within {ANSWER_WITHIN:.1f} s')
+        prefix = self.node.resolve_service_name(f'{DOORS}/x').removesuffix('x')
+        names = [name for name, _ in self.node.get_service_names_and_types() if name.startswith(prefix)]
+        return sorted(name.removeprefix(prefix) for name in names)
+
+    def move_door(self, name: str, *, is_open: bool) -> SetBool.Response:
+        """Open a door of the world, or close it."""
+        client = self.node.create_client(SetBool, f'{DOORS}/{name}')
+        response: SetBool.Response = call(client, SetBool.Request(data=is_open), ANSWER_WITHIN)
         return response
 
     @contextmanager

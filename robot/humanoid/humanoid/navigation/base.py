@@ -155,6 +155,22 @@ def turn_between(start: float, end: float) -> float:
     return math.remainder(end - start, math.tau)
 
 
+def compose(frame: Pose2D, pose: Pose2D) -> Pose2D:
+    """`pose`, which is given in `frame`, as seen from where `frame` is given."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    return Pose2D(
+        frame.x + cos * pose.x - sin * pose.y,
+        frame.y + sin * pose.x + cos * pose.y,
+        math.remainder(frame.yaw + pose.yaw, math.tau),
+    )
+
+
+def invert(pose: Pose2D) -> Pose2D:
+    """The origin, as seen from `pose`."""
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    return Pose2D(-cos * pose.x - sin * pose.y, sin * pose.x - cos * pose.y, -pose.yaw)
+
+
 def yaw_of(x: float, y: float, z: float, w: float) -> float:
     """The heading of an orientation; its quaternion need not have length 1, and all zeros mean no turn."""
     return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)

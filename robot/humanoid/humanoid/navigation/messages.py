@@ -37,13 +37,13 @@ def stamped(pose: Pose2D, stamp: TimeMsg, prefix: str = '') -> PoseStamped:
     return message
 
 
-def odometry(base: MobileBase, stamp: TimeMsg, prefix: str = '') -> Odometry:
-    """Where base_link is, and how it moves in its own frame, as nav_msgs/Odometry wants it."""
+def odometry(base: MobileBase, pose: Pose2D, frame: str, stamp: TimeMsg, prefix: str = '') -> Odometry:
+    """That base_link is at `pose` in `frame`, and how fast it moves in its own frame."""
     message = Odometry()
-    message.header.frame_id = f'{prefix}{FRAME}'
+    message.header.frame_id = frame
     message.header.stamp = stamp
     message.child_frame_id = f'{prefix}{BASE_LINK}'
-    _fill(message.pose.pose, base.pose)
+    _fill(message.pose.pose, pose)
     message.pose.pose.position.z = base.height
     message.pose.covariance = _diagonal(POSE_VARIANCES)
     message.twist.twist.linear.x = base.velocity.x
@@ -64,9 +64,9 @@ def transform(odometry: Odometry) -> TransformStamped:
     return message
 
 
-def placed(frame: str, place: Pose2D, stamp: TimeMsg, prefix: str) -> TransformStamped:
-    """Where odom lies in `frame`."""
-    message = TransformStamped(child_frame_id=f'{prefix}{FRAME}')
+def placed(frame: str, place: Pose2D, stamp: TimeMsg, child: str) -> TransformStamped:
+    """Where `child` lies in `frame`."""
+    message = TransformStamped(child_frame_id=child)
     message.header.frame_id = frame
     message.header.stamp = stamp
     message.transform.translation.x, message.transform.translation.y = place.x, place.y

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
@@ -26,13 +27,21 @@ from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, Velocity2D
-from humanoid.navigation.goal_check import FARTHEST, refusal
+from humanoid.navigation.drift import DRIFT, Drift, DriftSpec
+from humanoid.navigation.goal_check import FARTHEST, FRAME, refusal
 from humanoid.navigation.messages import imu, odometry, placed, stamped, target_of, transform
 from humanoid.running import BadParameter, check_range, run
+
+if TYPE_CHECKING:
+    from humanoid.navigation.in_world import Surroundings
 
 TICK = 0.02  # s between control steps: 50 Hz
 FEEDBACK_EVERY = 0.1  # s: 10 Hz
 VELOCITY_LASTS = 0.5  # s: a base that gets no newer cmd_vel stops
+MEANT = {
+    'place': 'x, y and yaw',
+    'odometry_drift': 'shares of the way and of turns, and rad a metre',
+}
 
 
 @dataclass
@@ -54,7 +63,8 @@ class Drive:
 class NavigationActionServer(Node):
     """Drives to one goal at a time; a newer goal pre-empts the older one, which ends ABORTED.
 
-    Pass a MobileBase to drive a real one.
+    Pass a MobileBase to drive a real one. In a world the navigator has the goals, and the base obeys its
+    `cmd_vel_nav`; a guard keeps it from what its scanner sees.
     """
 
     def __init__(self, base: MobileBase | None = None) -> None:
@@ -64,44 +74,59 @@ class NavigationActionServer(Node):
         self._drives: dict[bytes, Drive] = {}
         self._driving: Drive | None = None
         self._stepped = now(self)
+        self._by_hand: float | None = None  # when cmd_vel, and not the navigator, asked for a motion last
         self._told: float | None = None  # when cmd_vel came last, while the base moves by it
-        self._velocity = STANDING
+        self._velocity = self._wish = STANDING  # as it was at the last tick; as cmd_vel asks
         self._odometry = self.create_publisher(Odometry, 'odom', 10)
         self._transforms = TransformBroadcaster(self)
         self._map = self._told_place()
+        world = self.declare_parameter('world', '').get_parameter_value().string_value
+        self._surroundings = _surroundings(self, world, self._prefix) if world else None
+        drift = self._three('odometry_drift', DRIFT if world else [0.0, 0.0, 0.0], 1.0)
+        self._drift = Drift(DriftSpec(*drift), self._base.pose)
         # Physics and real bases have a sensor of their own.
         self._imu = self.create_publisher(Imu, 'imu', qos_profile_sensor_data) if base is None else None
         self._stop = StopListener(self, self._emergency)
         self._diagnostics = Diagnostics(self, 'base', self._health)
-        self.create_subscription(Twist, 'cmd_vel', self._obey, 10)
+        self.create_subscription(Twist, 'cmd_vel', self._obey_hand, 10)
         self.create_timer(TICK, self._tick)
-        self._action_server = ActionServer(
-            self,
-            MoveToPosition,
-            'move_to_position',
-            execute_callback=self._execute,
-            goal_callback=self._judge,
-            handle_accepted_callback=self._begin,
-            cancel_callback=self._cancel,
-        )
+        self._action_server: ActionServer | None = None
+        if self._surroundings is None:  # else the navigator has the action
+            self._action_server = ActionServer(
+                self,
+                MoveToPosition,
+                'move_to_position',
+                execute_callback=self._execute,
+                goal_callback=self._judge,
+                handle_accepted_callback=self._begin,
+                cancel_callback=self._cancel,
+            )
+        else:
+            self.create_subscription(Twist, 'cmd_vel_nav', self._follow, 10)
         self.get_logger().info('Navigation Action Server ready')
+
+    def _three(self, name: str, default: Sequence[float], most: float) -> Sequence[float]:
+        """The numbers of a parameter that has three. Raises BadParameter."""
+        numbers = self.declare_parameter(name, list(default)).get_parameter_value().double_array_value
+        if len(numbers) != 3:
+            raise BadParameter(f'the parameter {name} has {len(numbers)} numbers, not 3: {MEANT[name]}')
+        for number in numbers:
+            check_range(name, number, -most, most)
+        return numbers
 
     def _told_place(self) -> StaticTransformBroadcaster | None:
         """Tell where `odom` lies in a map, if there is one: so several robots stand beside each other."""
         frame = self.declare_parameter('map_frame', '').get_parameter_value().string_value
-        place = self.declare_parameter('place', [0.0, 0.0, 0.0]).get_parameter_value().double_array_value
-        if len(place) != 3:
-            raise BadParameter(f'the parameter place has {len(place)} numbers, not 3: x, y and yaw')
-        for number in place:
-            check_range('place', number, -FARTHEST, FARTHEST)
+        place = Pose2D(*self._three('place', [0.0, 0.0, 0.0], FARTHEST))
         if not frame:
             return None
         broadcaster = StaticTransformBroadcaster(self)
-        broadcaster.sendTransform(placed(frame, Pose2D(*place), stamp(self), self._prefix))
+        broadcaster.sendTransform(placed(frame, place, stamp(self), f'{self._prefix}{FRAME}'))
         return broadcaster
 
     def destroy_node(self) -> None:
-        self._action_server.destroy()
+        if self._action_server is not None:
+            self._action_server.destroy()
         super().destroy_node()
 
     def _judge(self, goal: MoveToPosition.Goal) -> GoalResponse:
@@ -133,6 +158,17 @@ class NavigationActionServer(Node):
             self._end(Ending(End.ABORTED, self._stop.ended))
         goal_handle.execute()
 
+    def _obey_hand(self, command: Twist) -> None:
+        """A command of cmd_vel itself; standing still takes over from nobody."""
+        if command.linear.x or command.linear.y or command.angular.z:
+            self._by_hand = now(self)
+        elif self._surroundings is not None and not self._is_by_hand():
+            return
+        self._obey(command)
+
+    def _is_by_hand(self) -> bool:
+        return self._by_hand is not None and now(self) - self._by_hand <= VELOCITY_LASTS
+
     def _obey(self, command: Twist) -> None:
         """Move at a velocity. It takes over from a goal, but standing still does not ask for that."""
         wish = Velocity2D(command.linear.x, command.linear.y, command.angular.z)
@@ -146,8 +182,20 @@ class NavigationActionServer(Node):
         if self._driving is not None and wish == STANDING:
             return
         self._end(Ending(End.ABORTED, 'Pre-empted by cmd_vel'))
+        self._wish, self._told = wish, now(self)
+        self._drive_on()
+
+    def _follow(self, command: Twist) -> None:
+        """Obey the navigator, unless a hand on cmd_vel has taken over."""
+        if not self._is_by_hand():
+            self._obey(command)
+
+    def _drive_on(self) -> None:
+        """Move as cmd_vel says, as far as the surroundings leave room."""
+        wish = self._wish
+        if self._surroundings is not None:
+            wish = self._surroundings.limit(wish, self._base.pose)
         self._base.drive_at(wish)
-        self._told = now(self)
 
     def _emergency(self) -> None:
         self._told = None
@@ -190,12 +238,17 @@ class NavigationActionServer(Node):
         if self._told is not None and not 0.0 <= moment - self._told <= VELOCITY_LASTS:
             self._told = None
             self._base.stop()
+        elif self._told is not None and self._surroundings is not None:
+            self._drive_on()
         with or_abort(self, self._end):
             self._base.step(moment - self._stepped)
             if self._driving is not None:
                 self._follow_up(self._driving, moment)
         elapsed, self._stepped = moment - self._stepped, moment
-        told = odometry(self._base, stamp(self), self._prefix)
+        counted, frame = self._drift.follow(self._base.pose), f'{self._prefix}{FRAME}'
+        told = odometry(self._base, counted, frame, stamp(self), self._prefix)
+        if self._surroundings is not None:
+            self._surroundings.tell(self._base, told.header.stamp)
         self._odometry.publish(told)
         self._transforms.sendTransform(transform(told))
         before, self._velocity = self._velocity, self._base.velocity
@@ -226,6 +279,12 @@ class NavigationActionServer(Node):
             self._base.stop()
             drive.stopped_at = self._base.pose
             drive.decision.make(ending)
+
+
+def _surroundings(node: Node, world: str, prefix: str) -> Surroundings:
+    from humanoid.navigation.in_world import Surroundings  # it needs numpy, and only a world does
+
+    return Surroundings(node, world, prefix)
 
 
 def main(args: Sequence[str] | None = None) -> int:

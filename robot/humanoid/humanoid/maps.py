@@ -1,0 +1,74 @@
+"""A map of cells, read from a nav_msgs/OccupancyGrid and written as one. Needs numpy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from builtin_interfaces.msg import Time as TimeMsg
+from nav_msgs.msg import OccupancyGrid
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Cells = NDArray[np.intp]
+Flags = NDArray[np.bool_]
+
+OCCUPIED_FROM = 65  # of 100: a cell that is more likely occupied than this counts as such
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Where the cells lie: the corner of the first one (m), their size (m), and how many there are."""
+
+    x: float
+    y: float
+    resolution: float
+    rows: int
+    columns: int
+
+    def cells(self, points: Array) -> Cells:
+        """Row and column of each of the points (n, 2), which need not be on the map."""
+        found: Cells = np.floor((points[:, ::-1] - [self.y, self.x]) / self.resolution).astype(np.intp)
+        return found
+
+    def inside(self, cells: Cells) -> Flags:
+        """Which of the cells are on the map."""
+        row, column = cells[:, 0], cells[:, 1]
+        on: Flags = (row >= 0) & (row < self.rows) & (column >= 0) & (column < self.columns)
+        return on
+
+    def centres(self, cells: Cells) -> Array:
+        """The middle of each cell, x and y in m."""
+        middle: Array = (cells[:, ::-1] + 0.5) * self.resolution + [self.x, self.y]
+        return middle
+
+
+def read(grid: OccupancyGrid) -> tuple[Geometry, Flags]:
+    """Where a map's cells lie, and which are occupied; what is unknown counts as free.
+
+    Raises ValueError for a map whose data does not fit its size, or that is turned.
+    """
+    info = grid.info
+    data = np.asarray(grid.data, dtype=np.int8)
+    if info.width * info.height != len(data) or not len(data) or not info.resolution > 0.0:
+        size = f'{info.width} x {info.height} cells of {info.resolution} m'
+        raise ValueError(f'a map of {size} has {len(data)} values')
+    if abs(info.origin.orientation.z) > 1e-6:
+        raise ValueError('a turned map is not read: its origin has a heading')
+    geometry = Geometry(
+        info.origin.position.x, info.origin.position.y, info.resolution, info.height, info.width
+    )
+    return geometry, data.reshape(info.height, info.width) >= OCCUPIED_FROM
+
+
+def write(geometry: Geometry, costs: NDArray[np.int8], frame: str, stamp: TimeMsg) -> OccupancyGrid:
+    """A grid of values from 0 to 100."""
+    message = OccupancyGrid()
+    message.header.frame_id, message.header.stamp = frame, stamp
+    info = message.info
+    info.map_load_time, info.resolution = stamp, geometry.resolution
+    info.width, info.height = geometry.columns, geometry.rows
+    info.origin.position.x, info.origin.position.y = geometry.x, geometry.y
+    info.origin.orientation.w = 1.0
+    message.data = costs.reshape(-1)
+    return message

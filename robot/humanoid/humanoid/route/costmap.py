@@ -1,0 +1,121 @@
+"""What is near: the map, and on it what the scanner has seen of late, as clearances and as costs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from humanoid.maps import Array, Geometry
+from humanoid.model import BASE
+from humanoid.navigation.base import Pose2D
+
+KEEPS = BASE.radius + 0.04  # m from the robot's middle to everything, on each way that is planned
+FADES = 0.8  # m from the middle at which nothing costs any more
+LETHAL, STEEPEST = 100, 90  # costs, of 100: what cannot be gone through, and the most of what can
+STEEPNESS = 5.0  # 1/m
+CLEARED_TO = 8.0  # m: how far a beam shows that nothing is there
+KNOWN_WITHIN = 0.12  # m of a thing of the map: what is seen there is that thing
+FORGOTTEN_AFTER = 30.0  # s for which something that is out of sight is believed to stand there still
+
+
+class Costmap:
+    """Clearances of all cells, renewed by each scan. Times are in s, in any clock that goes on."""
+
+    def __init__(self, geometry: Geometry, occupied: NDArray[np.bool_]) -> None:
+        self.geometry = geometry
+        self._seen_at = np.full(occupied.shape, -math.inf)
+        self.mapped = _clearance(occupied, geometry.resolution)
+        self.clearance = self.mapped
+        """m from the middle of each cell to the nearest thing, of the map or seen."""
+
+    def see(self, laser: Pose2D, angles: Array, ranges: Array, now: float) -> None:
+        """Take a scan: `angles` (rad) in the scanner's frame, `ranges` in m, inf where nothing is near."""
+        self._clear(laser, angles, ranges)
+        met = np.isfinite(ranges)
+        angles = angles[met] + laser.yaw
+        rays = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        self._mark([laser.x, laser.y] + rays * ranges[met][:, None], now)
+        self._renew(now)
+
+    def _clear(self, laser: Pose2D, angles: Array, ranges: Array) -> None:
+        """Forget those cells that a beam has gone over."""
+        seen = np.argwhere(np.isfinite(self._seen_at))
+        offset = self.geometry.centres(seen) - [laser.x, laser.y]
+        apart = np.hypot(offset[:, 0], offset[:, 1])
+        turn = (np.arctan2(offset[:, 1], offset[:, 0]) - laser.yaw - angles[0]) % math.tau
+        beam = np.rint(turn / (angles[1] - angles[0])).astype(np.intp) % len(angles)
+        over = (ranges[beam] > apart + 2.0 * self.geometry.resolution) & (apart < CLEARED_TO)
+        self._seen_at[seen[over, 0], seen[over, 1]] = -math.inf
+
+    def forget(self) -> None:
+        """Believe the map alone, until the next scan: what is out of sight may have gone."""
+        self._seen_at.fill(-math.inf)
+        self.clearance = self.mapped
+
+    def clearance_at(self, points: Array) -> Array:
+        """The clearance at each point (n, 2): m, 0 off the map."""
+        return self._at(self.clearance, points)
+
+    def mapped_at(self, points: Array) -> Array:
+        """The same by the map alone."""
+        return self._at(self.mapped, points)
+
+    def costs(self) -> NDArray[np.int8]:
+        """From 0 to 100 as OccupancyGrid has it."""
+        return costs_of(self.clearance)
+
+    def window(self, x: float, y: float, half: float) -> tuple[Geometry, NDArray[np.int8]]:
+        """The part of the costs within `half` m of (x, y), each along its axis."""
+        whole = self.geometry
+        reach = math.ceil(half / whole.resolution)
+        row, column = (int(each) for each in whole.cells(np.array([[x, y]]))[0])
+        top, left = max(row - reach, 0), max(column - reach, 0)
+        part = self.clearance[top : max(row + reach, 1), left : max(column + reach, 1)]
+        x, y = whole.x + left * whole.resolution, whole.y + top * whole.resolution
+        return Geometry(x, y, whole.resolution, *part.shape), costs_of(part)
+
+    def _mark(self, points: Array, now: float) -> None:
+        cells = self.geometry.cells(points)
+        cells = cells[self.geometry.inside(cells)]
+        self._seen_at[cells[:, 0], cells[:, 1]] = now
+
+    def _renew(self, now: float) -> None:
+        """Clearances are the map's, but for the part of it in which something else was seen."""
+        seen = (now - self._seen_at <= FORGOTTEN_AFTER) & (self.mapped > KNOWN_WITHIN)
+        rows, columns = (np.flatnonzero(seen.any(axis=axis)) for axis in (1, 0))
+        if not len(rows):
+            self.clearance = self.mapped
+            return
+        reach = math.ceil(FADES / self.geometry.resolution)
+        part = (
+            slice(max(rows[0] - reach, 0), rows[-1] + reach + 1),
+            slice(max(columns[0] - reach, 0), columns[-1] + reach + 1),
+        )
+        self.clearance = self.mapped.copy()
+        near = _clearance(seen[part], self.geometry.resolution)
+        self.clearance[part] = np.minimum(self.mapped[part], near)
+
+    def _at(self, field: Array, points: Array) -> Array:
+        cells = self.geometry.cells(points)
+        on = self.geometry.inside(cells)
+        cells[~on] = 0
+        found: Array = np.where(on, field[cells[:, 0], cells[:, 1]], 0.0)
+        return found
+
+
+def costs_of(clearance: Array) -> NDArray[np.int8]:
+    """The cost of being at each clearance (m): 100 where the robot would touch something, then falling."""
+    falling = STEEPEST * np.exp(-STEEPNESS * (clearance - KEEPS))
+    costs = np.where(clearance < FADES, falling, 0.0)
+    return np.where(clearance < KEEPS, LETHAL, costs).astype(np.int8)
+
+
+def _clearance(occupied: NDArray[np.bool_], resolution: float) -> Array:
+    """m from the middle of each cell to the edge of the nearest occupied one."""
+    if not occupied.any():
+        return np.full(occupied.shape, 100.0)
+    found: Array = np.maximum(distance_transform_edt(~occupied) - 0.5, 0.0) * resolution
+    return found

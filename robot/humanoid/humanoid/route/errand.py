@@ -1,0 +1,168 @@
+"""One drive to one goal or through several: it plans, follows, recovers, and says how it ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import Enum
+
+import numpy as np
+
+from humanoid.endings import End, Ending
+from humanoid.maps import Array
+from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, turn_between
+from humanoid.route import follower
+from humanoid.route.costmap import KEEPS, Costmap
+from humanoid.route.planner import NoWay, length, plan
+
+REPLAN_EVERY = 2.0  # s, and at once if something stands on the path
+RETRY_EVERY = 1.0  # s between two attempts to find a way
+LOOK_AGAIN_AFTER = 3.0  # s without a way: then what was seen and is out of sight is forgotten, once
+NO_WAY_FOR = 6.0  # s without a way, and the goal is given up
+STUCK_AFTER = 4.0  # s in which the robot came less than STUCK_WAY nearer
+STUCK_WAY = 0.1  # m
+WAITS = 2.0  # s, the first thing to do if it is stuck
+BACKS_UP, BACKS_UP_AT = 1.5, 0.15  # s and m/s, the second
+MOST_RECOVERIES = 10  # and the goal is given up
+PASSED_WITHIN = 0.3  # m: so near, a goal on the way is passed
+CRUISES_AT = 0.45  # m/s, for the time that is left
+LATEST_POSE = 1.0  # s without a pose, and the robot stops for good
+
+
+class Failure(Enum):
+    """Why a drive failed, for clients that read codes."""
+
+    NONE = 'none'
+    NO_WAY = 'no way'
+    STUCK = 'stuck'
+    LOST = 'lost'
+
+
+class Errand:
+    """Drives through `targets`, given in the map. Times are in s of one clock."""
+
+    def __init__(self, targets: Sequence[Pose2D], now: float) -> None:
+        self.targets = list(targets)
+        self.began = now
+        self.path: Array | None = None
+        self.recoveries = 0
+        self.left = 0.0  # m along the path, to the last target
+        self.failure = Failure.NONE
+        self.ending: Ending | None = None
+        self._planned_at = -math.inf
+        self._way_at = now  # when there was a way the last time
+        self._seen_at = now  # when there was a pose the last time
+        self._progress = math.inf, now  # the shortest way left, and since when
+        self._recovers_until, self._backs_up = -math.inf, False
+        self._looked_again = False
+
+    @property
+    def time_left(self) -> float:
+        """A guess, in s."""
+        return self.left / CRUISES_AT
+
+    def tick(self, costmap: Costmap, pose: Pose2D | None, now: float) -> Velocity2D:
+        """How to move now; once `ending` is set, it is over."""
+        if pose is None:
+            if now - self._seen_at > LATEST_POSE:
+                self._give_up(Failure.LOST, 'The robot does not know where it is: no transform from the map')
+            return STANDING
+        self._seen_at = now
+        while len(self.targets) > 1 and _apart(pose, self.targets[0]) <= PASSED_WITHIN:
+            del self.targets[0]
+            self._planned_at = -math.inf
+        if len(self.targets) == 1 and follower.has_arrived(pose, self.targets[0]):
+            self.left = 0.0
+            self.ending = Ending(End.SUCCEEDED, 'Navigation completed successfully')
+            return STANDING
+        if not self._has_way(costmap, pose, now) or self.path is None:
+            return STANDING
+        self.left = follower.distance_left(self.path, pose) + _further(self.targets)
+        if now < self._recovers_until:
+            return follower.backwards(costmap, pose, BACKS_UP_AT) if self._backs_up else STANDING
+        try:
+            wish = follower.velocity(costmap, self.path, pose, self.targets[0], stops=len(self.targets) == 1)
+        except follower.Blocked:
+            wish = STANDING
+        self._watch_progress(pose, now)
+        return STANDING if self.ending else wish
+
+    def _has_way(self, costmap: Costmap, pose: Pose2D, now: float) -> bool:
+        """Plan if it is time to; False while there is no way."""
+        pause = REPLAN_EVERY
+        if self.path is None or self._is_barred(costmap, pose):
+            pause = RETRY_EVERY
+        if now - self._planned_at < pause:
+            return self.path is not None
+        self._planned_at = now
+        try:
+            self.path = plan(costmap.geometry, costmap.clearance, pose, self.targets[0])
+        except NoWay as problem:
+            self.path = None
+            if now - self._way_at >= LOOK_AGAIN_AFTER and not self._looked_again:
+                self._looked_again = True
+                costmap.forget()
+            elif now - self._way_at >= NO_WAY_FOR:
+                self._give_up(Failure.NO_WAY, f'No way: {explain(costmap, pose, self.targets[0], problem)}')
+            return False
+        self._way_at = now
+        return True
+
+    def _is_barred(self, costmap: Costmap, pose: Pose2D) -> bool:
+        """Whether something has come to stand on the path that is ahead."""
+        if self.path is None:
+            return False
+        apart = np.hypot(self.path[:, 0] - pose.x, self.path[:, 1] - pose.y)
+        ahead = self.path[int(apart.argmin()) :]
+        ahead = ahead[np.hypot(ahead[:, 0] - pose.x, ahead[:, 1] - pose.y) > 0.2]
+        return bool(len(ahead)) and bool((costmap.clearance_at(ahead) < KEEPS - 0.02).any())
+
+    def _watch_progress(self, pose: Pose2D, now: float) -> None:
+        """Begin a recovery if it is stuck: wait, and back up the next time; give up after many."""
+        goal = self.targets[0]
+        turn = abs(turn_between(pose.yaw, goal.yaw)) if _apart(pose, goal) < follower.NEAR else 0.0
+        measure = self.left + 0.2 * turn
+        shortest, since = self._progress
+        if (
+            measure < shortest - STUCK_WAY or measure > shortest + 1.0
+        ):  # nearer; or a new way, which is longer
+            self._progress = measure, now
+            return
+        if now - since <= STUCK_AFTER:
+            return
+        self.recoveries += 1
+        if self.recoveries > MOST_RECOVERIES:
+            where = f'({pose.x:.2f}, {pose.y:.2f}) m'
+            self._give_up(Failure.STUCK, f'Stuck at {where} after {MOST_RECOVERIES} recoveries')
+            return
+        self._backs_up = self.recoveries % 2 == 0
+        self._recovers_until = now + (BACKS_UP if self._backs_up else WAITS)
+        self._progress = math.inf, self._recovers_until
+        self._planned_at = -math.inf
+
+    def _give_up(self, failure: Failure, reason: str) -> None:
+        self.failure, self.ending = failure, Ending(End.ABORTED, reason)
+
+
+def explain(costmap: Costmap, pose: Pose2D, goal: Pose2D, problem: NoWay) -> str:
+    """Why there is no way: what has come to stand on the one that the map shows, if there is such a way."""
+    try:
+        mapped = plan(costmap.geometry, costmap.mapped, pose, goal)
+    except NoWay:
+        return str(problem)
+    barred = mapped[costmap.clearance_at(mapped) < KEEPS]
+    if not len(barred):
+        return str(problem)
+    x, y = barred[0]
+    return f'the map shows one, and something stands on it near ({x:.1f}, {y:.1f}) m'
+
+
+def _apart(pose: Pose2D, other: Pose2D) -> float:
+    return math.hypot(other.x - pose.x, other.y - pose.y)
+
+
+def _further(targets: Sequence[Pose2D]) -> float:
+    """The straight ways from the next target through the others."""
+    if len(targets) < 2:
+        return 0.0
+    return length(np.array([[target.x, target.y] for target in targets]))

@@ -1,0 +1,119 @@
+"""Follows a path and goes round what is in the way: of many short arcs the best one that keeps its distance.
+
+The dynamic window approach (Fox, Burgard and Thrun, 1997) towards a point that runs ahead on the path.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from humanoid.maps import Array
+from humanoid.model import BASE
+from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, turn_between
+from humanoid.route.costmap import KEEPS, Costmap
+
+FASTEST = min(0.6, BASE.max_speed)  # m/s: indoors, with people
+SPEEDS = (0.1, 0.2, 0.35, 0.5, FASTEST)
+TURNS = np.linspace(-1.2, 1.2, 25)  # rad/s
+LOOKS = np.array([0.15, 0.3, 0.5, 0.75, 1.0, 1.2])  # s ahead
+AHEAD = 0.7  # m on the path from the robot to the point that it heads for
+TURN_FIRST = 0.9  # rad: it turns on the spot if it has to turn more
+NEAR = 0.35  # m: the last piece is gone in any direction, without turning
+SLOW = 0.2  # m/s, on it
+WITHIN, TURNED_WITHIN = 0.04, 0.05  # m and rad: so near, it is there
+ROOMY = 0.5  # m of clearance from which on more is not better
+
+
+class Blocked(Exception):
+    """Every way on comes too near to something."""
+
+
+def has_arrived(pose: Pose2D, goal: Pose2D) -> bool:
+    """Whether it stands at the goal, and turned as it should be."""
+    away = math.hypot(goal.x - pose.x, goal.y - pose.y)
+    return away <= WITHIN and abs(turn_between(pose.yaw, goal.yaw)) <= TURNED_WITHIN
+
+
+def velocity(costmap: Costmap, path: Array, pose: Pose2D, goal: Pose2D, *, stops: bool = True) -> Velocity2D:
+    """How to move now. `stops`: the path ends at `goal`, turned as it says. Raises Blocked."""
+    away = math.hypot(goal.x - pose.x, goal.y - pose.y)
+    if stops and away <= NEAR:
+        return _last_piece(costmap, pose, goal, away)
+    x, y = _carrot(path, pose)
+    bearing = turn_between(pose.yaw, math.atan2(y - pose.y, x - pose.x))
+    if abs(bearing) > TURN_FIRST:
+        return Velocity2D(yaw=math.copysign(min(1.0, 1.5 * abs(bearing)), bearing))
+    return _best_arc(costmap, pose, x, y)
+
+
+def distance_left(path: Array, pose: Pose2D) -> float:
+    """The way from the robot to the end of the path, in m."""
+    nearest = _nearest(path, pose)
+    rest = np.concatenate([[[pose.x, pose.y]], path[min(nearest + 1, len(path) - 1) :]])
+    return float(np.hypot(*np.diff(rest, axis=0).T).sum())
+
+
+def _nearest(path: Array, pose: Pose2D) -> int:
+    return int(np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y).argmin())
+
+
+def _carrot(path: Array, pose: Pose2D) -> tuple[float, float]:
+    """The first point on the path, from the one nearest to the robot on, that is far enough ahead."""
+    ahead = path[_nearest(path, pose) :]
+    far = np.hypot(ahead[:, 0] - pose.x, ahead[:, 1] - pose.y) >= AHEAD
+    x, y = ahead[int(far.argmax())] if far.any() else ahead[-1]
+    return float(x), float(y)
+
+
+def _last_piece(costmap: Costmap, pose: Pose2D, goal: Pose2D, away: float) -> Velocity2D:
+    """Straight to the goal in any direction, turning on the way."""
+    turn = turn_between(pose.yaw, goal.yaw)
+    turning = math.copysign(min(1.0, 1.5 * abs(turn) + 0.1), turn)
+    if abs(turn) <= TURNED_WITHIN / 2.0:
+        turning = 0.0
+    if away <= WITHIN / 2.0:
+        return Velocity2D(yaw=turning)
+    speed = min(SLOW, 1.2 * away + 0.02)
+    x, y = (goal.x - pose.x) / away * speed, (goal.y - pose.y) / away * speed
+    ahead = np.array([[pose.x + x * after, pose.y + y * after] for after in (0.3, 0.6)])
+    if not _keeps_away(costmap, pose, costmap.clearance_at(ahead)[None, :])[0]:
+        raise Blocked
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    return Velocity2D(cos * x + sin * y, cos * y - sin * x, turning)
+
+
+def _best_arc(costmap: Costmap, pose: Pose2D, x: float, y: float) -> Velocity2D:
+    speeds, turns = (each.reshape(-1) for each in np.meshgrid(SPEEDS, TURNS))
+    yaws = pose.yaw + turns[:, None] * LOOKS[None, :]
+    chord = pose.yaw + turns[:, None] * LOOKS[None, :] / 2.0
+    ways = speeds[:, None] * LOOKS[None, :] * np.sinc(turns[:, None] * LOOKS[None, :] / (2.0 * math.pi))
+    places = np.stack([pose.x + ways * np.cos(chord), pose.y + ways * np.sin(chord)], axis=-1)
+    clearance = costmap.clearance_at(places.reshape(-1, 2)).reshape(ways.shape)
+    good = _keeps_away(costmap, pose, clearance)
+    if not good.any():
+        raise Blocked
+    apart = np.hypot(places[..., 0] - x, places[..., 1] - y).min(axis=1)
+    end_x, end_y = places[:, 2, 0], places[:, 2, 1]
+    off = np.abs((np.arctan2(y - end_y, x - end_x) - yaws[:, 2] + math.pi) % math.tau - math.pi)
+    tight = np.maximum(ROOMY - clearance.min(axis=1), 0.0)
+    score = -apart - 0.25 * off - 1.5 * tight + 0.15 * speeds
+    best = int(np.where(good, score, -np.inf).argmax())
+    return Velocity2D(float(speeds[best]), 0.0, float(turns[best]))
+
+
+def _keeps_away(costmap: Costmap, pose: Pose2D, clearance: Array) -> Array:
+    """Which of the ways (their clearances in rows) are far from everything, or at least lead away from it."""
+    now = float(costmap.clearance_at(np.array([[pose.x, pose.y]]))[0])
+    least = clearance.min(axis=1)
+    away: Array = (least >= KEEPS) | ((now < KEEPS) & (least >= now - 0.01) & (clearance[:, -1] > now))
+    return away
+
+
+def backwards(costmap: Costmap, pose: Pose2D, speed: float) -> Velocity2D:
+    """Slowly back, or STANDING if something is behind."""
+    back = np.array([-math.cos(pose.yaw), -math.sin(pose.yaw)])
+    behind = np.array([pose.x, pose.y]) + np.array([[0.1], [0.2]]) * back
+    clear = _keeps_away(costmap, pose, costmap.clearance_at(behind)[None, :])[0]
+    return Velocity2D(-speed) if clear else STANDING

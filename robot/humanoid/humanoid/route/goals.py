@@ -1,0 +1,118 @@
+"""Goals of the navigator: their frames, and which of them are refused, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from rclpy.time import Time
+from tf2_ros import Buffer, TransformException
+
+from humanoid.clock import seconds
+from humanoid.maps import Array
+from humanoid.navigation.base import Pose2D, compose, yaw_of
+from humanoid.navigation.goal_check import FRAME, LONGEST, refusal
+from humanoid.navigation.messages import BASE_LINK, target_of
+from humanoid.route.costmap import KEEPS, Costmap
+from humanoid.route.planner import NoWay, plan
+from humanoid.text import quoted
+
+MAP = 'map'
+MOST_POSES = 100
+LATEST = 1.0  # s
+
+
+class Refused(Exception):
+    """The goal cannot be taken; the text says why."""
+
+
+class Frames:
+    """Poses in any frame that TF knows."""
+
+    def __init__(self, buffer: Buffer, prefix: str) -> None:
+        self._buffer, self._prefix = buffer, prefix
+
+    def place(self, frame: str) -> Pose2D | None:
+        """Where `frame`, with or without the prefix, lies on the map now; None if TF does not know."""
+        for name in dict.fromkeys((frame, f'{self._prefix}{frame}')):
+            try:
+                found = self._buffer.lookup_transform(MAP, name, Time()).transform
+            except TransformException:
+                continue
+            turn, at = found.rotation, found.translation
+            return Pose2D(at.x, at.y, yaw_of(turn.x, turn.y, turn.z, turn.w))
+        return None
+
+    def robot(self, now: float) -> Pose2D | None:
+        """Where the robot is on the map; None if nobody has told it within LATEST s. `now` in s."""
+        try:
+            found = self._buffer.lookup_transform(MAP, f'{self._prefix}{BASE_LINK}', Time())
+        except TransformException:
+            return None
+        if abs(now - seconds(found.header.stamp)) > LATEST:
+            return None
+        turn, at = found.transform.rotation, found.transform.translation
+        return Pose2D(at.x, at.y, yaw_of(turn.x, turn.y, turn.z, turn.w))
+
+    def on_map(self, goal: PoseStamped, default: str = MAP) -> Pose2D:
+        """A goal as seen from the map; without a frame it is in `default`. Raises Refused."""
+        frame = goal.header.frame_id or default
+        place = goal.pose.position
+        turn = goal.pose.orientation
+        problem = refusal(FRAME, (place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w), LONGEST)
+        if problem is not None:
+            raise Refused(problem)
+        pose = target_of(goal.pose)
+        at = self.place(frame)
+        if at is None:
+            raise Refused(f'frame_id {quoted(frame)} is unknown to TF, or not connected with {MAP!r}')
+        return compose(at, pose)
+
+
+def check(costmap: Costmap | None, pose: Pose2D | None, targets: Sequence[Pose2D]) -> None:
+    """Raise Refused unless the map shows a way from `pose` through all targets.
+
+    What was seen and is not on the map does not count: it may be gone by the time that the robot is there.
+    """
+    if costmap is None:
+        raise Refused('there is no map yet: nothing has come on map')
+    if pose is None:
+        raise Refused('the robot does not know where it is: no transform from map to base_link')
+    if not 0 < len(targets) <= MOST_POSES:
+        raise Refused(f'{len(targets)} poses are not from 1 to {MOST_POSES}')
+    for target in targets:
+        where = f'({target.x:.2f}, {target.y:.2f}) m'
+        point = np.array([[target.x, target.y]])
+        if not costmap.geometry.inside(costmap.geometry.cells(point))[0]:
+            raise Refused(f'the goal {where} is off the map')
+        room = float(costmap.mapped_at(point)[0])
+        if room < KEEPS:
+            raise Refused(
+                f'the goal {where} is {room:.2f} m from a thing of the map; {KEEPS:g} m is the least'
+            )
+    for start, target in zip((pose, *targets), targets, strict=False):
+        try:
+            plan(costmap.geometry, costmap.mapped, start, target)
+        except NoWay as problem:
+            raise Refused(f'({target.x:.2f}, {target.y:.2f}) m: {problem}') from None
+
+
+def planned(costmap: Costmap | None, start: Pose2D | None, target: Pose2D) -> Array:
+    """The way from one place to another past all that is seen now. Raises Refused and NoWay."""
+    if costmap is None or start is None:
+        raise Refused('there is no map yet, or the robot does not know where it is')
+    return plan(costmap.geometry, costmap.clearance, start, target)
+
+
+def judged_by(check_all: Callable[[], None]) -> Callable[[], str | None]:
+    """The check as `endings.judged` wants it: the reason of a refusal, or None."""
+
+    def judge() -> str | None:
+        try:
+            check_all()
+        except Refused as refused:
+            return str(refused)
+        return None
+
+    return judge

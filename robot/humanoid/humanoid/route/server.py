@@ -1,0 +1,318 @@
+"""navigator: plans a way through the world, follows it by `cmd_vel_nav`, and serves the actions for it.
+
+One timer moves the drive on and decides how its goal ends; the goal's coroutine only waits for that decision.
+Everything runs on the executor's one thread, so nothing here needs a lock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, Twist
+from lifecycle_msgs.srv import GetState
+from nav2_msgs.action import ComputePathToPose, NavigateToPose
+from nav_msgs.msg import OccupancyGrid, Path
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.task import Future
+from sensor_msgs.msg import LaserScan
+from tf2_ros import Buffer, TransformListener
+
+from humanoid.clock import duration_msg, now, stamp
+from humanoid.diagnostics import Diagnostics, Health
+from humanoid.emergency.listener import StopListener
+from humanoid.emergency.names import latched
+from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
+from humanoid.maps import read, write
+from humanoid.model import DESCRIPTION
+from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, compose, invert
+from humanoid.route.actions import MANNERS, Manner, Progress
+from humanoid.route.costmap import Costmap
+from humanoid.route.errand import Errand
+from humanoid.route.goals import MAP, Frames, Refused, check, judged_by, planned
+from humanoid.route.messages import path_message, pose_message
+from humanoid.route.planner import NoWay
+from humanoid.running import run
+from humanoid.states import tell_state
+
+TICK = 0.05  # s: 20 Hz
+FEEDBACK_EVERY = 0.1  # s
+SHOW_EVERY = 0.5  # s between two local costmaps; the global one comes every fourth time
+LOCAL_HALF = 2.0  # m: half the side of the local costmap
+LASER = DESCRIPTION.pose('laser', {}).translation
+
+
+@dataclass
+class Drive:
+    """One accepted goal on its way."""
+
+    goal: ServerGoalHandle
+    manner: Manner
+    errand: Errand
+    frame: str  # of the goal
+    origin: Pose2D  # where that frame lay on the map when the goal began
+    allowed: float  # s
+    next_feedback: float
+    last: Progress | None = None
+    decision: Decision = field(default_factory=Decision)
+
+
+class Navigator(Node):
+    """Drives to one goal at a time; a newer goal pre-empts the older one, which ends ABORTED."""
+
+    def __init__(self) -> None:
+        super().__init__('navigator')
+        self._prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
+        self.declare_parameter('world', '')  # what is in the world, it learns from map and scan
+        self._costmap: Costmap | None = None
+        self._drives: dict[bytes, Drive] = {}
+        self._driving: Drive | None = None
+        buffer = Buffer()
+        self._listener = TransformListener(buffer, self)
+        self._frames = Frames(buffer, self._prefix)
+        self._velocity = self.create_publisher(Twist, 'cmd_vel_nav', 10)
+        self._plan = self.create_publisher(Path, 'plan', 10)
+        self._global = self.create_publisher(OccupancyGrid, 'global_costmap/costmap', latched())
+        self._local = self.create_publisher(OccupancyGrid, 'local_costmap/costmap', latched())
+        self._shown = 0
+        self._sent: Future[Any] | None = None  # the last goal that came by goal_pose
+        self.create_subscription(OccupancyGrid, 'map', self._take_map, latched())
+        self.create_subscription(LaserScan, 'scan', self._see, qos_profile_sensor_data)
+        self.create_subscription(Twist, 'cmd_vel', self._yield_to, 10)
+        self.create_subscription(PoseStamped, 'goal_pose', self._send_goal, 1)
+        self._stop = StopListener(self, self._emergency)
+        Diagnostics(self, 'navigation', self._health)
+        self._servers: list[ActionServer] = []
+        self._own = ActionClient(self, NavigateToPose, 'navigate_to_pose')
+        self.create_service(GetState, 'bt_navigator/get_state', self._tell_state)
+        self.create_timer(TICK, self._tick)
+        self.create_timer(SHOW_EVERY, self._show)
+
+    @property
+    def _is_ready(self) -> bool:
+        """Whether it has a map, and knows where the robot is on it."""
+        return self._costmap is not None and self._frames.robot(now(self)) is not None
+
+    def _begin_to_serve(self) -> None:
+        """Offer the actions: from now on goals can be taken."""
+        self._servers = [self._serve(manner) for manner in MANNERS]
+        self._servers.append(
+            ActionServer(
+                self,
+                ComputePathToPose,
+                'compute_path_to_pose',
+                execute_callback=self._compute_path,
+                goal_callback=lambda _goal: GoalResponse.ACCEPT,
+            )
+        )
+        self.get_logger().info('Navigator ready')
+
+    def _serve(self, manner: Manner) -> ActionServer:
+        return ActionServer(
+            self,
+            manner.type_,
+            manner.name,
+            execute_callback=self._execute,
+            goal_callback=partial(self._judge, manner),
+            handle_accepted_callback=partial(self._begin, manner),
+            cancel_callback=self._cancel,
+        )
+
+    def destroy_node(self) -> None:
+        for server in self._servers:
+            server.destroy()
+        self._own.destroy()
+        super().destroy_node()
+
+    def _take_map(self, grid: OccupancyGrid) -> None:
+        try:
+            self._costmap = Costmap(*read(grid))
+        except ValueError as error:
+            self.get_logger().error(f'the map is not taken: {error}')
+
+    def _see(self, scan: LaserScan) -> None:
+        pose = self._frames.robot(now(self))
+        if self._costmap is None or pose is None:
+            return
+        laser = compose(pose, Pose2D(LASER[0], LASER[1]))
+        ranges = np.asarray(scan.ranges, dtype=np.float64)
+        angles = scan.angle_min + np.arange(len(ranges), dtype=np.float64) * scan.angle_increment
+        self._costmap.see(laser, angles, ranges, now(self))
+
+    def _send_goal(self, pose: PoseStamped) -> None:
+        """A goal that comes on the topic is sent to the action, so that all screens show it as one."""
+        self._sent = self._own.send_goal_async(NavigateToPose.Goal(pose=pose))
+
+    def _targets(self, manner: Manner, request: Any) -> list[Pose2D]:
+        """The poses of a goal, on the map. Raises Refused."""
+        return [self._frames.on_map(pose, manner.default_frame) for pose in manner.poses(request)]
+
+    def _judge(self, manner: Manner, request: Any) -> GoalResponse:
+        def check_all() -> None:
+            if self._stop.refusal is not None:
+                raise Refused(self._stop.refusal)
+            manner.time_allowed(request)
+            check(self._costmap, self._frames.robot(now(self)), self._targets(manner, request))
+
+        return judged(self, judged_by(check_all))
+
+    def _begin(self, manner: Manner, goal_handle: ServerGoalHandle) -> None:
+        """Goals begin in the order of their acceptance, so the one in motion is always the older one."""
+        self._end(Ending(End.ABORTED, 'Pre-empted by a newer goal'))
+        moment, request = now(self), goal_handle.request
+        frame = manner.poses(request)[-1].header.frame_id or manner.default_frame
+        drive = Drive(
+            goal_handle,
+            manner,
+            Errand([Pose2D()], moment),
+            frame,
+            self._frames.place(frame) or Pose2D(),
+            manner.time_allowed(request),
+            moment,
+        )
+        self._drives[bytes(goal_handle.goal_id.uuid)] = self._driving = drive
+        with or_abort(self, self._end):
+            drive.errand = Errand(self._targets(manner, request), moment)
+            end = drive.errand.targets[-1]
+            self.get_logger().info(f'Goal accepted: ({end.x:.2f}, {end.y:.2f}) m on the map')
+        if self._stop.stopped:  # it was thrown between the goal's acceptance and its beginning
+            self._end(Ending(End.ABORTED, self._stop.ended))
+        goal_handle.execute()
+
+    def _cancel(self, _goal_handle: ServerGoalHandle) -> CancelResponse:
+        self.get_logger().info('Received cancel request')
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, goal_handle: ServerGoalHandle) -> Any:
+        key = bytes(goal_handle.goal_id.uuid)
+        drive = self._drives[key]
+        try:
+            ending = await drive.decision.wait()
+        finally:
+            del self._drives[key]
+        settle(goal_handle, ending)
+        self.get_logger().info(ending.message)
+        return drive.manner.result(drive.last or self._progress(drive), ending, drive.errand.failure)
+
+    def _tick(self) -> None:
+        if not self._servers:
+            if self._is_ready:
+                self._begin_to_serve()
+            return
+        drive = self._driving
+        if drive is not None and drive.goal.is_cancel_requested:
+            self._end(Ending(End.CANCELED, 'Goal canceled'))
+        elif drive is not None:
+            with or_abort(self, self._end):
+                self._drive_on(drive)
+
+    def _drive_on(self, drive: Drive) -> None:
+        assert self._costmap is not None  # no goal is accepted without
+        moment, errand = now(self), drive.errand
+        path = errand.path
+        self._move(errand.tick(self._costmap, self._frames.robot(moment), moment))
+        if errand.path is not path and errand.path is not None:
+            self._plan.publish(path_message(errand.path, errand.targets[0], MAP, stamp(self)))
+        elapsed = moment - errand.began
+        if moment >= drive.next_feedback:
+            drive.next_feedback += FEEDBACK_EVERY
+            if errand.path is not None:  # before the first plan nobody knows how far it is
+                drive.goal.publish_feedback(drive.manner.feedback(self._progress(drive)))
+        if errand.ending is not None:
+            self._end(errand.ending)
+        elif elapsed >= drive.allowed:
+            message = f'Timed out after {drive.allowed:g} s, {errand.left:.2f} m short of the target'
+            self._end(Ending(End.ABORTED, message))
+
+    def _progress(self, drive: Drive) -> Progress:
+        errand, pose = drive.errand, self._frames.robot(now(self)) or Pose2D()
+        return Progress(
+            pose_message(compose(invert(drive.origin), pose), drive.frame, stamp(self)),
+            now(self) - errand.began,
+            errand.left,
+            errand.time_left,
+            errand.recoveries,
+            len(errand.targets),
+        )
+
+    def _move(self, velocity: Velocity2D) -> None:
+        message = Twist()
+        message.linear.x, message.linear.y, message.angular.z = velocity.x, velocity.y, velocity.yaw
+        self._velocity.publish(message)
+
+    def _end(self, ending: Ending) -> None:
+        """Stop the base and decide how the goal in motion, if there is one, ends."""
+        drive, self._driving = self._driving, None
+        if drive is not None:
+            self._move(STANDING)
+            drive.last = self._progress(drive)
+            drive.decision.make(ending)
+
+    def _emergency(self) -> None:
+        self._end(Ending(End.ABORTED, self._stop.ended))
+
+    def _yield_to(self, command: Twist) -> None:
+        """A hand on cmd_vel takes over from a goal; standing still does not ask for that."""
+        if command.linear.x or command.linear.y or command.angular.z:
+            self._end(Ending(End.ABORTED, 'Pre-empted by cmd_vel'))
+
+    def _compute_path(self, goal_handle: ServerGoalHandle) -> ComputePathToPose.Result:
+        """Plan, and do not move."""
+        request, result = goal_handle.request, ComputePathToPose.Result()
+        began = now(self)
+        try:
+            target = self._frames.on_map(request.goal)
+            start = self._frames.on_map(request.start) if request.use_start else self._frames.robot(began)
+            path = planned(self._costmap, start, target)
+        except (Refused, NoWay) as problem:
+            is_frame = isinstance(problem, Refused)
+            result.error_code = result.TF_ERROR if is_frame else result.NO_VALID_PATH
+            result.error_msg = str(problem)
+            goal_handle.abort()
+            return result
+        result.path = path_message(path, target, MAP, stamp(self))
+        result.planning_time = duration_msg(now(self) - began)
+        self._plan.publish(result.path)
+        goal_handle.succeed()
+        return result
+
+    def _show(self) -> None:
+        if self._costmap is None:
+            return
+        pose = self._frames.robot(now(self))
+        if pose is not None:
+            self._local.publish(write(*self._costmap.window(pose.x, pose.y, LOCAL_HALF), MAP, stamp(self)))
+        if self._shown % 4 == 0:
+            geometry = self._costmap.geometry
+            self._global.publish(write(geometry, self._costmap.costs(), MAP, stamp(self)))
+        self._shown += 1
+
+    def _tell_state(self, _request: GetState.Request, response: GetState.Response) -> GetState.Response:
+        """Say "active" once it can take goals: clients of Nav2 wait for bt_navigator's state."""
+        return tell_state(response, is_active=bool(self._servers))
+
+    def _health(self) -> Health:
+        if self._stop.stopped:
+            return Health(self._stop.ended.lower(), DiagnosticStatus.WARN)
+        if not self._is_ready:
+            return Health('waits for the map and for where the robot is', DiagnosticStatus.WARN)
+        if self._driving is None:
+            return Health('waits for a goal')
+        errand = self._driving.errand
+        values = {'distance remaining': f'{errand.left:.2f}', 'recoveries': errand.recoveries}
+        return Health('on the way', values=values)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    return run(Navigator, args)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,49 @@
+"""Which worlds there are, and where their files lie. It loads no package: the command line starts quickly."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from humanoid.text import quoted
+
+FOLDER = Path(__file__).parent / 'files'
+SHIPPED = ', '.join(sorted(path.stem for path in FOLDER.glob('*.yaml')))
+NEEDED = ('numpy', 'scipy', 'yaml')
+INSTALL = "pip install numpy scipy PyYAML, or the robot with them: pip install './robot/humanoid[world]'"
+
+
+class BadWorld(ValueError):
+    """There is no such world, its file has an error, or a package is missing; the text says what to do."""
+
+
+def path_of(world: str) -> Path:
+    """The file of a world; a word without a dot or slash names a shipped one. Raises BadWorld."""
+    if '/' in world or '\\' in world or '.' in world:
+        return Path(world)
+    path = FOLDER / f'{world}.yaml'
+    if not path.is_file():
+        raise BadWorld(
+            f'there is no world {quoted(world)}; use {SHIPPED}, or the path of a file, as ./{world}.yaml'
+        )
+    return path
+
+
+def choose(world: str | None) -> Path | None:
+    """The file of a world that can be had here, looked at before any program starts. Raises BadWorld."""
+    if world is None:
+        return None
+    missing = [package for package in NEEDED if importlib.util.find_spec(package) is None]
+    if missing:
+        raise BadWorld(f'a world needs {", ".join(missing)}, which is not installed: {INSTALL}')
+    from humanoid.world.file import load
+
+    load(world)
+    return path_of(world).resolve()
+
+
+def parameter(path: Path) -> Sequence[str]:
+    """The ROS arguments that put a program into a world."""
+    return ['-p', f'world:={json.dumps(str(path))}']

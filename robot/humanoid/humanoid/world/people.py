@@ -1,0 +1,65 @@
+"""People who walk along their paths and back. They stop for what is in the way, and turn back in the end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from humanoid.world.file import Person
+from humanoid.world.solids import Pillar
+
+COLOUR = (0.86, 0.52, 0.25)
+PATIENCE = 3.0  # s for which somebody waits before turning back
+ROOM = 0.35  # m that somebody keeps to what is in the way
+BESIDE = 0.12  # m, to what is passed
+
+
+class Walker:
+    """One person on the way. `heading` is in rad, along the path."""
+
+    def __init__(self, person: Person) -> None:
+        self.person = person
+        self.x, self.y = person.path[0]
+        self.heading = 0.0
+        self.walks = False
+        self._next, self._by = 1, 1  # the point of the path that comes next, and in which direction they go
+        self._waited = 0.0
+
+    @property
+    def solid(self) -> Pillar:
+        """Where this person stands now."""
+        one = self.person
+        return Pillar('person', one.name, self.x, self.y, one.radius, one.height, COLOUR)
+
+    def step(self, elapsed: float, room: Callable[[float, float], float]) -> None:
+        """Walk for `elapsed` s. `room(x, y)`: m that this person would have to everything that moves."""
+        way, self.walks = self.person.speed * elapsed, False
+        if way <= 0.0:
+            return
+        goal_x, goal_y = self.person.path[self._next]
+        dx, dy = goal_x - self.x, goal_y - self.y
+        left = math.hypot(dx, dy)
+        if left <= way:
+            self.x, self.y = goal_x, goal_y
+            self._pass_on()
+            return
+        self.heading = math.atan2(dy, dx)
+        ahead = way + ROOM
+        next_x, next_y = self.x + dx / left * way, self.y + dy / left * way
+        aside = room(next_x, next_y)
+        if room(self.x + dx / left * ahead, self.y + dy / left * ahead) > 0.0 and (
+            aside > BESIDE or aside > room(self.x, self.y)
+        ):
+            self.x, self.y = next_x, next_y
+            self.walks, self._waited = True, 0.0
+            return
+        self._waited += elapsed
+        if self._waited >= PATIENCE:
+            self._waited, self._by = 0.0, -self._by
+            self._next = min(max(self._next + self._by, 0), len(self.person.path) - 1)
+
+    def _pass_on(self) -> None:
+        """Choose the next point; at an end of the path that is the one before."""
+        if not 0 <= self._next + self._by < len(self.person.path):
+            self._by = -self._by
+        self._next += self._by

@@ -1,0 +1,132 @@
+"""world_server: the world around the robot, its doors and people, and what the robot's scanner sees of it.
+
+It stands in for walls and a scanner, as the kinematic base stands in for legs. A real robot runs without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+from nav_msgs.msg import OccupancyGrid, Odometry
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool
+from tf2_ros import StaticTransformBroadcaster
+from visualization_msgs.msg import MarkerArray
+
+from humanoid.clock import now, stamp
+from humanoid.emergency.names import latched
+from humanoid.model import DESCRIPTION
+from humanoid.navigation.base import Pose2D
+from humanoid.navigation.messages import placed, target_of
+from humanoid.running import BadParameter, check_range, run
+from humanoid.world.file import load
+from humanoid.world.messages import FRAME as MAP
+from humanoid.world.messages import laser_scan, marker_array, occupancy
+from humanoid.world.names import BadWorld
+from humanoid.world.scene import Scene
+
+STEP = 0.05  # s between two steps of people: 20 Hz
+MARKERS_EVERY = 4  # steps: 5 Hz while somebody walks
+SCAN_EVERY = 2  # steps: 10 Hz
+LASER = DESCRIPTION.pose('laser', {}).translation
+
+
+class WorldServer(Node):
+    """Publishes the world and scans it from where `ground_truth` says that the robot is."""
+
+    def __init__(self) -> None:
+        super().__init__('world_server')
+        world = self.declare_parameter('world', 'house').get_parameter_value().string_value
+        self._prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
+        resolution = self._number('map_resolution', 0.05, 0.01, 1.0)
+        self._noise = self._number('scan_noise', 0.01, 0.0, 1.0)
+        seed = self.declare_parameter('seed', 0).get_parameter_value().integer_value
+        try:
+            self._scene = Scene(load(world))
+        except BadWorld as error:
+            raise BadParameter(str(error)) from None
+        self._chance = np.random.default_rng(abs(seed))
+        self._truth: Odometry | None = None
+        self._stepped, self._steps = now(self), 0
+        self._markers = self.create_publisher(MarkerArray, 'world_markers', latched())
+        self._map = self.create_publisher(OccupancyGrid, 'map', latched())
+        self._scan = self.create_publisher(LaserScan, 'scan', qos_profile_sensor_data)
+        self._clearance = self.create_publisher(Float64, 'clearance', 10)
+        self.create_subscription(Odometry, 'ground_truth', self._hear, 10)
+        for door in self._scene.file.doors:
+            self.create_service(SetBool, f'doors/{door.name}', partial(self._move_door, door.name))
+        self._map.publish(occupancy(self._scene.file.solids, resolution, stamp(self)))
+        self._home = StaticTransformBroadcaster(self)
+        self._home.sendTransform(placed(MAP, Pose2D(*self._scene.file.start), stamp(self), 'home'))
+        self._show()
+        self.create_timer(STEP, self._step)
+        self.get_logger().info(
+            f'World Server ready: {self._scene.file.name}, {len(self._scene.file.solids)} things at rest, '
+            f'{len(self._scene.file.doors)} doors, {len(self._scene.walkers)} people'
+        )
+
+    def _number(self, name: str, default: float, lowest: float, greatest: float) -> float:
+        value = self.declare_parameter(name, default).get_parameter_value().double_value
+        check_range(name, value, lowest, greatest)
+        return value
+
+    @property
+    def _robot(self) -> Pose2D | None:
+        return None if self._truth is None else target_of(self._truth.pose.pose)
+
+    def _hear(self, truth: Odometry) -> None:
+        self._truth = truth
+
+    def _move_door(self, name: str, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        """Open it (true) or close it; it does not close on somebody."""
+        if not request.data and not self._scene.can_close(name, self._robot):
+            response.message = f'the door {name} stays open: somebody stands in it'
+            return response
+        self._scene.open[name] = request.data
+        response.success = True
+        response.message = f'the door {name} is {"open" if request.data else "closed"}'
+        self.get_logger().info(response.message)
+        self._show()
+        return response
+
+    def _show(self) -> None:
+        scene = self._scene
+        self._markers.publish(marker_array([*scene.file.solids, *scene.moving], stamp(self)))
+
+    def _step(self) -> None:
+        moment = now(self)
+        elapsed, self._stepped = max(moment - self._stepped, 0.0), moment
+        self._steps += 1
+        self._scene.step(min(elapsed, 1.0), self._robot)
+        if self._steps % MARKERS_EVERY == 0 and any(walker.walks for walker in self._scene.walkers):
+            self._show()
+        if self._truth is not None and self._steps % SCAN_EVERY == 0:
+            self._sense(self._truth)
+
+    def _sense(self, truth: Odometry) -> None:
+        """Scan the world from where the robot is, upright: the scanner's own tilt is left out."""
+        robot = target_of(truth.pose.pose)
+        cos, sin = np.cos(robot.yaw), np.sin(robot.yaw)
+        laser = Pose2D(
+            float(robot.x + cos * LASER[0] - sin * LASER[1]),
+            float(robot.y + sin * LASER[0] + cos * LASER[1]),
+            robot.yaw,
+        )
+        height = truth.pose.pose.position.z + LASER[2]
+        ranges = self._scene.scan(laser, height, self._noise, self._chance)
+        self._scan.publish(laser_scan(ranges, f'{self._prefix}laser', truth.header.stamp, STEP * SCAN_EVERY))
+        self._clearance.publish(Float64(data=self._scene.clearance(robot)))
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    make: Callable[[], Node] = WorldServer
+    return run(make, args)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())
