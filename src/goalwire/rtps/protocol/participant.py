@@ -12,28 +12,7 @@ from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
 from goalwire.rtps.protocol.backlog import Sample
 from goalwire.rtps.protocol.discovery import BUILTIN, Discovery, ParticipantListener, Settings
 from goalwire.rtps.protocol.fragments import FRAGMENT_SIZES, PACKET_ROOM, FragmentSizes
-from goalwire.rtps.protocol.identity import may_come_from
-from goalwire.rtps.protocol.matching import Matching, RemoteParticipant
-from goalwire.rtps.protocol.messages import (
-    DATA,
-    HEADER_SIZE,
-    INFO_DST,
-    INFO_SRC,
-    INFO_TS,
-    INVALIDATE,
-    LITTLE,
-    TIME,
-    AckNack,
-    Data,
-    DataFrag,
-    Gap,
-    Heartbeat,
-    HeartbeatFrag,
-    NackFrag,
-    check_header,
-    read_body,
-    split,
-)
+from goalwire.rtps.protocol.matching import Matching
 from goalwire.rtps.protocol.primitives import (
     INFINITE,
     MESSAGE_READER,
@@ -42,13 +21,9 @@ from goalwire.rtps.protocol.primitives import (
     PREFIX_SIZE,
     PUBLICATIONS_READER,
     READER_KIND,
-    SPDP_WRITER,
-    UNKNOWN_ENTITY,
-    UNKNOWN_PREFIX,
     WRITER_KIND,
     Address,
     RtpsError,
-    decode_time,
 )
 from goalwire.rtps.protocol.qos import (
     AUTOMATIC,
@@ -58,7 +33,8 @@ from goalwire.rtps.protocol.qos import (
     VOLATILE,
     Qos,
 )
-from goalwire.rtps.protocol.reader import Reader, ReaderListener, WriterProxy
+from goalwire.rtps.protocol.reader import Reader, ReaderListener
+from goalwire.rtps.protocol.receiver import Receiver
 from goalwire.rtps.protocol.wire import LOCAL, Watch, Wire
 from goalwire.rtps.protocol.writer import Writer, WriterListener
 
@@ -101,11 +77,10 @@ class Participant(Wire):
             name=settings.name,
         )
         self._settings, self._listener = settings, listener
-        self._early_size = 0
-        """Bytes of the packets that wait for their writers to be known."""
         sizes = _fragment_sizes(settings.packet_size)
         self._known = Matching(self, self.data, settings.own_hosts, sizes, is_ipv6=settings.ipv6)
         self._discovery = Discovery(self, settings, self.data, listener, self._known)
+        self._receiver = Receiver(self, self._known, self._discovery)
         self._next_entity = count(1).__next__
         self._is_closed = False
         self._assertion: Watch | None = None
@@ -142,7 +117,7 @@ class Participant(Wire):
     def _close(self) -> None:
         if self._is_closed:
             return
-        self._is_closed = True
+        self._is_closed = self._receiver.is_closed = True
         self._discovery.leave()
         for writer in self._known.writers.values():
             writer.stop()
@@ -214,151 +189,13 @@ class Participant(Wire):
 
     def receive(self, packet: bytes, source: Address) -> None:
         """Take a packet that has come from an address. What breaks the rules costs the rest of it."""
-        self.run(partial(self._receive, packet, source), None)
+        self.run(partial(self._receiver.receive, packet, source), None)
 
     def refuse(self, kind: str, reason: str) -> None:
         self.tell(self._listener.on_refused, kind, reason)
 
     def receive_own(self, packet: bytes) -> None:
-        self._receive(packet, LOCAL)
-
-    def _receive(self, packet: bytes, source: Address) -> None:
-        if self._is_closed:  # its sockets are closed a moment later
-            return
-        try:
-            check_header(packet)
-            prefix = packet[8:HEADER_SIZE]
-            remote = self._known.remotes.get(prefix)
-            if remote is not None and source in remote.sources:
-                self._read(packet, prefix, source, remote)
-            elif not self._is_from(prefix, remote, source):
-                pass
-            elif remote is None:
-                self._read_stranger(packet, prefix, source)
-            else:
-                self._read(packet, prefix, source, remote)
-        except RtpsError as error:
-            self.refuse('malformed packet', str(error))
-
-    def _is_from(self, prefix: bytes, remote: RemoteParticipant | None, source: Address) -> bool:
-        """Whether a packet in a participant's name may come from an address; if not, that is counted."""
-        host, port = source
-        if remote is not None and host not in remote.hosts:
-            if remote is not self._known.own:
-                self.refuse('packet in the name of another host', host)
-            return False
-        if host in self._settings.own_hosts and not may_come_from(prefix, port):
-            self.refuse('packet in the name of another program', f'{host}:{port}')
-            return False
-        if remote is not None:
-            if len(remote.sources) >= bounds.MOST_ADDRESSES:
-                remote.sources.clear()
-            remote.sources.add(source)
-        return True
-
-    def _read_stranger(self, packet: bytes, prefix: bytes, source: Address) -> None:
-        """Look for an announcement in the packet of an unknown participant."""
-        is_for_us, is_named = True, False
-        for kind, flags, at, end in split(packet):
-            if kind == INFO_DST:
-                is_named = packet[at:end] == self.prefix
-                is_for_us = is_named or packet[at:end] == UNKNOWN_PREFIX
-            elif kind == DATA and is_for_us:
-                data = Data.read(packet, at, end, flags) if end - at >= 20 else None
-                if data is not None and data.writer == SPDP_WRITER:
-                    self._discovery.on_announcement(data, prefix, source, len(packet), is_named)
-
-    def _read(self, packet: bytes, prefix: bytes, source: Address, remote: RemoteParticipant) -> None:
-        if remote.watch is not None:
-            remote.watch.heard = self.clock()
-        time: int | None = None
-        whom = UNKNOWN_PREFIX
-        is_for_us = True
-        is_early = False
-        routes = self._known.routes
-        for kind, flags, at, end in split(packet):
-            if kind == INFO_DST:
-                whom = packet[at : at + PREFIX_SIZE]
-                is_for_us = whom in (self.prefix, UNKNOWN_PREFIX)
-                if whom == self.prefix and not remote.is_proven:
-                    self._discovery.prove(remote, source[0])
-                continue
-            if kind == INFO_TS:
-                time = None
-                if not flags & INVALIDATE and end - at >= 8:
-                    time = decode_time(*TIME[flags & LITTLE].unpack_from(packet, at))
-                continue
-            if kind == INFO_SRC:
-                return  # what follows is another participant's, and no implementation sends that
-            body = read_body(kind, packet, at, end, flags) if is_for_us else None
-            if body is None:
-                continue
-            if isinstance(body, (AckNack, NackFrag)):
-                self._to_writer(prefix, body)
-                continue
-            readers = routes.get(prefix + body.writer)
-            if readers is None:
-                if isinstance(body, Data) and body.writer == SPDP_WRITER:
-                    self._discovery.on_announcement(body, prefix, source, len(packet), whom == self.prefix)
-                elif body.writer[3] & 0xC0 == 0:
-                    is_early = True
-                continue
-            addressee = body.reader
-            for reader, proxy in tuple(readers):
-                if addressee in (UNKNOWN_ENTITY, reader.entity_id):
-                    self._to_reader(reader, proxy, body, time)
-        if is_early and prefix != self.prefix:
-            self._keep_early(remote, packet, source)
-
-    @staticmethod
-    def _to_reader(
-        reader: Reader,
-        proxy: WriterProxy,
-        body: Data | DataFrag | Heartbeat | Gap | HeartbeatFrag,
-        time: int | None,
-    ) -> None:
-        if isinstance(body, Data):
-            reader.on_data(proxy, body, time)
-        elif isinstance(body, Heartbeat):
-            reader.on_heartbeat(proxy, body)
-        elif isinstance(body, DataFrag):
-            reader.on_fragment(proxy, body, time)
-        elif isinstance(body, Gap):
-            reader.on_gap(proxy, body)
-        else:
-            reader.on_heartbeat_frag(proxy, body)
-
-    def _to_writer(self, prefix: bytes, body: AckNack | NackFrag) -> None:
-        writer = self._known.writers.get(body.writer)
-        proxy = None if writer is None else writer.readers.get(prefix + body.reader)
-        if writer is None or proxy is None:
-            return
-        if isinstance(body, AckNack):
-            writer.on_acknack(proxy, body)
-        else:
-            writer.on_nack_frag(proxy, body)
-
-    def _keep_early(self, remote: RemoteParticipant, packet: bytes, source: Address) -> None:
-        """Keep a packet of a writer that is not known yet: what tells of it comes by another port."""
-        if self._early_size + len(packet) > bounds.EARLY_SIZE:
-            self.refuse('packet of an unknown writer', f'{self._early_size} bytes of such wait')
-            return
-        if len(remote.early) == bounds.EARLY_PACKETS:
-            self._early_size -= len(remote.early.popleft()[0])
-        if not remote.early:
-            self.timers.at(self.clock() + bounds.EARLY_S, partial(self._drop_early, remote))
-        remote.early.append((packet, source))
-        self._early_size += len(packet)
-
-    def _drop_early(self, remote: RemoteParticipant) -> None:
-        self._take_early(remote)
-
-    def _take_early(self, remote: RemoteParticipant) -> list[tuple[bytes, Address]]:
-        """Return the packets of a participant that wait, which wait no more."""
-        early = list(remote.early)
-        remote.early.clear()
-        self._early_size -= sum(len(packet) for packet, _ in early)
-        return early
+        self._receiver.receive(packet, LOCAL)
 
     def _take(self, reader_id: bytes, sample: Sample) -> None:
         """Take what a built-in reader has read."""
@@ -376,8 +213,7 @@ class Participant(Wire):
             self.refuse('malformed announcement', str(error))
             return
         if remote is not None and remote.early:
-            for packet, source in self._take_early(remote):
-                self._receive(packet, source)
+            self._receiver.receive_early(remote)
 
     # ---- liveliness
 

@@ -15,7 +15,7 @@ from functools import partial
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.announcements import EndpointData
 from goalwire.rtps.protocol.backlog import Sample
-from goalwire.rtps.protocol.messages import Data, DataFrag, Gap, Heartbeat
+from goalwire.rtps.protocol.messages import DataFrag, Gap, Heartbeat
 from goalwire.rtps.protocol.primitives import INFINITE, NS, Address, is_keyed
 from goalwire.rtps.protocol.qos import RELIABLE, TRANSIENT_LOCAL
 from goalwire.rtps.protocol.reader_requests import ASK_AGAIN_S, GAP_S, Requests
@@ -65,7 +65,7 @@ class Reader:
         self._is_reliable = data.qos.reliability == RELIABLE
         self._requests = Requests(wire, data.entity_id)
         self.on_heartbeat_frag = self._requests.on_heartbeat_frag
-        self._on_sample = listener.on_sample
+        self._tell_sample = listener.on_sample
         self._most_history = 0
         """How many samples of those that were written before its match it takes; 0: all that there are."""
         if data.qos.durability >= TRANSIENT_LOCAL and not is_keyed(data.entity_id):
@@ -100,12 +100,11 @@ class Reader:
 
     # ---- what writers send
 
-    def on_data(self, proxy: WriterProxy, data: Data, time: int | None) -> None:
+    def on_sample(self, proxy: WriterProxy, sample: Sample) -> None:
         """Take a sample."""
-        number = data.number
+        number = sample.number
         if proxy.watch is not None:
             self.note_alive(proxy)
-        sample = Sample(proxy.data.guid, number, time, data.payload, data.qos, data.is_key)
         backlog = proxy.backlog
         if number == proxy.next and not self._requests.is_paused:
             proxy.next = number + 1
@@ -128,7 +127,7 @@ class Reader:
                 self._hold(proxy, sample)
         elif proxy.was_skipped(number):
             proxy.take_back_skip()
-            self.on_data(proxy, data, time)
+            self.on_sample(proxy, sample)
 
     def _hold(self, proxy: WriterProxy, sample: Sample) -> None:
         """Keep a sample until those before it have come; beyond the bounds it is asked for again later."""
@@ -161,7 +160,7 @@ class Reader:
             return
         if self._deadline is not None:
             self._deadline.heard = self._wire.clock()
-        self._wire.tell(self._on_sample, sample)
+        self._wire.tell(self._tell_sample, sample)
 
     def on_fragment(self, proxy: WriterProxy, fragment: DataFrag, time: int | None) -> None:
         """Take some fragments of a sample; raises RtpsError."""
@@ -179,8 +178,8 @@ class Reader:
             return
         if begun.is_whole:
             proxy.backlog.drop_partial(number)
-            data = Data(fragment.reader, fragment.writer, number, begun.qos, begun.join(), begun.is_key)
-            self.on_data(proxy, data, time)
+            guid = proxy.data.guid
+            self.on_sample(proxy, Sample(guid, number, time, begun.join(), begun.qos, begun.is_key))
         elif proxy.is_reliable and proxy.next:
             proxy.known = max(proxy.known, number)
             if proxy.timer is None:

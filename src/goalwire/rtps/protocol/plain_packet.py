@@ -1,0 +1,77 @@
+"""The packet that nearly all samples come in, read in one go: a header, INFO_TS and one whole sample.
+
+INFO_DST may stand before that, and one submessage of a vendor's own behind it, as Fast DDS sends it. Any
+other packet is read submessage by submessage (`receiver.py`), with the same outcome.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from functools import partial
+
+from goalwire.rtps.protocol.backlog import Sample
+from goalwire.rtps.protocol.messages import (
+    DATA,
+    HEADER_SIZE,
+    INFO_DST,
+    INFO_TS,
+    INLINE_QOS,
+    LITTLE,
+    WITH_DATA,
+    skip_parameters,
+)
+from goalwire.rtps.protocol.primitives import NS, PREFIX_SIZE
+
+_HEADS = struct.Struct('<BBHIIBBHHH4s4siI')
+"""INFO_TS, and DATA up to its inline QoS or payload."""
+_DATA_BODY = 16
+"""Where the body of DATA begins, as seen from the beginning of INFO_TS."""
+_INFO_DST_HEAD = bytes((INFO_DST, LITTLE, PREFIX_SIZE, 0))
+_VENDORS = 0x80
+"""Ids of submessages from here on are a vendor's own."""
+_new_sample: Callable[[tuple[bytes, int, int | None, bytes | None, bytes, bool]], Sample] = partial(
+    tuple.__new__, Sample
+)
+"""Makes one as its class does, without a call of Python code."""
+
+
+def read_plain(packet: bytes, prefix: bytes, own_prefix: bytes) -> tuple[bytes, Sample] | None:
+    """Return the reader's entity id and the sample, if a packet is plain and not for another participant.
+
+    `prefix` is its sender's. Raises RtpsError.
+    """
+    at, size = HEADER_SIZE, len(packet)
+    if packet.startswith(_INFO_DST_HEAD, HEADER_SIZE):
+        at += len(_INFO_DST_HEAD) + PREFIX_SIZE
+        if packet[at - PREFIX_SIZE : at] != own_prefix:
+            return None
+    if size - at < _HEADS.size:
+        return None
+    heads = _HEADS.unpack_from(packet, at)
+    info, info_flags, info_size, seconds, fraction, data, flags, length = heads[:8]
+    before, reader, writer, high, low = heads[9:]
+    end = at + _DATA_BODY + length
+    at += _HEADS.size
+    has_qos = flags & INLINE_QOS
+    if (info, info_flags, info_size, data, before) != (INFO_TS, LITTLE, 8, DATA, 16):
+        return None
+    if flags - has_qos != LITTLE | WITH_DATA or high < 0 or not at <= end <= size or not low | high:
+        return None
+    if end < size and not (size - end >= 4 and packet[end] >= _VENDORS and _is_last(packet, end, size)):
+        return None
+    qos = b''
+    if has_qos:
+        qos_end = skip_parameters(packet, at, end, LITTLE)
+        qos = packet[at:qos_end]
+        at = qos_end
+    if at > end:
+        return None
+    time = seconds * NS + (fraction * NS >> 32)
+    return reader, _new_sample((prefix + writer, high << 32 | low, time, packet[at:end], qos, False))
+
+
+def _is_last(packet: bytes, at: int, size: int) -> bool:
+    """Whether the submessage that begins at `at` is the last."""
+    length = packet[at + 2 : at + 4]
+    return at + 4 + int.from_bytes(length, 'little' if packet[at + 1] & LITTLE else 'big') == size
