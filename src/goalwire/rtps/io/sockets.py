@@ -26,6 +26,10 @@ _SENDS_BY = socket.IPPROTO_IP, socket.IP_MULTICAST_IF
 _SENDS_BY_V6 = socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF
 _OUT_OF_PORTS = errno.EADDRINUSE, errno.EACCES
 
+LARGE = 4096
+"""Bytes of a packet behind which others are likely: fragments of a sample."""
+TURNS_BETWEEN_LOOKS = 8
+
 
 class Sockets:
     """The sockets of one participant. `send` never blocks."""
@@ -39,6 +43,8 @@ class Sockets:
         """Those that packets come by."""
         self.lost = 0
         """Packets that could not be sent."""
+        self._until_look = 0
+        """How many turns go by before it is looked whether there is a second packet."""
         self._listeners: list[socket.socket] = []
         """Those of the receivers that hear the groups."""
         self._interfaces: dict[Interface, bytes] = {}
@@ -172,10 +178,16 @@ class Sockets:
                 self._sender.setsockopt(*option, name)
                 self._sender.sendto(packet, group)
 
-    @staticmethod
-    def read(sock: socket.socket, most: int) -> list[tuple[bytes, Address]]:
-        """Return the packets that have come by a socket, `most` of them, each with its sender."""
+    def read(self, sock: socket.socket, most: int) -> list[tuple[bytes, Address]]:
+        """Return packets that have come by a socket, `most` of them, each with its sender.
+
+        To look for a packet that is not there costs 2 us of a call's 50. So it is looked for more than one
+        only while packets come in bursts, and now and then to see whether they do.
+        """
         packets: list[tuple[bytes, Address]] = []
+        if self._until_look:
+            self._until_look -= 1
+            most = 1
         for _ in range(most):
             try:
                 packet, source = sock.recvfrom(65536)
@@ -184,6 +196,10 @@ class Sockets:
             except OSError:  # on some systems: nobody listened where something was sent
                 continue
             packets.append((packet, source[:2]))
+        if most > 1:
+            self._until_look = 0 if len(packets) > 1 else TURNS_BETWEEN_LOOKS
+        if packets and len(packets[-1][0]) > LARGE:
+            self._until_look = 0
         return packets
 
     def close(self) -> None:

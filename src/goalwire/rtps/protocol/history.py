@@ -8,7 +8,7 @@ from collections import deque
 class Change:
     """One sample, or the news that something is gone."""
 
-    __slots__ = ('fragment_size', 'is_key', 'key', 'number', 'payload', 'qos', 'reader', 'time')
+    __slots__ = ('fragment_size', 'is_key', 'key', 'number', 'payload', 'qos', 'reader', 'size', 'time')
 
     def __init__(
         self,
@@ -25,6 +25,8 @@ class Change:
         """When it was written, in nanoseconds since 1970."""
         self.payload = payload
         """The encapsulated sample, or key."""
+        self.size = len(payload) if payload else 0
+        """Bytes of the payload."""
         self.qos = qos
         """Inline QoS with its end mark; empty: none."""
         self.reader = reader
@@ -34,11 +36,6 @@ class Change:
         self.is_key = is_key
         self.fragment_size = 0
         """0 if it is sent as a whole."""
-
-    @property
-    def size(self) -> int:
-        """Bytes of its payload."""
-        return len(self.payload or b'')
 
 
 class HistoryCache:

@@ -37,18 +37,19 @@ class Timers:
     """The timers of a participant, by time."""
 
     def __init__(self) -> None:
-        self._heap: list[tuple[float, int, Timer]] = []
+        self.heap: list[tuple[float, int, Timer]] = []
+        """With those that are cancelled and not due yet."""
         self._next = count().__next__
 
     def at(self, when: float, function: Callable[[], None]) -> Timer:
         """Have `function` called at a time."""
         timer = Timer(when, function)
-        heapq.heappush(self._heap, (when, self._next(), timer))
+        heapq.heappush(self.heap, (when, self._next(), timer))
         return timer
 
     def next_due(self) -> float:
         """Return when the next one is due; FOREVER if there is none."""
-        heap = self._heap
+        heap = self.heap
         while heap and heap[0][2].function is None:
             heapq.heappop(heap)
         return heap[0][0] if heap else FOREVER
@@ -56,7 +57,7 @@ class Timers:
     def run(self, now: float) -> None:
         """Call those that are due."""
         while self.next_due() <= now:
-            timer = heapq.heappop(self._heap)[2]
+            timer = heapq.heappop(self.heap)[2]
             function, timer.function = timer.function, None
             if function is not None:
                 function()
@@ -134,20 +135,36 @@ class Wire:
         If it interrupts this thread's own work in here, as a signal's handler does, it is done after that,
         and `otherwise` is returned.
         """
-        done = [otherwise]
-
-        def inside() -> None:
-            done[0] = do()
-            while self._local:
-                self.loop_back()
-
-        self.section.run(inside)
-        due = self.timers.next_due()
-        if due < self.next_due:
-            self.next_due = due
-            self._on_sooner()
+        # hot path: `CriticalSection.run` here saves two calls (1 us) for each sample that is sent or comes.
+        section, done = self.section, otherwise
+        with section.lock:
+            if section.is_busy:
+                section.late.append(partial(self._run_late, do))
+                return otherwise
+            if section.late:
+                section.run_late()
+            try:
+                section.is_busy = True
+                done = do()
+                while self._local:
+                    self.loop_back()
+            finally:
+                section.is_busy = False
+                if section.late:
+                    section.run_late()
+        heap = self.timers.heap
+        if heap and heap[0][0] < self.next_due:
+            due = self.timers.next_due()
+            if due < self.next_due:
+                self.next_due = due
+                self._on_sooner()
         self._told.drain()
-        return done[0]
+        return done
+
+    def _run_late(self, do: Callable[[], object]) -> None:
+        do()
+        while self._local:
+            self.loop_back()
 
     def advance(self) -> None:
         """Run the timers that are due."""

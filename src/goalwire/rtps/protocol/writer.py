@@ -69,6 +69,10 @@ class Writer:
         self.history = HistoryCache(data.qos.depth, is_keyed=is_keyed)
         self._wire = wire
         self._is_reliable = data.qos.reliability == RELIABLE
+        self._keeps_all = not data.qos.depth
+        self._expires = data.qos.lifespan < INFINITE
+        self._is_watched = False
+        """Whether it has a deadline, or a lease of its own."""
         self._is_local_history = data.qos.durability >= TRANSIENT_LOCAL
         self._was_full = False
         self._output = WriterOutput(wire, data, self.history, fragment_sizes)
@@ -86,6 +90,7 @@ class Writer:
     def start(self) -> None:
         """Watch its deadline and its lease from now on. Inside `Wire.run`."""
         wire, qos, listener = self._wire, self.data.qos, self.listener
+        self._is_watched = min(qos.deadline, qos.lease) < INFINITE
         if qos.deadline < INFINITE:
             self._deadline = Watch(wire, qos.deadline / NS, partial(wire.tell, listener.on_deadline_missed))
         if qos.liveliness == MANUAL_BY_TOPIC and qos.lease < INFINITE:
@@ -120,29 +125,33 @@ class Writer:
     ) -> int | None:
         """Do what `write` says. Inside `Wire.run`."""
         addressee = self.readers.get(to) if to is not None else None
-        if not self.data.qos.depth and (
-            self.is_full() if addressee is None else self._is_full_for(addressee)
+        output, history = self._output, self.history
+        may_be_full = len(history.changes) >= MOST_UNACKNOWLEDGED or history.size >= MOST_UNACKNOWLEDGED_SIZE
+        if (
+            self._keeps_all
+            and (may_be_full or output.unsent)
+            and (self.is_full() if addressee is None else self._is_full_for(addressee))
         ):
             self._was_full = True
             return None
-        output = self._output
         number = output.last + 1
         change = Change(number, time_ns or self._wire.wall_clock_ns(), payload, qos, to, key, is_key)
         if to is not None:
             output.begin_addressing()
         output.last = number
-        self._note_alive()
+        if self._is_watched:
+            self._note_alive()
         if output.reliable or self._is_local_history:
-            if self.data.qos.lifespan < INFINITE:
-                self.history.expire(change.time - self.data.qos.lifespan)
-            self.history.add(change)
+            if self._expires:
+                history.expire(change.time - self.data.qos.lifespan)
+            history.add(change)
             if addressee is not None and addressee.is_reliable:
                 addressee.addressed.append(change)
                 addressee.addressed_size += change.size
         else:
             self._repairs.acked = number
         if not self.readers:
-            self.history.forget_gone(number)
+            history.forget_gone(number)
             return number
         if output.unsent or (payload is not None and len(payload) > output.fragment_size):
             self._windows.queue(change)

@@ -31,8 +31,8 @@ from goalwire.rtps.protocol.wire import Wire
 SAMPLES_A_HEARTBEAT = 32
 """Samples after which readers are asked at once."""
 
-_FRESH = struct.Struct('<20sBBHIIBBHHH4s4siI')
-"""Header, INFO_TS and the head of DATA, in one go: the beginning of most packets."""
+_HEADS = struct.Struct('<BBHIIBBHHH4s4siI')
+"""INFO_TS, and DATA up to its inline QoS or payload, in one go."""
 
 
 class WriterOutput:
@@ -99,7 +99,7 @@ class WriterOutput:
             for proxy in self.receivers(change):
                 self._send_addressed(proxy, change)
             return
-        packet = self._encode(change)
+        packet = self._encode(self.wire.head, change, UNKNOWN_ENTITY)
         asks = self.last - self.asked >= SAMPLES_A_HEARTBEAT
         if len(self.readers) == 1:
             for proxy in self.reliable:
@@ -113,8 +113,8 @@ class WriterOutput:
             if asks or not proxy.has_answered:
                 self.send_to(proxy, self.heartbeat(proxy))
 
-    def _encode(self, change: Change) -> bytes:
-        """Return a packet with a whole sample, for all readers."""
+    def _encode(self, before: bytes, change: Change, reader: bytes) -> bytes:
+        """Return INFO_TS and DATA behind the beginning of their packet; `reader` is the entity id."""
         payload, number, qos = change.payload, change.number, change.qos
         seconds, rest = divmod(change.time, NS)
         flags = LITTLE
@@ -126,8 +126,7 @@ class WriterOutput:
             flags |= INLINE_QOS
         size = 20 + len(qos) + len(payload)
         pad = -size & 3
-        head = _FRESH.pack(
-            self.wire.head,
+        heads = _HEADS.pack(
             INFO_TS,
             LITTLE,
             8,
@@ -138,21 +137,23 @@ class WriterOutput:
             size + pad,
             0,
             16,
-            UNKNOWN_ENTITY,
+            reader,
             self.entity_id,
             number >> 32,
             number & 0xFFFFFFFF,
         )
-        return b'%b%b%b%b' % (head, qos, payload, b'\0\0\0'[:pad])
+        return b'%b%b%b%b%b' % (before, heads, qos, payload, b'\0\0\0'[:pad])
 
     def _send_addressed(self, proxy: ReaderProxy, change: Change) -> None:
         """Send a sample to one reader, behind a GAP for those that were others'."""
-        gap = self.gap_before(proxy, change.number)
+        before = self.wire.head + proxy.asks
+        if proxy.last + 1 < change.number:
+            before += self.gap_before(proxy, change.number)
         proxy.last = change.number
-        heartbeat = b''
+        packet = self._encode(before, change, proxy.entity_id)
         if proxy.is_reliable and not proxy.has_answered:
-            heartbeat = self.heartbeat(proxy)
-        self.send_to(proxy, gap + self.whole(proxy, change) + heartbeat)
+            packet += self.heartbeat(proxy)
+        self.wire.send(packet, proxy.address)
 
     def gap_before(self, proxy: ReaderProxy, number: int) -> bytes:
         """Return GAP for the samples between the last that a reader was sent and `number`."""
@@ -163,8 +164,7 @@ class WriterOutput:
 
     def whole(self, proxy: ReaderProxy, change: Change) -> bytes:
         """Return INFO_TS and DATA for one reader."""
-        data = self._encode(change)[20:]
-        return data[:20] + proxy.entity_id + data[24:]
+        return self._encode(b'', change, proxy.entity_id)
 
     def send_to(self, proxy: ReaderProxy, submessages: bytes) -> None:
         """Send a packet to one reader."""
