@@ -27,7 +27,9 @@ Side: TypeAlias = tuple[Path, dict[str, str]]
 PROGRAMS = Path(__file__).parent / 'programs'
 SERVER, CLIENT = PROGRAMS / 'vendor_server.py', PROGRAMS / 'vendor_client.py'
 FAST_DDS = 'rmw_fastrtps_cpp'
-USES = ('graph', 'topics', 'latched', 'services', 'parameters', 'goals')
+USES = ('graph', 'topics', 'latched', 'services', 'parameters', 'goals', 'qos')
+LARGEST = 1_000_000
+"""Bytes of the largest message; `vendor_matrix.py` goes on to 16 MB."""
 
 
 def _libddsc() -> tuple[Side, Side]:
@@ -67,7 +69,7 @@ def _check_all(server: Side, client: Side) -> None:
     shared = isolated_env(DDS)
     with Program(SERVER, env=shared | server[1], python=server[0]) as serving:
         serving.expect('ready')
-        with Program(CLIENT, '20', '4', env=shared | client[1], python=client[0]) as calling:
+        with Program(CLIENT, '20', '4', str(LARGEST), env=shared | client[1], python=client[0]) as calling:
             found = {use: calling.expect(rf'^{use} (\d+) of (\d+)').groups() for use in USES}
             assert all(right == of for right, of in found.values()), found
             assert calling.wait() == 0

@@ -13,7 +13,7 @@ from action_msgs.msg import GoalStatus
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.action import ActionClient
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
@@ -22,8 +22,14 @@ try:
 except ImportError:
     from example_interfaces.action import Fibonacci
 
-CALLS, GOALS = int(sys.argv[1]), int(sys.argv[2])
+CALLS, GOALS, LARGEST = map(int, sys.argv[1:])
+"""How many calls and goals, and how many bytes of the largest message."""
 PATIENCE_S = 20.0
+SILENCE_S = 1.0
+"""How long topics with other QoS must be silent."""
+SIZES = (1, 1000, 100_000, 1_000_000, 4_000_000, 16_000_000)
+TIMES = 5
+"""How often each size is sent; the largest ones once."""
 
 rclpy.init()
 node = rclpy.create_node('client')
@@ -126,13 +132,49 @@ def exchange() -> None:
         return bool(came)
 
     wait_for(greeted)
-    texts = [f'{number} ' + 'x' * size for size in (0, 1000, 100_000, 1_000_000) for number in range(5)]
+    texts = [
+        f'{number} '.ljust(size, 'x')[:size]
+        for size in SIZES
+        for number in range(TIMES if size <= 1_000_000 else 1)
+        if size <= LARGEST
+    ]
     for text in texts:
         ping.publish(String(data=text))
         wait_for(partial(came.__contains__, text))
     tell('topics', sum(text in came for text in texts), len(texts))
     wait_for(lambda: bool(latched))
     tell('latched', int(latched == ['said before']), 1)
+
+
+def compare_qos() -> None:
+    """Hear each of the server's topics with each QoS: those come that offer what is asked for, no others."""
+    policies = [
+        (reliability, durability)
+        for reliability in (ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT)
+        for durability in (DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE)
+    ]
+    came: set[tuple[int, int]] = set()
+    fitting = set()
+
+    def note(pair: tuple[int, int], _: String) -> None:
+        came.add(pair)
+
+    for at, offered in enumerate(policies):
+        topic = f'qos_{offered[0].name}_{offered[1].name}'.lower()
+        for way, (reliability, durability) in enumerate(policies):
+            asks_for_more = [
+                reliability is ReliabilityPolicy.RELIABLE and offered[0] is ReliabilityPolicy.BEST_EFFORT,
+                durability is DurabilityPolicy.TRANSIENT_LOCAL and offered[1] is DurabilityPolicy.VOLATILE,
+            ]
+            if not any(asks_for_more):
+                fitting.add((at, way))
+            qos = QoSProfile(depth=1, reliability=reliability, durability=durability)
+            node.create_subscription(String, topic, partial(note, (at, way)), qos)
+    wait_for(lambda: came >= fitting)
+    end = time.monotonic() + SILENCE_S
+    while time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
+    tell('qos', len(policies) ** 2 - len(came ^ fitting), len(policies) ** 2)
 
 
 def see_graph() -> None:
@@ -151,5 +193,6 @@ exchange()
 call_service()
 use_parameters()
 send_goals()
+compare_qos()
 node.destroy_node()
 rclpy.try_shutdown()

@@ -10,7 +10,7 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
@@ -51,6 +51,20 @@ latched = node.create_publisher(
     String, 'latched', QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 )
 latched.publish(String(data='said before'))
+ways = [
+    node.create_publisher(String, f'qos_{reliability.name}_{durability.name}'.lower(), qos)
+    for reliability in (ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT)
+    for durability in (DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE)
+    for qos in [QoSProfile(depth=1, reliability=reliability, durability=durability)]
+]
+
+
+def speak() -> None:
+    for way in ways:
+        way.publish(String(data='spoken'))
+
+
+node.create_timer(0.05, speak)
 ActionServer(
     node,
     Fibonacci,
