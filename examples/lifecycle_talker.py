@@ -14,7 +14,6 @@ class LifecycleTalker(LifecycleNode):
     def __init__(self):
         super().__init__('lc_talker')
         self.count = 0
-        self.publisher = None
         self.timer = None
         self.get_logger().info('Unconfigured')
 
@@ -46,7 +45,7 @@ class LifecycleTalker(LifecycleNode):
         if self.timer is not None:
             self.destroy_timer(self.timer)
             self.destroy_lifecycle_publisher(self.publisher)
-            self.timer = self.publisher = None
+            self.timer = None
 
     def talk(self):
         self.count += 1

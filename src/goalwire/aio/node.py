@@ -21,7 +21,7 @@ from goalwire.entities.context import Context, domain_from_environment
 from goalwire.entities.node import NodeCore
 from goalwire.entities.time_source import NodeTimeSource
 from goalwire.entities.type_description import TypeDescriptions
-from goalwire.entities.type_support import ServiceType, action_support, service_support
+from goalwire.entities.type_support import ServiceClass, action_support, service_support
 from goalwire.errors import ClosedError
 from goalwire.execution.asyncio.clock import AsyncClock
 from goalwire.execution.asyncio.executor import CallbackTasks, SharedLoop
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
-    from goalwire.entities.actions.types import ActionType
+    from goalwire.entities.actions.types import ActionClass
     from goalwire.entities.type_support import MessageSupport, ServiceSupport
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.rules.goals.policy import GoalPolicy, OnClientLost
@@ -298,7 +298,7 @@ class Node:
 
     def client(
         self,
-        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_type: ServiceClass[RequestT, ResponseT],
         name: str,
         *,
         qos: QoS = SERVICES_DEFAULT,
@@ -314,7 +314,7 @@ class Node:
 
     def service(
         self,
-        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_type: ServiceClass[RequestT, ResponseT],
         name: str,
         handler: Callable[[RequestT], ResponseT | Awaitable[ResponseT]],
         *,
@@ -335,7 +335,7 @@ class Node:
 
     def action(
         self,
-        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        action_type: ActionClass[GoalT, ResultT, FeedbackT],
         name: str,
         *,
         timeout: float | None = None,
@@ -348,7 +348,7 @@ class Node:
 
     def action_server(
         self,
-        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        action_type: ActionClass[GoalT, ResultT, FeedbackT],
         name: str,
         handler: Callable[[Goal[GoalT, FeedbackT]], Awaitable[ResultT]],
         *,

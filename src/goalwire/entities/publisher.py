@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic
 
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.node import NodeCore
-from goalwire.entities.type_support import MessageSupport, message_support
+from goalwire.entities.type_support import MessageSupport, MsgT, message_support
 from goalwire.errors import ClosedError, InvalidHandle, ShutDownError
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, PublisherPort
@@ -16,8 +16,6 @@ from goalwire.transport.contract import EndpointKind, PublisherPort
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents
     from goalwire.rules.statistics import PublisherStatistics
-
-MsgT = TypeVar('MsgT')
 
 
 class PublisherCore(Generic[MsgT]):

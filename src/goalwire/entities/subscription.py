@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypedDict
 
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.node import NodeCore
-from goalwire.entities.type_support import MessageSupport, message_support
+from goalwire.entities.type_support import MessageSupport, MsgT, message_support
 from goalwire.errors import InvalidHandle, RemoteError
 from goalwire.execution.callback_groups import CallbackGroup, ReentrantCallbackGroup
 from goalwire.execution.callbacks import accepts, describe_given
@@ -24,9 +24,6 @@ from goalwire.transport.registry import selected_identifier
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents
     from goalwire.rules.statistics import SubscriptionStatistics
-
-
-MsgT = TypeVar('MsgT')
 
 _DEFAULT_DEPTH = 42
 """The depth that rmw_zenoh uses if 0 is given."""

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import cache, cached_property
 from operator import attrgetter
 from types import ModuleType
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, TypeVar
 
 from goalwire import idl
 from goalwire.cdr import codec
@@ -26,6 +26,17 @@ _OF_INTERFACES = ('get_fields_and_field_types', 'Request', 'Goal')
 _support_of = attrgetter('_TYPE_SUPPORT')
 """rosidl's name for it, in metaclasses of its making."""
 
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar as TypeVarWithDefault
+
+    # Type checkers have it; programs may write a bare Publisher, Client or Service, as rclpy's own do.
+    MsgT = TypeVarWithDefault('MsgT', default=Any)
+    RequestT = TypeVarWithDefault('RequestT', default=Any)
+    ResponseT = TypeVarWithDefault('ResponseT', default=Any)
+else:
+    MsgT = TypeVar('MsgT')
+    RequestT = TypeVar('RequestT')
+    ResponseT = TypeVar('ResponseT')
 RequestT_co = TypeVar('RequestT_co', covariant=True)
 ResponseT_co = TypeVar('ResponseT_co', covariant=True)
 
@@ -40,6 +51,17 @@ class ServiceType(Protocol[RequestT_co, ResponseT_co]):
     @property
     def Response(self) -> type[ResponseT_co]:  # noqa: N802
         """The response class."""
+
+
+class BareService(Protocol):
+    """A service class as pyrefly sees it, for which a class within a class is no property."""
+
+    Request: ClassVar[type[Any]]
+    Response: ClassVar[type[Any]]
+
+
+ServiceClass: TypeAlias = type[ServiceType[RequestT, ResponseT]] | type[BareService]
+"""What create_service and create_client take."""
 
 
 class MessageSupport:

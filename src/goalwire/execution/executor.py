@@ -64,7 +64,12 @@ class NodeLike(Protocol):
     def handle(self) -> HandleLike:
         """See HandleLike."""
 
-    executor: Any
+    @property
+    def executor(self) -> Any:
+        """The executor that has the node, None without."""
+
+    @executor.setter
+    def executor(self, new_executor: Any) -> None: ...
 
 
 class TimeoutObject:

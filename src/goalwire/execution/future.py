@@ -18,7 +18,12 @@ if TYPE_CHECKING:
     from goalwire.execution.ready_queue import NodeWorkQueue
     from goalwire.execution.waiting import ShutdownSignal
 
-T = TypeVar('T')
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar as TypeVarWithDefault
+
+    T = TypeVarWithDefault('T', default=Any)  # a bare Future is one of anything, as in rclpy
+else:
+    T = TypeVar('T')
 
 PENDING, _CANCELLED, FINISHED = range(3)
 
@@ -147,8 +152,11 @@ class Future(Generic[T]):
         """Whether it was cancelled before it was done."""
         return self.completion_state == _CANCELLED
 
-    def result(self) -> T | None:
-        """The result; None while there is none. Raises the exception if it was given one."""
+    def result(self) -> T | Any:
+        """The result; None while there is none. Raises the exception if it was given one.
+
+        To type checkers it is never None: programs ask when they know that the future is done.
+        """
         raw = self._raw
         if raw is not None:  # hot path: decoded in here, not in a function of its own: 0.6 us less a call
             result, failure = None, None
@@ -214,7 +222,7 @@ class Future(Generic[T]):
         else:
             callback(self)
 
-    def __await__(self) -> Generator[object, None, T | None]:
+    def __await__(self) -> Generator[object, None, T | Any]:
         """Wait in a coroutine: in an asyncio task, or in a `Task` driven by hand.
 
         Awaiting a cancelled future gives None, as in newer rclpy.

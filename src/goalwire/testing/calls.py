@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Coroutine
 
     from goalwire.aio import Node
-    from goalwire.entities.actions.types import ActionType
-    from goalwire.entities.type_support import ServiceType
+    from goalwire.entities.actions.types import ActionClass
+    from goalwire.entities.type_support import ServiceClass
 
 T = TypeVar('T')
 RequestT = TypeVar('RequestT')
@@ -32,7 +32,7 @@ class Outcome(Generic[ResultT, FeedbackT]):
 
 def call(
     node: Node,
-    srv_type: type[ServiceType[RequestT, ResponseT]],
+    srv_type: ServiceClass[RequestT, ResponseT],
     name: str,
     request: RequestT | None,
     timeout: float,
@@ -49,7 +49,7 @@ def call(
 
 def send_goal(
     node: Node,
-    action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+    action_type: ActionClass[GoalT, ResultT, FeedbackT],
     name: str,
     goal: GoalT | None,
     timeout: float,

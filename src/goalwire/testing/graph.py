@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from goalwire.aio import Node
-    from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
-    from goalwire.entities.type_support import ServiceType
+    from goalwire.entities.actions.types import ActionClass, FeedbackT, GoalT, ResultT
+    from goalwire.entities.type_support import ServiceClass
     from goalwire.execution.executor import Executor
     from goalwire.testing.answers import Answers
     from goalwire.testing.programs import Program
@@ -232,7 +232,7 @@ class Graph:
 
     def service(
         self,
-        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_type: ServiceClass[RequestT, ResponseT],
         name: str,
         answer: Answers[ResponseT] = None,
         *,
@@ -247,7 +247,7 @@ class Graph:
 
     def action(
         self,
-        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        action_type: ActionClass[GoalT, ResultT, FeedbackT],
         name: str,
         *,
         feedback: Iterable[FeedbackT] = (),
@@ -278,7 +278,7 @@ class Graph:
 
     def call(
         self,
-        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_type: ServiceClass[RequestT, ResponseT],
         name: str,
         request: RequestT | None = None,
         *,
@@ -293,7 +293,7 @@ class Graph:
 
     def send_goal(
         self,
-        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        action_type: ActionClass[GoalT, ResultT, FeedbackT],
         name: str,
         goal: GoalT | None = None,
         *,

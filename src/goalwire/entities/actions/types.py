@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, TypeVar
 
 from goalwire.rules.goals.ids import ID_LENGTH, GoalId
 
@@ -38,6 +38,18 @@ class ActionType(Protocol[GoalT_co, ResultT_co, FeedbackT_co]):
     @property
     def Feedback(self) -> type[FeedbackT_co]:  # noqa: N802
         """The action's Feedback class."""
+
+
+class BareAction(Protocol):
+    """An action class as pyrefly sees it, for which a class within a class is no property."""
+
+    Goal: ClassVar[type[Any]]
+    Result: ClassVar[type[Any]]
+    Feedback: ClassVar[type[Any]]
+
+
+ActionClass: TypeAlias = type[ActionType[GoalT, ResultT, FeedbackT]] | type[BareAction]
+"""What ActionServer and ActionClient take."""
 
 
 class ResultResponse(Protocol[ResultT_co]):

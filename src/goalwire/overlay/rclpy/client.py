@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic
 
 from goalwire.entities.client import ClientCore
 from goalwire.entities.pending_call import PendingCall
-from goalwire.entities.type_support import ServiceType
+from goalwire.entities.type_support import RequestT, ResponseT, ServiceClass
 from rclpy._reexports import reexport
 from rclpy.impl.endpoint import ServiceEndpoint
 from rclpy.task import Future
-
-RequestT = TypeVar('RequestT')
-ResponseT = TypeVar('ResponseT')
 
 
 class BaseClient(ClientCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
     """The common base of Client and AsyncClient."""
 
-    srv_type: type[ServiceType[RequestT, ResponseT]]
+    srv_type: ServiceClass[RequestT, ResponseT]
 
     def service_is_ready(self) -> bool:
         """True while there is a server of this name and type."""
@@ -28,11 +25,14 @@ class BaseClient(ClientCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
 class Client(BaseClient[RequestT, ResponseT]):
     """Calls one service. Made by Node.create_client."""
 
-    if TYPE_CHECKING:  # methods of ClientCore, with the types of this service
+    if TYPE_CHECKING:  # what ClientCore does, with the types of this service
+        # pylint takes a body of dots for one that returns None.
 
-        def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | None: ...
+        def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | Any:
+            raise NotImplementedError
 
-        def call_async(self, request: RequestT) -> Future[ResponseT]: ...
+        def call_async(self, request: RequestT) -> Future[ResponseT]:
+            raise NotImplementedError
 
     def get_pending_request(self, sequence_number: int) -> Future[ResponseT]:
         """Return the future of an unanswered request; raises KeyError."""

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 from weakref import ReferenceType, ref
 
-from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
+from goalwire.entities.type_support import ServiceClass, ServiceSupport, service_support
 from goalwire.errors import NodeNameNonExistentError
 from goalwire.execution.callbacks import advise_callback, describe_given
 from rclpy._reexports import reexport
@@ -68,7 +68,7 @@ class Node(TopicEndpoints):
 
     def create_client(
         self,
-        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_type: ServiceClass[RequestT, ResponseT],
         srv_name: str,
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
@@ -88,7 +88,7 @@ class Node(TopicEndpoints):
 
     def create_service(
         self,
-        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_type: ServiceClass[RequestT, ResponseT],
         srv_name: str,
         callback: Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]],
         *,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from goalwire.entities.publisher import MsgT, PublisherCore
+from goalwire.entities.publisher import PublisherCore
+from goalwire.entities.type_support import MsgT
 from rclpy._reexports import reexport
 from rclpy.duration import Duration
 from rclpy.impl.endpoint import TopicEndpoint

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import Generic
 
 from goalwire.entities.service import ServiceCore
-from goalwire.entities.type_support import ServiceType
+from goalwire.entities.type_support import RequestT, ResponseT, ServiceClass
 from goalwire.transport.contract import Request
 from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.endpoint import ServiceEndpoint
-
-RequestT = TypeVar('RequestT')
-ResponseT = TypeVar('ResponseT')
 
 
 class Service(ServiceCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
@@ -22,7 +19,7 @@ class Service(ServiceCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
     callback_group: CallbackGroup
 
     @cached_property
-    def srv_type(self) -> type[ServiceType[RequestT, ResponseT]]:
+    def srv_type(self) -> ServiceClass[RequestT, ResponseT]:
         """The service class; those of a node's standing services are made when first asked for."""
         return self.support.cls
 

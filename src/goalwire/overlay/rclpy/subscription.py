@@ -6,7 +6,8 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Any
 
-from goalwire.entities.subscription import MessageInfo, MsgT, SubscriptionCore
+from goalwire.entities.subscription import MessageInfo, SubscriptionCore
+from goalwire.entities.type_support import MsgT
 from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.endpoint import TopicEndpoint

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, overload
 from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.actions.client_goal import ClientGoalHandle
 from goalwire.entities.actions.types import (
-    ActionType,
+    ActionClass,
     FeedbackMessage,
     FeedbackMessageT,
     FeedbackT,
@@ -49,7 +49,7 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
     def __init__(
         self,
         node: BaseNode,
-        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        action_type: ActionClass[GoalT, ResultT, FeedbackT],
         action_name: str,
         *,
         callback_group: CallbackGroup | None = None,

@@ -12,7 +12,7 @@ from goalwire.entities.actions.server_goal import (
     GoalResponse,
     ServerGoalHandle,
 )
-from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
+from goalwire.entities.actions.types import ActionClass, FeedbackT, GoalT, ResultT
 from goalwire.entities.type_support import action_support
 from goalwire.errors import RCLError
 from goalwire.execution.callback_groups import check_group
@@ -79,7 +79,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
     def __init__(
         self,
         node: BaseNode,
-        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        action_type: ActionClass[GoalT, ResultT, FeedbackT],
         action_name: str,
         execute_callback: _Execute[GoalT, ResultT, FeedbackT] | None = None,
         *,
@@ -163,7 +163,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         return {goal_id: goal.handle for goal_id, goal in self.reactor.goals.items()}
 
     @property
-    def action_type(self) -> type[ActionType[GoalT, ResultT, FeedbackT]]:
+    def action_type(self) -> ActionClass[GoalT, ResultT, FeedbackT]:
         """The action class."""
         return self._action_type
 

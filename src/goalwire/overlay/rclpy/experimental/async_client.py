@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import cast
 
 from goalwire.entities.client import AwaitedCalls
-from rclpy.client import BaseClient, RequestT, ResponseT
+from goalwire.entities.type_support import RequestT, ResponseT
+from rclpy.client import BaseClient
 from rclpy.impl.endpoint import Adopted
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
 from goalwire.entities.client import AwaitedCalls
 from goalwire.entities.graph_waiting import await_graph
-from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
+from goalwire.entities.type_support import ServiceClass, ServiceSupport, service_support
 from goalwire.errors import DestroyedError, RCLError, ShutDownError
 from goalwire.execution.asyncio.clock import AsyncClock
 from goalwire.execution.asyncio.executor import CallbackTasks, SharedLoop
@@ -211,7 +211,7 @@ class AsyncNode(BaseNode):
 
     def create_service(
         self,
-        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_type: ServiceClass[RequestT, ResponseT],
         srv_name: str,
         callback: Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]],
         *,
@@ -245,7 +245,7 @@ class AsyncNode(BaseNode):
 
     def create_client(
         self,
-        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_type: ServiceClass[RequestT, ResponseT],
         srv_name: str,
         *,
         qos_profile: QoSProfile = qos_profile_services_default,

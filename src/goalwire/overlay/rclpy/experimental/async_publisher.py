@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from goalwire.entities.publisher import MsgT
+from goalwire.entities.type_support import MsgT
 from rclpy.impl.endpoint import Adopted
 from rclpy.publisher import Publisher
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from goalwire.entities.type_support import RequestT, ResponseT
 from goalwire.transport.contract import Request
 from rclpy.impl.endpoint import Adopted
-from rclpy.service import RequestT, ResponseT, Service
+from rclpy.service import Service
 
 
 class AsyncService(Adopted, Service[RequestT, ResponseT]):

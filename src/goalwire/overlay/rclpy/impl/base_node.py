@@ -19,7 +19,7 @@ from goalwire.rules.qos import PARAMETER_EVENTS, PARAMETERS, QoS
 from goalwire.transport.contract import EndpointKind
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
-from rclpy.clock import Clock, ROSClock
+from rclpy.clock import ROSClock
 from rclpy.constants import S_TO_NS
 from rclpy.context import Context
 from rclpy.exceptions import NotInitializedException
@@ -151,7 +151,7 @@ class BaseNode(NodeGraph, ClockedNode):
         self._ros_check_alive()
         return self.handle.name.qualified
 
-    def get_clock(self) -> Clock:
+    def get_clock(self) -> ROSClock:
         """Return the node's clock (ROS time)."""
         return self._clock
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from goalwire.entities.lifecycle.managed_entity import SimpleManagedEntity
-from goalwire.entities.publisher import MsgT
+from goalwire.entities.type_support import MsgT
 from rclpy._reexports import reexport
 from rclpy.publisher import Publisher
 
