@@ -44,7 +44,7 @@ class RejectCounters:
         log_rejected(LOGGER if origin is None else origin.logger, what, count, reason)
 
     def count(self, kind: str, title: str) -> int:
-        """Count one and return which one it is, of its kind and endpoint."""
+        """Count one more of a kind at an endpoint, and return how many there are by now."""
         with self._lock:
             self._counts[kind, title] += 1
             return self._counts[kind, title]

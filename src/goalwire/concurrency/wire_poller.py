@@ -73,7 +73,7 @@ class WirePoller(ABC):
 
     @abstractmethod
     def ensure_polled(self) -> None:
-        """See to it that somebody waits on the wire: there are dependants. Any thread."""
+        """Have some thread wait on the wire: others depend on that. Any thread."""
 
     @abstractmethod
     def interrupt(self) -> None:

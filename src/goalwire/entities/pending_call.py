@@ -431,7 +431,7 @@ class RequestClient:
     # -- its end -------------------------------------------------------------------------------------------
 
     def watch_end(self) -> None:
-        """See to it that calls without a deadline end with the context. One watch serves them all."""
+        """Have calls without a deadline end with the context. One watch serves them all."""
         self.watches_end = True
         self.node.context.deadlines.tell_end(self)
 

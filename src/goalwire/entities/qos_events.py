@@ -146,7 +146,7 @@ class EndpointEvents:
             reader.close()
 
     def _start(self, event: EventType) -> None:
-        """See to it that an event is counted."""
+        """Begin to count an event."""
         with self.lock:
             if event in self._started:
                 return

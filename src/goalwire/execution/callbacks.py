@@ -31,7 +31,7 @@ def check_callback(callback: object, arguments: tuple[str, ...], what: str) -> N
 
 
 def advise_callback(callback: object, arguments: tuple[str, ...], what: str, logger: RcutilsLogger) -> None:
-    """Log a warning if `callback` cannot be called with so many arguments. The call will raise TypeError.
+    """Log a warning if `callback` cannot be called with these `arguments`. The call will raise TypeError.
 
     `what` says whose callback it is; `arguments` what it gets.
     """
@@ -41,7 +41,7 @@ def advise_callback(callback: object, arguments: tuple[str, ...], what: str, log
 
 
 def _problem(callback: object, arguments: tuple[str, ...], what: str) -> str | None:
-    """Say why `callback` cannot be called with so many arguments; None if it can."""
+    """Return why `callback` cannot be called with these arguments; None if it can."""
     if not callable(callback):
         return f'{what} must be a function: {describe_given(callback)}'
     if accepts(callback, len(arguments)):

@@ -385,7 +385,7 @@ class MultiThreadedExecutor(Executor):
             self._ready.wake_all()  # the workers go to the other queue
 
     def _send_somebody(self) -> None:
-        """See to it that a worker looks at the queues."""
+        """Have a worker look at the queues."""
         if self._handed_over.sleepers:
             self._handed_over.wake_one()
         elif self._ready.sleepers:

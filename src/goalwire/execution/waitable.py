@@ -341,7 +341,7 @@ class WaitablePoller(CallbackSource):
         return self.waitable
 
     def wake(self) -> None:
-        """Get the executor to look. Any thread."""
+        """Have the executor look at the waitable. Any thread."""
         queue = self.work_queue.queue
         if queue is not None:
             queue.recheck()

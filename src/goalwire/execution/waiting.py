@@ -61,7 +61,7 @@ class Waiter:
 
 
 def wake_all(waiters: Iterable[Waiter]) -> None:
-    """Wake all of them; other threads may change the collection meanwhile."""
+    """Wake all waiters. Other threads may change the collection meanwhile."""
     for waiter in tuple(waiters):
         waiter.wake()
 

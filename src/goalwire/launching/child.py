@@ -105,7 +105,7 @@ class Child(asyncio.SubprocessProtocol):
         return not sys.platform.startswith('linux') or _has_members(self.pid)
 
     async def wait_for_group(self, seconds: float) -> bool:
-        """Wait at most so long until the process and its group have ended; whether they have."""
+        """Wait up to `seconds` until the process and its group have ended; return whether they have."""
         deadline = time.monotonic() + seconds
         await asyncio.wait([self.exited], timeout=seconds)
         if not self.exited.done():

@@ -89,7 +89,7 @@ class NodeParameters:
         return sorted(response.result.names)
 
     async def values(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return the ParameterValue messages of those of these parameters that have a value."""
+        """Return the ParameterValue messages of these parameters, without those that have no value."""
         found = await self._values(names) if names else []
         if len(found) != len(names):
             # A node answers with nothing at all if one of the parameters has a type and no value yet.
@@ -105,7 +105,9 @@ class NodeParameters:
         return list((await self._ask(GetParameters, 'get_parameters', names=list(names))).values)
 
     async def descriptors(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return the ParameterDescriptor messages of those of these parameters that the node has."""
+        """Return the ParameterDescriptor messages of these parameters, without those that the node does
+        not have.
+        """
         found = await self._descriptors(names)
         if len(found) != len(names):  # a node answers with nothing at all if it lacks one of the names
             known = set(await self.names())

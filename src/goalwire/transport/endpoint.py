@@ -39,12 +39,12 @@ class EndpointState:
     def __init__(self, title: str, guard: ForkGuard, logger: str = LOGGER) -> None:
         self.title = title
         self.logger = logger
-        """The name of the logger that tells what goes wrong here."""
+        """The name of the logger for faults of this thing."""
         self.closed = False
         self.guard = guard
         """Shared by all of a session. Looked at with each message, past `is_forked`: a call less."""
         self.undo: list[Callable[[], object]] = []
-        """The steps of closing, the last one first; if one fails, the others are done all the same."""
+        """The steps of closing, the last one first. If one fails, the others are done all the same."""
         self._turn = RLock()
 
     @property
@@ -196,11 +196,11 @@ class OpenSession(Session):
         self.nodes = Children(self.state)
 
     def silence(self) -> None:
-        """Have publishers and clients send nothing more."""
+        """Refuse to send from now on: publishers and clients raise ClosedError."""
         self.state.guard.silence()
 
     def close(self) -> None:
-        """Close every node, send what is queued, and leave the wire."""
+        """Close every node, send the queued messages, and leave the wire."""
         self.state.close()
 
 
@@ -254,7 +254,7 @@ class Shared(Generic[K, V]):
         self._things: dict[K, tuple[V, int]] = {}
 
     def open(self, key: K, make: Callable[[], V]) -> V:
-        """Return the thing for one more user; it is made where there is none. Raises what `make` does."""
+        """Return the thing for one more user; `make` makes it if there is none. Raises as `make` does."""
         with self._lock:
             thing, users = self._things.get(key) or (make(), 0)
             self._things[key] = thing, users + 1
@@ -282,7 +282,7 @@ class Shared(Generic[K, V]):
                 self._end(thing)
 
     def close_all(self) -> None:
-        """End all, even those that are still used."""
+        """End all things, even used ones."""
         with self._lock:
             things, self._things = self._things, {}
             for thing, _ in things.values():

@@ -9,13 +9,16 @@ from goalwire.reports import report_failure
 from goalwire.transport.contract import GraphEntity, GraphListener
 
 Change: TypeAlias = tuple[bool, GraphEntity]
-"""Whether something has come, or gone, and what."""
+"""True for a thing that has come, False for one that has gone; and the thing."""
 GraphDispatcher: TypeAlias = OrderedDispatcher[Change | None]
 """Tells a listener of changes in the graph; None stands for a connection made or lost."""
 
 
 def graph_dispatcher(listener: GraphListener) -> GraphDispatcher:
-    """Return what tells `listener`; what it raises is reported, and the next change comes all the same."""
+    """Return a function that tells `listener` of changes.
+
+    Its errors are reported, and the next change comes all the same.
+    """
 
     def tell(change: Change | None) -> None:
         try:

@@ -1,4 +1,4 @@
-"""Which names of others the graph takes in."""
+"""The names of others that the graph accepts."""
 
 from __future__ import annotations
 

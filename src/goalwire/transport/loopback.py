@@ -8,7 +8,7 @@ ADVICE = (
     'the loopback device is down, so programs of this machine cannot reach each other: '
     'run ip link set lo up (as root, in the same network namespace)'
 )
-"""Why nothing at 127.0.0.1 answers, and what to do."""
+"""The error text if nothing at 127.0.0.1 answers, with advice."""
 
 _DISCARD_PORT = 9
 

@@ -28,7 +28,7 @@ def available() -> set[str]:
 
 
 def selected_identifier() -> str:
-    """Return what RMW_IMPLEMENTATION names, or the default."""
+    """Return the value of RMW_IMPLEMENTATION, or the default."""
     return os.environ.get('RMW_IMPLEMENTATION') or DEFAULT
 
 

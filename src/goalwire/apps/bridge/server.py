@@ -65,7 +65,8 @@ async def serve_clients(
                 process_request=door.judge,
                 subprotocols=[Subprotocol(each) for each in subprotocols] or None,
                 max_size=settings.most_bytes,
-                compression=None,  # it costs more than it saves, and a small message could be a large one
+                # Compression costs more than it saves, and a small frame could become a large message
+                compression=None,
                 logger=_QUIET,
                 server_header=None,
             ) as server:

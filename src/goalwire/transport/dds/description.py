@@ -25,7 +25,7 @@ class Role(Enum):
 
 
 class TopicName(NamedTuple):
-    """A ROS 2 name and what its DDS topic carries."""
+    """A ROS 2 name, and the role of its DDS topic."""
 
     role: Role
     name: str
@@ -42,7 +42,7 @@ def dds_topic(role: Role, name: str, *, verbatim: bool = False) -> str:
 
 
 def ros_topic(topic: str) -> TopicName | None:
-    """Return what a DDS topic is in ROS 2; None for one that is not ROS 2's.
+    """Return the ROS 2 name of a DDS topic; None for one that is not ROS 2's.
 
     A topic without ROS 2's prefixes counts, by its own name, where that is one of ROS 2.
     """
@@ -58,7 +58,7 @@ def ros_topic(topic: str) -> TopicName | None:
 
 
 def dds_type(role: Role, type_name: str) -> str:
-    """Return the DDS type of 'pkg/msg/Name' or, for what a service sends, of 'pkg/srv/Name'."""
+    """Return the DDS type of 'pkg/msg/Name' or, for a service's messages, of 'pkg/srv/Name'."""
     namespace, _, name = type_name.rpartition('/')
     return f'{namespace.replace("/", "::")}{_MARK}{name}{_TYPE_SUFFIXES[role]}'
 
@@ -74,17 +74,17 @@ def ros_type(role: Role, type_name: str) -> str:
 
 GUID_PREFIX_SIZE = 12
 REFUSALS = 'goalwire'
-"""The key of a client that takes refusals (service_header.py); ROS 2 skips what it does not know."""
+"""The key of a client that takes refusals (service_header.py); ROS 2 skips unknown keys."""
 
 
 class EndpointData(NamedTuple):
-    """The facts that an endpoint announces of itself; '' for those that it does not."""
+    """The facts that an endpoint announces of itself; '' for missing ones."""
 
     type_hash: str = ''
     service_id: str = ''
     client_id: str = ''
     takes_refusals: bool = False
-    """Whether a client knows what service_header.py describes."""
+    """True if a client understands the refusals of service_header.py."""
 
 
 def encode_participant(enclave: str) -> bytes:
@@ -109,7 +109,7 @@ def encode_endpoint(data: EndpointData) -> bytes:
 
 
 def decode_endpoint(data: bytes) -> EndpointData:
-    """Read an endpoint's user data; what cannot be read counts as not said."""
+    """Read an endpoint's user data; unreadable facts count as missing."""
     pairs = _pairs(data)
     return EndpointData(
         pairs.get('typehash', ''), pairs.get('serviceid', ''), pairs.get('clientid', ''), REFUSALS in pairs

@@ -166,7 +166,7 @@ class _Node(NamedTuple):
 
 
 class _Participant:
-    """One participant and what is known of it."""
+    """One participant, its nodes and endpoints."""
 
     def __init__(self, guid: bytes, enclave: str) -> None:
         self.guid = guid
@@ -180,7 +180,7 @@ class _Participant:
         self.found: dict[bytes, Found] = {}
         """Every endpoint that there is, shown or not."""
         self.seen: set[bytes] = set()
-        """Every endpoint that was told of, those that the graph does not show included."""
+        """Every announced endpoint, including those that the graph does not show."""
         self.next_id = count()
 
 
@@ -194,7 +194,7 @@ class DiscoveryState:
         """The endpoints that wait for a node to claim them."""
 
     def participant_came(self, guid: bytes, enclave: str) -> None:
-        """A participant is there; told before its endpoints."""
+        """Add a participant; called before its endpoints are added."""
         self._participants.setdefault(guid, _Participant(guid, enclave))
 
     def participant_went(self, guid: bytes) -> list[Change]:
@@ -276,7 +276,7 @@ class DiscoveryState:
         return not self.unclaimed
 
     def show_unclaimed(self, gids: Iterable[bytes]) -> list[Change]:
-        """Show those of these endpoints that wait for a node to claim them as nobody's."""
+        """Show the given endpoints without a node, if they still wait for one."""
         changes = []
         for gid in gids:
             participant = self._participants.get(self._participant_of.get(gid, b''))
@@ -286,7 +286,7 @@ class DiscoveryState:
         return changes
 
     def _moved(self, participant: _Participant) -> Iterator[Change]:
-        """Move each endpoint to the node that claims it now; hide those that nobody claims any more."""
+        """Move each endpoint to the node that claims it now; hide endpoints that no node claims any more."""
         for gid, found in participant.found.items():
             owner, shown = participant.owners.get(gid), participant.shown.get(gid)
             node_id = UNKNOWN_ID if owner is None else owner.entity.node_id
@@ -304,7 +304,7 @@ class DiscoveryState:
 
 
 def _identified(participant: _Participant, told: tuple[NodeInfo, ...]) -> Iterator[_Node]:
-    """Recognise the nodes that were there before: by name, and twins by their endpoints."""
+    """Recognise nodes that were there before: by name, or, for nodes of one name, by their endpoints."""
     earlier: dict[tuple[str, str], list[_Node]] = {}
     for node in participant.nodes:
         earlier.setdefault((node.entity.node.namespace, node.entity.node.name), []).append(node)

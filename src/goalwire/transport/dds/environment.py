@@ -12,7 +12,7 @@ from enum import Enum
 from goalwire.errors import TransportError
 
 MOST_PARTICIPANTS = 32
-"""Participants of one domain on one machine that can be asked for directly (as in ROS 2)."""
+"""How many participants of one domain on one machine are asked directly (as in ROS 2)."""
 LARGEST_DOMAIN = 232
 """Beyond it a domain has no UDP ports."""
 
@@ -27,7 +27,7 @@ NATIVE, CYCLONE = 'native', 'cyclone'
 
 
 def chosen() -> str:
-    """Return what a session stands on. Raises TransportError for an unknown word."""
+    """Return the chosen kind of session. Raises TransportError for an unknown word."""
     word = os.environ.get(CHOICE) or NATIVE
     if word not in {NATIVE, CYCLONE}:
         raise TransportError(f"{CHOICE} is '{word}'; set it to {NATIVE} or {CYCLONE}")
@@ -59,7 +59,7 @@ def discovery_range() -> Range:
 
 
 _FIRST_PORT, _PORTS_OF_A_DOMAIN, _DISCOVERY_PORT = 7400, 250, 10
-"""RTPS 2.5, 9.6.2.3: where a domain's ports begin, and among them those that discovery is sent to."""
+"""RTPS 2.5, 9.6.2.3: the first port of a domain, and the offsets of the discovery ports."""
 
 
 def knows_its_peers() -> bool:
@@ -92,7 +92,7 @@ def ports_in_use(domain_id: int) -> set[int]:
             for line in table:
                 columns = line.split()
                 address, _, port = columns[1].rpartition(':')
-                # The library listens at all addresses; who uses one of them alone does something else.
+                # the library listens at all addresses; a program that uses only one does otherwise
                 if int(port, 16) in asked and not address.strip('0'):
                     found[f'socket:[{columns[9]}]'] = int(port, 16)
     own = _own_sockets() if found else set()

@@ -1,4 +1,4 @@
-"""Tells listeners what is in the graph, and how it changes."""
+"""Tells listeners of the graph and of its changes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from goalwire.transport.graph_dispatcher import Change, GraphDispatcher, graph_d
 
 
 class GraphNotifier:
-    """Tells listeners what is in the graph, and how it changes."""
+    """Tells listeners of the graph and of its changes."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -58,7 +58,7 @@ class GraphNotifier:
             told(node)
 
     def _shown(self) -> Iterator[tuple[NodeName, Callable[[NodeName], None]]]:
-        """Yield the endpoints that wait no longer, each with its node."""
+        """Yield the endpoints whose wait is over, each with its node."""
         known = (entity for entity in self._there.values() if entity.node_id != UNKNOWN_ID)
         nodes = {entity.gid: entity.node for entity in known}
         for awaited in list(self._awaited):

@@ -1,4 +1,4 @@
-"""What the service servers of both DDS sessions share: requests that wait for their replies."""
+"""The common part of both DDS sessions' service servers: requests that wait for their replies."""
 
 from __future__ import annotations
 

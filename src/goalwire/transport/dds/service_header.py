@@ -70,7 +70,7 @@ def refusal(header: Header, reason: str) -> bytes:
 
 
 def refusal_reason(message: bytes) -> str:
-    """Return the reason in a refusal without its header; what cannot be read counts as none."""
+    """Return the reason in a refusal without its header; '' if it is unreadable."""
     end = len(message) - _REASON_SIZE.size
     if end < ENCAPSULATION_SIZE:
         return ''

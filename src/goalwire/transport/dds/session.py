@@ -58,7 +58,7 @@ class Made(NamedTuple, Generic[P]):
 
 
 class DdsContext(ABC):
-    """What all endpoints of one session share, whichever DDS it stands on."""
+    """The common part of a session's endpoints, whichever DDS it stands on."""
 
     notifier: GraphNotifier
     announcement: Announcement
@@ -75,16 +75,16 @@ class DdsContext(ABC):
         self._next_service = count(1).__next__
 
     def next_service_id(self) -> str:
-        """Return what the two ends of one more client or server share."""
+        """Return a new id for the two ends of one client or server."""
         return service_id(self.guid, self._next_service())
 
     @abstractmethod
     def announce(self) -> None:
-        """Tell the others what has changed in `announcement`."""
+        """Publish the changes of `announcement`."""
 
     @abstractmethod
     def has_heard_all(self) -> bool:
-        """Whether all participants of this machine, and all that were met, have told what they have."""
+        """Whether all participants of this machine, and all that were met, have announced everything."""
 
     @abstractmethod
     def close(self) -> None:
@@ -92,7 +92,7 @@ class DdsContext(ABC):
 
 
 class EndpointFactory(ABC):
-    """Makes the endpoints of one session. The steps that undo what was made are noted in `state`."""
+    """Makes the endpoints of one session, and notes in `state` how to undo each step."""
 
     @abstractmethod
     def publisher(self, state: EndpointState, endpoint: Endpoint) -> Made[PublisherEnd]:
@@ -160,12 +160,12 @@ class DdsNode(OpenNode):
 
     @contextmanager
     def _opening(self, endpoint: Endpoint) -> Iterator[EndpointState]:
-        """Prepare an endpoint; whatever was declared of it is undone where the block fails."""
+        """Prepare an endpoint; if the block fails, its declarations are undone."""
         with self.ports.opening(f"{endpoint.kind.value} '{endpoint.name}'") as state:
             yield state
 
     def _show(self, made: Made[P], endpoint: Endpoint) -> P:
-        """Show an endpoint in the graph, here and to the others, and let its messages in."""
+        """Show an endpoint in the graph and to the others, and let its messages in."""
         context, (port, readers, writers, begin) = self._context, made
         entity = replace(
             self._entity,
@@ -219,7 +219,7 @@ class DdsSession(OpenSession):
         self._context.notifier.watch(listener)
 
     def has_heard_all(self) -> bool:
-        """Whether all participants of this machine, and all that were met, have told what they have."""
+        """Whether all participants of this machine, and all that were met, have announced everything."""
         return self._context.has_heard_all()
 
     def statistics(self) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""Whose DDS a participant runs, and which RMW speaks to it best."""
+"""The vendor of a participant's DDS, and the RMW that speaks to it best."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def vendor_name(vendor: bytes) -> str:
 
 
 def rmw_for(vendor: bytes) -> str:
-    """Return what RMW_IMPLEMENTATION should be beside participants of a vendor."""
+    """Return the best RMW_IMPLEMENTATION beside participants of a vendor."""
     return _VENDORS[vendor][1] if vendor in _VENDORS else 'rmw_fastrtps_cpp'
 
 

@@ -53,7 +53,7 @@ class RealTime:
 
 
 class DelayQueue:
-    """Delivers packets late; those of one path arrive in order, unless one overtakes."""
+    """Delivers packets late. Those of one path arrive in order, unless one overtakes."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -66,7 +66,9 @@ class DelayQueue:
         self._thread: Thread | None = None
 
     def carry(self, path: Path, delay_ns: int, deliver: Callable[[], None], *, overtakes: bool) -> None:
-        """Deliver on this thread if nothing keeps it; else after `delay_ns`, behind what went before."""
+        """Deliver on this thread if nothing delays the packet; else after `delay_ns`, behind earlier
+        packets.
+        """
         with self._lock:
             number, last_due = self._under_way.get(path, (0, 0))
             late = delay_ns > 0 or (number > 0 and not overtakes)

@@ -17,7 +17,7 @@ from goalwire.errors import TransportError
 from goalwire.transport.contract import Payload
 
 Path: TypeAlias = tuple['Kind', str, str, str]
-"""Kind, name, source and target: what crosses on one path keeps its order."""
+"""Kind, name, source and target. The packets of one path keep their order."""
 
 
 class Kind(Enum):
@@ -39,7 +39,7 @@ class Packet(NamedTuple):
     payload: Payload
     delay_ns: int = 0
     overtakes: bool = False
-    """True if it need not wait for what was sent before it on the same path."""
+    """True if it need not wait for earlier packets of the same path."""
 
     @property
     def path(self) -> Path:
@@ -55,9 +55,9 @@ class Fault(ABC):
     """One fault. Nodes and names are matched as a shell matches files; a node without a slash is of '/'."""
 
     rate: float = 1.0
-    """The share of what passes that is struck, at random."""
+    """The share of the packets that is struck, at random."""
     times: int | None = None
-    """How often it strikes before it is over; None: without end."""
+    """How many packets it strikes before it ends; None: without end."""
     source: str = '*'
     target: str = '*'
     name: str = '*'
@@ -142,7 +142,7 @@ class Delay(Fault):
 
 @dataclass(eq=False)
 class Duplication(Fault):
-    """Arrives twice in a row. A client takes one reply, so replies are left alone."""
+    """Doubles packets. A client takes only one reply, so replies are not doubled."""
 
     strikes_on = frozenset({Kind.MESSAGE, Kind.REQUEST})
 
@@ -152,7 +152,7 @@ class Duplication(Fault):
 
 @dataclass(eq=False)
 class Reordering(Fault):
-    """Held back by `by` seconds, while what comes behind it passes."""
+    """Holds packets back by `by` seconds, while later ones pass."""
 
     by: float = 0.01
 
@@ -175,9 +175,9 @@ class SlowReader(Fault):
     bytes_per_s: float = math.inf
     room: int = 100
     lost: int = field(default=0, init=False)
-    """Messages for which there was no room."""
+    """How many messages found no room."""
     _busy: dict[Path, deque[int]] = field(default_factory=lambda: defaultdict(deque), init=False, repr=False)
-    """When it will be done with each of those that are on a path."""
+    """For each message under way, when the path will be done with it."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -199,12 +199,12 @@ class SlowReader(Fault):
 
 
 _HEADER = 4
-"""Bytes of encapsulation before every message; a wire may read them itself, so they are left alone."""
+"""Bytes of encapsulation before every message. A wire may read them itself, so faults leave them alone."""
 
 
 @dataclass(eq=False)
 class FlippedBytes(Fault):
-    """So many bytes of it are others."""
+    """Changes `number` bytes of each packet."""
 
     number: int = 1
 

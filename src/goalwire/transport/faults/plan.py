@@ -15,7 +15,7 @@ FaultT = TypeVar('FaultT', bound=AnyFault)
 
 
 class Watching(Protocol):
-    """A session that is told what the faults change in its graph."""
+    """A session that applies changes of the faults to its graph."""
 
     def look_again(self) -> None:
         """Look at the partitions again: one may have changed."""
@@ -58,7 +58,7 @@ class Plan:
     def partition(
         self, here: str, there: str = '*', *, one_way: bool = False, lease: float = LEASE_S
     ) -> Partition:
-        """Part two nodes, or one from all others."""
+        """Part two nodes, or one node from all others."""
         return self.add(Partition(here, there, one_way=one_way, lease=lease))
 
     def heal(self, *faults: AnyFault) -> None:
@@ -95,7 +95,7 @@ class Plan:
         self._look_again()
 
     def closed(self, session: Watching) -> None:
-        """A session has gone; with the last one goes what is under way."""
+        """Take note of a closed session. With the last one the packets under way are lost."""
         with self._lock:
             self._sessions = tuple(each for each in self._sessions if each is not session)
             was_last = not self._sessions
@@ -130,7 +130,7 @@ class Plan:
         self._delay_queue.do_later(0, lambda: self._kill_at(node))
 
     def send(self, packet: Packet, deliver: Callable[[Packet], None]) -> bool:
-        """Deliver what the faults make of a packet, each thing when its time has come; False: nothing."""
+        """Deliver a packet as the faults change it, each part at its time; False if nothing is delivered."""
         with self._lock:
             results = self._fate(packet)
         for result in results:

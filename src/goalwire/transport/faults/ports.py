@@ -34,7 +34,7 @@ class FaultyPort(Port):
     faults: Plan
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
-        """Watch what the wire finds out itself, but for matches: the graph knows which faults hide."""
+        """Watch an event of the wire. Matches are watched in the graph, which knows what the faults hide."""
         self.faults.call('port.watch_event')
         return event not in _MATCHED and self._inner.watch_event(event, changed)
 
@@ -48,7 +48,7 @@ class FaultyPort(Port):
 
 
 class ReceivingPort(FaultyPort, Generic[T]):
-    """A port at which messages or requests arrive; what is under way when it is closed is lost."""
+    """A port that receives messages or requests. Those under way are lost when it is closed."""
 
     kind: Kind
 
@@ -76,7 +76,7 @@ class ReceivingPort(FaultyPort, Generic[T]):
         """Take a message that the wire delivers."""
 
     def _send_on(self, sample: Sample, source: str, deliver: Callable[[Sample], None]) -> bool:
-        """Deliver what the faults make of a sample from the node `source`; False: nothing."""
+        """Deliver a sample from the node `source` as the faults change it; False if nothing is delivered."""
         packet = Packet(self.kind, self.name, source, self.node, sample.payload)
 
         def arrive(result: Packet) -> None:
@@ -87,7 +87,7 @@ class ReceivingPort(FaultyPort, Generic[T]):
         return self.faults.passes(Moment.ARRIVED, packet) and self.faults.send(packet, arrive)
 
     def close(self) -> None:
-        """Undeclare; what is under way is lost."""
+        """Undeclare. Packets under way are lost."""
         self._is_closed = True
         super().close()
 
@@ -137,7 +137,7 @@ class FaultySubscription(ReceivingPort[Sample]):
         self._send_on(arrived, self._owner_of(arrived.gid), self._deliver)
 
     def catch_up(self) -> None:
-        """Deliver what has arrived by now."""
+        """Deliver the messages that have arrived by now."""
         self._inner.catch_up()
 
 
@@ -165,7 +165,7 @@ class FaultyCall:
 
 
 class FaultyClient(FaultyPort, ClientPort):
-    """A service client, with faults. `is_blind` says whether its servers are there and cannot be seen."""
+    """A service client, with faults. `is_blind` tells whether faults hide its servers."""
 
     _inner: ClientPort
 
@@ -205,7 +205,7 @@ class FaultyClient(FaultyPort, ClientPort):
         return not was_over
 
     def cancel(self, sequence: int) -> None:
-        """Hold nothing for this request any more."""
+        """Forget this request."""
         self.faults.call('client.cancel')
         with self._lock:
             call = self._calls.pop(sequence, None)
@@ -214,7 +214,7 @@ class FaultyClient(FaultyPort, ClientPort):
         self._inner.cancel(sequence)
 
     def look_again(self) -> None:
-        """End the calls of a client that sees its servers no longer."""
+        """End the calls of a client whose servers are hidden now."""
         if not self._is_blind():
             return
         with self._lock:
@@ -271,7 +271,7 @@ class FaultyService(ReceivingPort[Request]):
             self._lost.popleft().cancel()
 
     def close(self) -> None:
-        """Undeclare; what is under way is lost."""
+        """Undeclare. Packets under way are lost."""
         super().close()
         self._lost.clear()
 

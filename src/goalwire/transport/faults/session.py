@@ -85,7 +85,7 @@ class FilteredGraph(GraphListener):
         self._dispatcher.drain()
 
     def look_again(self) -> None:
-        """Hide and show what a partition or its end has changed."""
+        """Hide and show nodes as a partition, or its end, demands."""
         with self._lock:
             for key, entity in self._entities.items():
                 is_hidden = self._is_hidden(entity)
@@ -147,11 +147,11 @@ class FaultySession(Session):
         return node
 
     def has_heard_all(self) -> bool:
-        """Whether all peers that were met have told all they have."""
+        """Whether all peers that were met have announced everything."""
         return self.inner.has_heard_all()
 
     def watch_graph(self, listener: GraphListener) -> None:
-        """Tell `listener` of what can be seen in spite of the faults."""
+        """Tell `listener` of the part of the graph that the faults do not hide."""
         self.faults.call('session.watch_graph')
         filtered_graph = FilteredGraph(listener, self._is_hidden)
         with self._lock:
@@ -159,11 +159,11 @@ class FaultySession(Session):
         self.inner.watch_graph(filtered_graph)
 
     def silence(self) -> None:
-        """Have publishers and clients send nothing more."""
+        """Refuse to send from now on: publishers and clients raise ClosedError."""
         self.inner.silence()
 
     def close(self) -> None:
-        """Undeclare everything and disconnect; what is under way to this session is lost."""
+        """Undeclare everything and disconnect; packets under way to this session are lost."""
         self.inner.close()
         with self._lock:
             self._nodes = ()
@@ -244,7 +244,7 @@ class FaultyNode(NodePort):
         return client
 
     def look_again(self) -> None:
-        """A partition may have changed: calls to servers that can no longer be reached end."""
+        """End calls to servers that a partition has cut off."""
         for client in self._clients:
             client.look_again()
 
@@ -256,7 +256,7 @@ class FaultyNode(NodePort):
 
 
 class Faults(Plan):
-    """A plan, and what opens sessions with it: transports that it wraps, or every one while it is entered."""
+    """A plan, and the transports that open sessions with it: the wrapped ones, or all while it is entered."""
 
     def __init__(self, *faults: AnyFault, seed: int = 0, clock: Clock | None = None) -> None:
         self._switched_on: list[Callable[[], None]] = []

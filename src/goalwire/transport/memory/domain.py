@@ -20,7 +20,7 @@ Key: TypeAlias = tuple[str, str, str]
 
 
 def key_of(entity: GraphEntity) -> Key:
-    """Return what an endpoint is matched by."""
+    """Return the key by which endpoints are matched."""
     return entity.name, entity.type_name, entity.type_hash
 
 

@@ -21,7 +21,7 @@ from goalwire.transport.contract import ClientPort, GraphEntity, PublisherPort, 
 from goalwire.transport.endpoint import EndpointState, OpenPort, answered_before
 
 _DEFAULT_DEPTH = 42
-"""The depth that rmw_zenoh uses where 0 is given."""
+"""The depth that rmw_zenoh uses for 0."""
 
 
 def _history_length(qos: QoS) -> int:
@@ -47,7 +47,7 @@ class MemorySubscription(OpenPort):
         self.history_length = _history_length(entity.qos)
 
     def wants(self, publisher: MemoryPublisher) -> bool:
-        """Return whether this publisher's messages are meant for us; QoS prevents nothing."""
+        """Return whether this subscription takes a publisher's messages; QoS prevents nothing."""
         return not (self._ignore_local and publisher.entity.session == self.entity.session)
 
     def receive(self, sample: Sample) -> None:
@@ -105,7 +105,7 @@ class MemoryPublisher(OpenPort, PublisherPort):
                 self._dispatcher.post((sample._replace(received_timestamp=now), (subscription,)))
 
     def disconnect(self, subscription: MemorySubscription) -> None:
-        """Send no more to this subscription."""
+        """Stop sending to this subscription."""
         with self._lock:
             self._targets = tuple(target for target in self._targets if target is not subscription)
 
@@ -174,7 +174,7 @@ class MemoryCall:
             self._end()
 
     def _end(self) -> None:
-        """No server has anything of it any more."""
+        """End the call: no server has its request any more."""
         self._client.waiting.pop(self._sequence, None)
         self.requests.clear()
         self._client.run(self._on_end, self._reason)
@@ -201,7 +201,7 @@ class MemoryRequest(Request):
             self._call.answered(Sample(bytes(payload), self.sample.sequence, now, now, self.sample.gid))
 
     def discard(self) -> None:
-        """Nobody waits for the answer any more."""
+        """Forget the request: nobody waits for the answer any more."""
         self._server.discard(self)
 
     def cancel(self, reason: str = '') -> None:
@@ -221,7 +221,7 @@ class MemoryService(OpenPort):
         self._waiting: set[MemoryRequest] = set()
 
     def accept(self, call: MemoryCall, sample: Sample) -> None:
-        """Take one call in; where the server has just gone, or fails, the call ends at once."""
+        """Take one call in. If the server has just gone, or fails, the call ends at once."""
         request = MemoryRequest(self, call, sample)
         call.requests.append(request)
         with self._lock:
@@ -299,7 +299,7 @@ class MemoryClient(OpenPort, ClientPort):
             report_failure(self.state.title, error)
 
     def cancel(self, sequence: int) -> None:
-        """Hold nothing for a call that has ended, or that nobody waits for any more."""
+        """Forget a call. One that has ended is ignored."""
         call = self.waiting.pop(sequence, None)
         if call is not None:
             call.cancel()

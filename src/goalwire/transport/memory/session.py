@@ -126,7 +126,7 @@ class MemoryNode(OpenNode):
 
     @contextmanager
     def _opening(self, endpoint: Endpoint) -> Iterator[tuple[EndpointState, GraphEntity]]:
-        """Name an endpoint and what the graph shows of it; where the block fails all is undone."""
+        """Name an endpoint and its place in the graph; if the block fails, all is undone."""
         entity = replace(
             self._entity,
             kind=endpoint.kind,

@@ -38,7 +38,7 @@ class Waiting(NamedTuple):
     owner: object
     size: int
     send: Callable[[], None]
-    """Hands it to the wire, and waits for room; may fail where the publisher has gone."""
+    """Hands the message to the wire, and waits for room; may fail if the publisher has gone."""
 
 
 class Turn:
@@ -51,13 +51,13 @@ class Turn:
     def __init__(self) -> None:
         self.section = CriticalSection()
         self.is_busy = False
-        """True while messages wait: then others may not overtake them."""
+        """True while messages wait; others may not overtake them then."""
         self._changed = Condition(self.section.lock)
         self._waiting: deque[Waiting] = deque()
         self._sending: Waiting | None = None
 
     def post(self, message: Waiting, depth: int) -> Waiting | None:
-        """Send a message after those that wait; return the owner's oldest if it has `depth` of these."""
+        """Queue a message behind the waiting ones; return the owner's oldest if it has `depth` of these."""
         with self.section.lock:
             fellows = [each for each in self._waiting if each.owner is message.owner]
             dropped = fellows[0] if len(fellows) >= depth else None
@@ -81,7 +81,7 @@ class Turn:
                 section.is_busy = was_busy
 
     def finish(self, owner: object, timeout: float) -> list[int]:
-        """Wait until an owner's messages have gone; return the sizes of those that are cancelled then."""
+        """Wait until an owner's messages have gone; return the sizes of those cancelled at the end."""
         if not self.is_busy:
             return []
         end = monotonic() + timeout
@@ -109,7 +109,7 @@ class Turn:
                 send = self._sending.send
             try:
                 send()
-            except Exception as error:  # no memory, say: what waits goes out all the same
+            except Exception as error:  # out of memory, for example: the waiting messages go out all the same
                 report_failure('large message', error)
 
 
@@ -147,7 +147,7 @@ class ZenohContext:
 
     @contextmanager
     def refusing(self, title: str) -> Iterator[None]:
-        """Raise TransportError if the wire refuses what the block declares."""
+        """Raise TransportError if the wire refuses a declaration of the block."""
         try:
             yield
         except self.errors as error:

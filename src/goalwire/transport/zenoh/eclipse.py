@@ -175,7 +175,7 @@ class _Asked:
         self._on_answer = on_answer
         self._on_end = on_end
         self.token = zenoh.CancellationToken()
-        """Ends the query at once; without it zenoh keeps the query until its time is over."""
+        """Ends the query at once; without it zenoh keeps the query until its timeout."""
         in_flight.enter(self)
 
     def replied(self, reply: zenoh.Reply) -> None:

@@ -136,7 +136,7 @@ class SessionSecurity:
         get_logger(LOGGER).warning(f"'{who}': a {act.value} {what}: {reason}")
         time = datetime.now(UTC).isoformat(timespec='milliseconds')
         entry = {'time': time, 'outcome': what, 'who': who, 'act': act.value, 'key': key, 'reason': reason}
-        self._unwritten.append(entry)  # the session's section is held: nothing may wait for a disk here
+        self._unwritten.append(entry)  # the session's section is held: waiting for a disk is not allowed here
 
     def write_audit(self) -> None:
         """Write the refusals since the last time into the audit log. If that fails, it is logged once."""

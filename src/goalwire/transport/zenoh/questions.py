@@ -100,14 +100,16 @@ _USERS = (EndpointKind.SUBSCRIPTION, EndpointKind.CLIENT)
 
 
 def _of_token(token: str, session: str, *, learns: bool) -> tuple[Questions, Questions]:
-    """Return what a token's owner must be allowed, and one of what somebody else must be to learn of it."""
+    """Return what a token's owner must be allowed, and what another identity needs to see the token: one
+    of these.
+    """
     try:
         entity = parse(token)
         domain = int(token.split('/')[1])
     except (RemoteError, ValueError):
         return None, None
     if not learns and entity.session != session:
-        return None, None  # it is declared in another session's name
+        return None, None  # the token is declared in another session's name
     node = entity.node.qualified
     runs = Question((Verb.RUN,), node, domain)
     looks = Question((Verb.INTROSPECT,), node, domain)

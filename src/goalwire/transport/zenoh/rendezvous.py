@@ -125,7 +125,7 @@ RETRY_S = 0.2
 """Between two looks whether the port can be taken; one costs 20 µs of CPU."""
 
 _TCP = Pattern(r'(?:tcp|tls|ws)/(?:\[([^]"]+)\]|(localhost|[\d.]+)):(\d+)')
-"""Host and port of those of zenoh's endpoints that are TCP ports, names that must be looked up aside."""
+"""Host and port of zenoh's TCP endpoints; host names that need a look-up are left out."""
 
 
 def is_taken(endpoints: str) -> bool:

@@ -73,7 +73,8 @@ class HistorySubscriber:
         self._is_open = True
 
     def declare(self, *, recovers: bool, takes_own: bool) -> None:
-        """Follow the publishers; if it `recovers`, missing messages are asked for again.
+        """Follow the publishers. If it `recovers`, missing messages are requested again; `takes_own`
+        includes this session's.
 
         `takes_own` for those of this session too.
         """

@@ -85,7 +85,7 @@ def _beginning(begun: str, known: Iterable[str]) -> list[str]:
 
 
 def _match(begun: str, names: Iterable[str]) -> list[str]:
-    """Return the names that begin so, with the slash or without it."""
+    """Return the names with this beginning, with the slash or without it."""
     wanted = begun if begun.startswith('/') else f'/{begun}'
     return sorted({name for name in names if name.startswith(wanted) and _NAME.fullmatch(name)})
 

@@ -23,7 +23,7 @@ def get_default_filtered_patterns() -> list[str]:
 def basic_output_filter(
     filtered_prefixes: Iterable[str] | None = None, filtered_patterns: Iterable[str] | None = None
 ) -> Callable[[str], str]:
-    """Return a function that drops the lines that begin so, or match one of the patterns."""
+    """Return a function that drops lines with one of these beginnings, or that match one of the patterns."""
     prefixes = tuple(get_default_filtered_prefixes() if filtered_prefixes is None else filtered_prefixes)
     texts = get_default_filtered_patterns() if filtered_patterns is None else filtered_patterns
     patterns = [re.compile(text) for text in texts]

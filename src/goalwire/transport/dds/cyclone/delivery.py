@@ -71,7 +71,9 @@ class ReaderDispatcher:
             turn.release()
 
     def drain_own(self) -> None:
-        """Deliver what this thread has written, after what another one is just delivering."""
+        """Deliver the messages that this thread has written, once another thread has finished its
+        delivery.
+        """
         if not self.drain(takes_all=True) and self._deliverer != get_ident():  # else it takes this one too
             self.drain(PATIENCE_S, takes_all=True)
 

@@ -71,14 +71,14 @@ class Publication:
 
 
 GRACE_NS = 1_000_000_000
-"""How long an endpoint waits for its node to be told."""
+"""How long an endpoint is held back until its node is announced."""
 _AT_ONCE = 64
 
 B = TypeVar('B', BuiltinEndpoint, BuiltinParticipant)
 
 
 class Discovery:
-    """Keeps the graph up to date with what the others have, and the others with what this session has."""
+    """Keeps the graph up to date with the others' announcements, and announces what this session has."""
 
     def __init__(
         self, participant: Participant, domain_id: int, notifier: GraphNotifier, rejects: RejectCounters
@@ -87,9 +87,9 @@ class Discovery:
         self._domain_id = domain_id
         self._host = socket.gethostname()
         self._ports: dict[bytes, frozenset[int] | None] = {}
-        """Of each participant that was met: see read_ports."""
+        """The ports of each participant that was met: see read_ports."""
         self._is_telling = False
-        """True while what has changed in the state may not have been told yet."""
+        """True while listeners may not have heard of the latest changes."""
         self._library = participant.library
         self._notifier = notifier
         self._rejects = rejects
@@ -102,7 +102,7 @@ class Discovery:
         self._readers = [self._builtin(topic) for topic in (PUBLICATIONS, SUBSCRIPTIONS, PARTICIPANTS)]
         for condition in (*(condition for _, condition in self._readers), self._publication.reader.condition):
             self.waitset_thread.watch(condition, self._look)
-        self.waitset_thread.wake()  # tells that there are no nodes yet
+        self.waitset_thread.wake()  # announces that there are no nodes yet
 
     def _builtin(self, topic: int) -> tuple[int, int]:
         library = self._library
@@ -122,7 +122,7 @@ class Discovery:
         """
         told = list(self._ports.values())
         missing = ports_in_use(self._domain_id).difference(*filter(None, told))
-        if len(missing) > told.count(None):  # who does not tell a port may have one of these
+        if len(missing) > told.count(None):  # a participant that announces no port may have one of these
             return False
         # In this order: what completed the state has been told to the listeners once that is over.
         return self._state_of_discovery.is_complete() and not self._is_telling
@@ -184,7 +184,7 @@ class Discovery:
                 return infos
 
     def _take_participants(self, reader: int) -> list[bytes]:
-        """Note the participants that came; return those that went."""
+        """Note the new participants; return those that went."""
         departed = []
         for is_there, participant in self._take(reader, BuiltinParticipant):
             guid = bytes(participant.key)
@@ -200,7 +200,7 @@ class Discovery:
         return departed
 
     def _take(self, reader: int, kind: type[B]) -> Iterator[tuple[bool, B]]:
-        """Yield each new state: whether it is there, and the record, to be read at once."""
+        """Yield each new state: whether the thing is there, and its record, to be read at once."""
         samples, infos = (c_void_p * _AT_ONCE)(), (SampleInfo * _AT_ONCE)()
         while True:
             samples[0] = None  # asks the library for a loan
@@ -217,7 +217,9 @@ class Discovery:
                 self._library.dds_return_loan(reader, samples, count)
 
     def _found(self, endpoint: BuiltinEndpoint, *, is_reader: bool) -> Found | None:
-        """Return what an endpoint is in ROS 2; None for our own and for what has no place there."""
+        """Return an endpoint in ROS 2's terms; None for this session's own, and for others that ROS 2 does
+        not have.
+        """
         participant = bytes(endpoint.participant)
         if participant == self._participant.guid:
             return None
@@ -240,7 +242,7 @@ class Discovery:
         return Found(gid, participant, named.role, is_reader, named.name, type_name, type_hash, qos)
 
     def _wait_for_claims(self) -> None:
-        """See to it that endpoints which no node claims are shown in the end."""
+        """Set an alarm, after which endpoints are shown that no node has claimed."""
         if self._state_of_discovery.unclaimed and not self._waiting:
             self._waiting = frozenset(self._state_of_discovery.unclaimed)
             self.waitset_thread.call_in(GRACE_NS, self._show_unclaimed)

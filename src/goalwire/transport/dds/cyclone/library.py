@@ -24,7 +24,7 @@ from goalwire.transport.dds.cyclone.wire import Participant, Reader, Writer
 from goalwire.transport.loopback import ADVICE, is_loopback_down
 
 OVERRIDE = 'GOALWIRE_LIBDDSC'
-"""Names the library file to use, before all others."""
+"""The variable that names the library file, before all other places."""
 
 INSTALLING = "pip install 'cyclonedds==11.0.*'"
 """The command that installs the wheel, as goalwire[dds] does."""
@@ -37,7 +37,7 @@ _PATTERNS = {
 
 
 def find_library() -> str:
-    """Return the path or name of libddsc. Raises TransportError, which says what to install."""
+    """Return the path or name of libddsc. Raises TransportError with advice on what to install."""
     override = os.environ.get(OVERRIDE, '').strip()
     if override:
         if not os.path.isfile(override):  # noqa: PTH113 - pathlib takes 5 ms to import
@@ -100,7 +100,7 @@ _CLOCK_NS = 60_000_000_000
 
 
 def find_fault(library: Library) -> str:
-    """Return what is wrong with a library, '' if nothing is."""
+    """Return the fault of a library, '' if it has none."""
     domain = library.dds_create_domain(_SELFTEST_DOMAIN, _SELFTEST)
     if domain < 0:
         return 'it cannot create a domain'

@@ -80,7 +80,7 @@ def _fill(library: Library, made: int, qos: QoS, blocking_ns: int) -> None:
 
 
 def read_qos(library: Library, made: int, *, verbatim: bool = False) -> QoS:
-    """Return what an endpoint's dds_qos_t says; what it leaves open is UNKNOWN, or DDS's default."""
+    """Return the QoS in an endpoint's dds_qos_t; open policies are UNKNOWN, or DDS's default."""
     kind, depth, duration = c_int32(), c_int32(), c_int64()
     history, kept = HistoryPolicy.UNKNOWN, 0
     if library.dds_qget_history(made, byref(kind), byref(depth)):

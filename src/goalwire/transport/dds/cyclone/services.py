@@ -48,7 +48,7 @@ with 30 KB that are not acknowledged the library may have no room."""
 
 
 def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
-    """Return what an end says of itself: the hash is that of what it carries."""
+    """Return the user data of an end. Its hash is that of the end's own messages."""
     if endpoint.part_hashes is not None:
         of_request, of_response = endpoint.part_hashes()
         data = data._replace(type_hash=of_request if role is Role.REQUEST else of_response)
@@ -62,7 +62,7 @@ def make_writer(
     data: EndpointData,
     undo: list[Callable[[], object]],
 ) -> QueueingWriter:
-    """Declare the sending end. It keeps all: of a burst, ROS 2's ten drop what is not there yet.
+    """Declare the sending end. It keeps all samples: with ROS 2's depth of ten, a burst would lose some.
 
     Only replies may take a fallback writer: a request's writer is its client, by which the graph knows it.
     """
@@ -93,7 +93,7 @@ def make_reader(
     data: EndpointData,
     undo: list[Callable[[], object]],
 ) -> Reader:
-    """Declare the receiving end. It keeps all: what it drops would be a call without an answer."""
+    """Declare the receiving end. It keeps all samples: a lost one would be a call without an answer."""
     verbatim = endpoint.qos.avoid_ros_namespace_conventions
     topic = dds_topic(role, endpoint.name, verbatim=verbatim)
     kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
@@ -185,7 +185,7 @@ class CycloneClient(ClientEnd):
         raise TransportError(f'{self.state.title}: Cyclone DDS refused a request: {error}')
 
     def cancel(self, sequence: int) -> None:
-        """Hold nothing for this request any more."""
+        """Forget this request."""
         with self._lock:
             self._pop(sequence)
 
@@ -194,7 +194,7 @@ class CycloneClient(ClientEnd):
         return self._calls.pop(sequence, None)
 
     def _servers(self, requested: list[Peer]) -> tuple[frozenset[str], str]:
-        """Return those of the servers that get a request; if none, the reason."""
+        """Return the servers that get a request; if there are none, the reason."""
         if any(peer.speaks_fast_dds for peer in requested):
             return frozenset(), _FOREIGN
         return frozenset(peer.server for peer in requested), ''
@@ -210,7 +210,9 @@ class CycloneClient(ClientEnd):
         return any(peer.service_id in ids for peer in self._answering)
 
     def _look(self) -> None:
-        """Look up the matched servers, tell those that wait for one, end calls that none can answer now."""
+        """Look up the matched servers, wake those that wait for one, and end calls that no server can
+        answer now.
+        """
         peers = self._context.peers
         with self._lock:
             before = self._requested, self._answering
@@ -361,7 +363,7 @@ class CycloneService(DdsServer[Peer, Header, bytes]):
         )
 
     def send(self, request: CycloneRequest, reply: bytes) -> None:
-        """Send one reply, once its client can hear it; what cannot be sent is counted."""
+        """Send one reply, once its client can hear it. A reply that cannot be sent is counted."""
         client = request.client.client_id
         if client and client not in self._reached and not self._reaches(request.client):
             return

@@ -30,7 +30,7 @@ from goalwire.transport.dds.cyclone.waitset import WaitsetThread
 from goalwire.transport.dds.description import GUID_PREFIX_SIZE, EndpointData, decode_endpoint
 
 _CACHE_LIMIT = 1000
-"""Handles kept, those of endpoints that have gone among them: beyond it, all are asked for anew."""
+"""How many handles are kept, those of gone endpoints included. Beyond it, all are looked up anew."""
 _FAST_DDS = b'\x01\x0f'
 
 
@@ -67,7 +67,7 @@ class Peers:
     def __init__(self, library: Library) -> None:
         self._library = library
         self.known: dict[int, Peer] = {}
-        """By handle: looked at with each message, before anybody is asked."""
+        """The known endpoints by handle: each message looks here first."""
 
     def publication(self, reader: int, handle: int) -> Peer | None:
         """Return the writer that a reader is matched with; None if it has gone."""
@@ -133,11 +133,11 @@ _POLICIES = {
     13: PolicyKind.RMW_QOS_POLICY_HISTORY,
     21: PolicyKind.RMW_QOS_POLICY_LIFESPAN,
 }
-"""DDS's numbers of policies, those that ROS 2 has (dds_public_status.h)."""
+"""DDS's numbers of the policies that ROS 2 has (dds_public_status.h)."""
 
 
 class _Source(NamedTuple):
-    """Where an event's record comes from: the status's name and bit, and what makes the record."""
+    """The source of an event's record: the status's name and bit, and the function that makes the record."""
 
     name: str
     bit: int
@@ -231,7 +231,7 @@ class Statuses:
 
         def tell() -> None:
             nonlocal last
-            with lock:  # so that the newest is told last
+            with lock:  # so that the newest record is told last
                 record = self._record(entity, source)
                 if record is not None and record != last:
                     last = record

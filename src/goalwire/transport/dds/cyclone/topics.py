@@ -42,7 +42,7 @@ class DdsPublisher(PublisherEnd):
         self._local = context.local_readers.by_topic
 
     def publish(self, payload: bytes) -> None:
-        """Write one message; what several threads publish at once may arrive in either order."""
+        """Write one message. Messages of several threads at once may arrive in either order."""
         state = self.state
         if state.closed or state.guard.is_silent:
             state.check_sending()
@@ -66,7 +66,7 @@ class DdsPublisher(PublisherEnd):
         return context.statuses.peers_of(self.writer.handle, PUBLICATION_MATCHED, context.notifier.connected)
 
     def assert_liveliness(self) -> None:
-        """Show that the publisher is alive, where that is up to its user."""
+        """Show that the publisher is alive, if its QoS leaves that to the user."""
         self.state.check_sending()
         self._context.library.dds_assert_liveliness(self.writer.handle)
 
@@ -111,7 +111,7 @@ class DdsSubscription(OpenPort):
         self._deliver(new_sample((payload, NOT_COUNTED, sent, time_ns(), gid)))
 
     def catch_up(self) -> None:
-        """Deliver what the reader holds: readers are looked at in no order."""
+        """Deliver the messages in the reader: the order among readers is arbitrary."""
         self._dispatcher.drain_own()
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:

@@ -45,7 +45,8 @@ class WaitSet:
         self.wait: Callable[[int], int] = partial(
             self._library.dds_waitset_wait, self._set, addressof(self._triggered), _AT_ONCE
         )
-        """Returns how many conditions are true in so many ns; negative once the participant has gone."""
+        """The library's wait: takes ns, and returns how many conditions are true; negative once the
+        participant has gone."""
 
     def watch(self, condition: int, handler: Callable[[], object]) -> None:
         """Call `handler` while the condition, or the entity's status, is true; `unwatch` ends that."""
@@ -56,7 +57,7 @@ class WaitSet:
         check(self._library, self._library.dds_waitset_attach(self._set, condition, key), self._name)
 
     def unwatch(self, condition: int) -> None:
-        """Call no more for this condition; an unknown one is not an error."""
+        """Stop watching this condition; an unknown one is ignored."""
         with self._lock:
             key = self._keys.pop(condition, None)
             if key is not None:
@@ -69,7 +70,7 @@ class WaitSet:
         return None
 
     def next_due(self) -> float:
-        """Return when it is to be waited for at the latest: there are no timers."""
+        """Return infinity: there are no timers."""
         return float('inf')
 
     def interrupt(self) -> None:
@@ -77,8 +78,8 @@ class WaitSet:
         self._library.dds_set_guardcondition(self._guard, True)
 
     def serve(self, found: int) -> None:
-        """Call the handlers of the `found` conditions; what they raise is reported."""
-        for key in self._triggered[:found]:  # _AT_ONCE of them at most, as any slice
+        """Call the handlers of the `found` conditions; their errors are reported."""
+        for key in self._triggered[:found]:  # a slice, since more may be true than fit into _AT_ONCE
             handler = self._handlers.get(key)
             if handler is not None:
                 try:
@@ -93,7 +94,7 @@ class WaitSet:
 
 
 CLOSING_S = 5.0
-"""How long closing waits for what the thread is at."""
+"""How long closing waits for a handler that runs on the thread."""
 
 
 class WaitsetThread:
@@ -127,7 +128,7 @@ class WaitsetThread:
         self._set.interrupt()
 
     def call_in(self, delay_ns: int, handler: Callable[[], None]) -> None:
-        """Call `handler` once, in `delay_ns`; only for what the thread itself calls."""
+        """Call `handler` once, in `delay_ns`. Only handlers on the thread itself may call this."""
         self._timed_call = time.monotonic_ns() + delay_ns, handler
 
     def close(self) -> None:
@@ -175,5 +176,5 @@ class DdsWirePoller(LeaderFollowers):
         self._conditions.watch(condition, handler)
 
     def unwatch(self, condition: int) -> None:
-        """Call no more for this condition; an unknown one is not an error."""
+        """Stop watching this condition; an unknown one is ignored."""
         self._conditions.unwatch(condition)

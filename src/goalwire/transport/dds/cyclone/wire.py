@@ -113,7 +113,7 @@ def _descriptor(type_name: str) -> TopicDescriptor:
 
 
 class Participant:
-    """One participant: what a session is on DDS."""
+    """One DDS participant, on which a session stands."""
 
     def __init__(self, library: Library, domain_id: int, user_data: bytes) -> None:
         self.library = library
@@ -138,7 +138,7 @@ class Participant:
         self.leaving = True
 
     def topic(self, name: str, type_name: str) -> int:
-        """Declare a topic; delete it when its reader or writer is there."""
+        """Declare a topic in the block; it is deleted once its reader or writer exists."""
         made = self.library.dds_create_topic(self.handle, _descriptor(type_name), name.encode(), None, None)
         return check(self.library, made, f"topic '{name}' of type {type_name}")
 
@@ -168,7 +168,7 @@ class Writer:
         self.instance = instance.value
 
     def write(self, payload: bytes) -> int:
-        """Send one message; return 0 or the library's error, TIMEOUT where there was no room in time.
+        """Send one message; return 0 or the library's error, TIMEOUT if there was no room in time.
 
         Raises LocalError for bytes that are no message.
         """

@@ -24,7 +24,7 @@ _DURATION = Pattern(r'([0-9]{1,9}(?:\.[0-9]{1,9})?)\s*(ns|us|ms|s|min|hr|day)')
 _UNITS = {'b': 1, 'kb': 1 << 10, 'kib': 1 << 10, 'mb': 1 << 20, 'mib': 1 << 20, 'gb': 1 << 30, 'gib': 1 << 30}
 _SECONDS = {'ns': 1e-9, 'us': 1e-6, 'ms': 1e-3, 's': 1.0, 'min': 60.0, 'hr': 3600.0, 'day': 86400.0}
 _LONGEST_S = 10 * 365 * 86400.0
-"""What stands for a duration without end."""
+"""The word for a duration without end."""
 
 
 def read_cyclone(uri: str, domain: int, env: Mapping[str, str] = os.environ) -> Findings:
@@ -92,7 +92,7 @@ def _of_domain(root: Element, domain: int) -> Iterator[Element]:
 def _read_section(
     element: Element, parents: tuple[str, ...], findings: Findings, env: Mapping[str, str]
 ) -> None:
-    """Read an element, or those in it; what is not known is taken note of by its path."""
+    """Read an element, or those in it; unknown ones are noted by their paths."""
     path = (*parents, element.tag)
     read = _READERS.get('/'.join(path).lower())
     if read is not None:
@@ -134,7 +134,7 @@ def _multicast(findings: Findings, element: Element, text: str, _: dict[str, str
     parts = [part.strip().lower() for part in text.split(',')]
     if parts[0] in ('default', ''):
         return
-    if {*parts} <= {'spdp', 'asm', 'ssm'}:  # multicast serves discovery alone in any case
+    if {*parts} <= {'spdp', 'asm', 'ssm'}:  # multicast serves only discovery in any case
         findings.values['multicast'] = bool({'spdp', 'asm'} & {*parts})
     else:
         findings.values['multicast'] = findings.boolean(element, text)

@@ -35,7 +35,7 @@ def read_fast_dds(env: Mapping[str, str] = os.environ) -> Findings | None:
 
 
 def _default_profiles(profiles: Element, findings: Findings) -> Iterator[Element]:
-    """Yield the participant profile that holds; others do not."""
+    """Yield the participant profile that applies."""
     for child in profiles.children:
         match local_name(child):
             case 'participant' if child.attributes.get('is_default_profile', '').lower() == 'true':
@@ -145,7 +145,7 @@ def _is_group(address: str) -> bool:
 
 
 def _peers(findings: Findings, element: Element) -> None:
-    """Announce to these alone: Fast DDS has the group among its peers only if nobody names others."""
+    """Announce only to these peers: in Fast DDS the multicast group is a peer only if no others are named."""
     has_group = False
     for child in element.children:
         address, port = _locator(findings, child)
@@ -159,7 +159,7 @@ def _peers(findings: Findings, element: Element) -> None:
 
 
 def _unicast(findings: Findings, element: Element) -> None:
-    """Be reached at these addresses; then no group is joined, unless one is named."""
+    """Listen at these addresses; then no multicast group is joined, unless one is named."""
     _own_addresses(findings, element)
     findings.values.setdefault('multicast', False)
 
@@ -250,4 +250,4 @@ _READERS: dict[str, _Reader] = {
 }
 """By the path of an element below `rtps`, in small letters."""
 _WITHOUT_MEANING = {'name', 'userdata', 'usebuiltintransports', 'builtin/avoid_builtin_multicast'}
-"""Those that ROS 2 sets itself, or that say what is so here in any case."""
+"""Elements that ROS 2 sets itself, or that ask for what goalwire does in any case."""

@@ -1,4 +1,4 @@
-"""What a configuration sets: fields of a session's settings, and the names of what has no effect here."""
+"""The settings in a configuration file, and the names of those without effect here."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DISCOVERY_SERVER = 'a discovery server'
 
 
 class Findings:
-    """What has been read so far; later settings replace earlier ones, lists grow."""
+    """The settings read so far. Later ones replace earlier ones; lists grow."""
 
     def __init__(self, origin: str) -> None:
         """`origin` is the variable that names the configuration."""
@@ -43,7 +43,7 @@ class Findings:
         )
 
     def number(self, element: Element, text: str, least: int, most: int) -> int:
-        """Return a whole number between two others; raises TransportError."""
+        """Return a whole number within a range; raises TransportError."""
         try:
             number = int(text) if len(text) < 20 else most + 1
         except ValueError:
@@ -67,7 +67,7 @@ class Findings:
             raise TransportError(f'{self.origin} cannot be read as XML: {error}') from None
 
     def read_file(self, path: str) -> bytes:
-        """Return what a file holds; raises TransportError."""
+        """Return the content of a file; raises TransportError."""
         try:
             return read_regular(path, LARGEST_FILE)
         except (OSError, ValueError) as error:

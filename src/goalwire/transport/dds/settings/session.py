@@ -1,4 +1,4 @@
-"""The settings of one session: first ROS 2's variables, then the file of the RMW that is asked for.
+"""The settings of one session: first ROS 2's variables, then the file of the chosen RMW.
 
 Source: rcl src/rcl/init.c and discovery_options.c; rmw_fastrtps_shared_cpp src/participant.cpp;
 rmw_cyclonedds_cpp src/rmw_node.cpp. Where both speak of a thing, the file wins.
@@ -32,7 +32,7 @@ _NOT_READ = {
     CYCLONE: (),
     CONNEXT: ('NDDS_QOS_PROFILES', 'NDDS_DISCOVERY_PEERS'),
 }
-"""Variables of each RMW that change who is found, and have no effect here."""
+"""Variables of each RMW that change its discovery, and have no effect here."""
 
 
 def session_settings(domain: int, rmw: str = CYCLONE, *, lease_s: float = 20.0) -> Settings:
@@ -47,7 +47,7 @@ def session_settings(domain: int, rmw: str = CYCLONE, *, lease_s: float = 20.0) 
     findings = _read(domain, rmw)
     if findings is not None:
         settings = _apply(findings, settings)
-    if range_ is Range.SYSTEM_DEFAULT:  # then only the file says who is announced to
+    if range_ is Range.SYSTEM_DEFAULT:  # then only the file names the peers
         settings = replace(settings, announces_here=not settings.multicast)
     peers = _find_peers(settings, findings, _static_peers(range_))
     _check(settings)
@@ -64,7 +64,7 @@ def asks_whom_the_standard_names(settings: Settings) -> bool:
 
 
 def _read(domain: int, rmw: str) -> Findings | None:
-    """Read the file of an RMW; None if it has none. The modules are imported by those who need them."""
+    """Read the file of an RMW; None if it has none. Only a used module is imported."""
     if rmw == CYCLONE and (uri := os.environ.get('CYCLONEDDS_URI', '').strip()):
         from goalwire.transport.dds.settings.cyclone import read_cyclone
 
@@ -83,7 +83,7 @@ def _static_peers(range_: Range) -> list[str]:
 
 
 def _apply(findings: Findings, settings: Settings) -> Settings:
-    """Return settings with what a file sets."""
+    """Return settings with those of a file on top."""
     values = dict(findings.values)
     if values.get('multicast') is True and settings.reach is Reach.LOCALHOST:
         values['reach'] = Reach.SUBNET
@@ -108,7 +108,7 @@ def _check(settings: Settings) -> None:
 
 
 def _find_peers(settings: Settings, findings: Findings | None, static: list[str]) -> tuple[str, ...]:
-    """Return the addresses of all peers that are named; those of a file come first."""
+    """Return the addresses of all named peers, those of a file first."""
     named = {} if findings is None else dict.fromkeys(findings.peers, findings.origin)
     for peer in static:
         named.setdefault(peer, 'ROS_STATIC_PEERS')
@@ -126,7 +126,7 @@ def _find_peers(settings: Settings, findings: Findings | None, static: list[str]
 
 
 def _warn_of_interfaces(settings: Settings) -> None:
-    """Warn of interfaces that are asked for and not there: they are used as soon as they are."""
+    """Warn of named network interfaces that are missing: they are used as soon as they come."""
     if not settings.interfaces:
         return
     there = find_interfaces(ipv6=settings.ipv6)

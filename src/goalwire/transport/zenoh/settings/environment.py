@@ -57,7 +57,7 @@ def router_port(env: Mapping[str, str] = os.environ) -> int:
 
 
 def rendezvous_choice(env: Mapping[str, str] = os.environ) -> RendezvousChoice:
-    """Return what GOALWIRE_ROUTER says; where rmw_zenoh is set up, and so rmw_zenohd, auto means off."""
+    """Return the value of GOALWIRE_ROUTER; auto means off if rmw_zenoh, and so rmw_zenohd, is set up."""
     text = env.get('GOALWIRE_ROUTER') or 'auto'
     try:
         choice = RendezvousChoice(text)

@@ -71,7 +71,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
 
 async def _full_id(node: goalwire.Node, name: str, given: str, patience: float) -> str:
-    """Return the id that begins so; raises CommandError if there is none, or more than one."""
+    """Return the id with this beginning; raises CommandError if there is none, or more than one."""
     text = given.replace('-', '').lower()
     if not text or text.strip('0123456789abcdef') or len(text) > 32:
         raise CommandError(
@@ -85,7 +85,7 @@ async def _full_id(node: goalwire.Node, name: str, given: str, patience: float) 
 
 
 def only_id(text: str, name: str, ids: Iterable[str]) -> str:
-    """Return the one id that begins so; raises CommandError."""
+    """Return the one id with this beginning; raises CommandError."""
     found = [each for each in ids if each.startswith(text)]
     if len(found) == 1:
         return found[0]
