@@ -106,7 +106,8 @@ PEER_TEXT_LIMIT = 500
 
 _CONTROLS = (
     *range(0x20), *range(0x7F, 0xA0),  # C0, DEL, C1: line breaks, terminal escapes
-    0x061C, 0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A),  # what turns text around
+    # Characters that turn the direction of a text
+    0x061C, 0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A),
     0x2028, 0x2029,  # further line breaks
 )  # fmt: skip
 _ESCAPED = {code: chr(code).encode('unicode_escape').decode() for code in _CONTROLS}

@@ -75,7 +75,7 @@ def _of_ipv4() -> list[Interface]:
     found = []
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as sock:
         for index, name in socket.if_nameindex():
-            with suppress(OSError):  # it has no address
+            with suppress(OSError):  # the interface has no address
                 request = name.encode()[:15].ljust(32, b'\0')
                 address = fcntl.ioctl(sock, _ADDRESS_OF_INTERFACE, request)[20:24]
                 found.append(Interface(name, index, socket.inet_ntoa(address)))

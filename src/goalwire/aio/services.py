@@ -71,7 +71,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
         try:
             return future.result()  # type: ignore[no-any-return]  # `cast` would be one function more to enter
         finally:
-            del future  # its exception's traceback holds this frame
+            del future  # the traceback of its exception holds this frame
 
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""

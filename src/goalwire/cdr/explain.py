@@ -41,7 +41,7 @@ def _encode_error(cls: type, message: object, error: Exception) -> EncodeError:
         for path, leaf, value in _values(cls, message, ''):
             _judge(type_name(cls), path, leaf, value)
     except EncodeError as found:
-        found.__context__ = None  # it has all that the encoder's own error says
+        found.__context__ = None  # the new error has all facts of the encoder's own
         return found.with_traceback(None)
     except Exception as other:
         return EncodeValueError(type_name(cls), '', f'cannot be encoded: {other!r}')

@@ -247,7 +247,7 @@ class LeaderFollowers(WirePoller):
         try:
             followers.append(sleeper)
             if leader.get(_LEAD) is _STANDBY:
-                self._set.interrupt()  # it leaves, and has this thread lead
+                self._set.interrupt()  # the interrupted leader leaves, and has this thread lead
             elif _LEAD not in leader:
                 return True
             return sleeper.wait_on_lock(timeout_ns)
@@ -271,7 +271,7 @@ class LeaderFollowers(WirePoller):
         fd = None if self._closed else self._set.descriptor()
         if fd is None:
             return None
-        own = os.dup(fd)  # it stays valid in the loop's selector when the session closes
+        own = os.dup(fd)  # the copy stays valid in the loop's selector when the session closes
         self._loops.append(get_ident())
         self._set.interrupt()  # the leading thread leaves the wire to the loop
         self.ensure_polled()

@@ -313,7 +313,7 @@ class Poller:
     def _quiet(self, _events: int) -> None:
         self._bell.quiet()
         try:
-            for _ in range(len(self._calls)):  # one that is added meanwhile has rung the bell again
+            for _ in range(len(self._calls)):  # a call that is added meanwhile has rung the bell again
                 self._run(self._calls.popleft())
         finally:
             if self._calls:  # a signal's handler raised

@@ -154,7 +154,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         try:
             return future.result()
         finally:
-            del future  # its exception's traceback holds this frame
+            del future  # the traceback of its exception holds this frame
 
     def _late_error(self, timeout_sec: float) -> CallError:
         served = self._port is not None and self.server_is_there()
@@ -264,7 +264,7 @@ class AwaitedCalls:
         try:
             return future.result()
         finally:
-            del future  # its exception's traceback holds this frame
+            del future  # the traceback of its exception holds this frame
 
     async def until_served(self) -> None:
         """Wait until there is a server. Raises InvalidHandle if the client is destroyed, ShutDownError."""

@@ -128,7 +128,7 @@ class PendingCall(Future[Any]):
         client.timed[self] = None  # then look at the signal; the end sets that first and then looks here
         if deadline is None and not client.watches_end:
             client.watch_end()
-        if not context.shutdown_signal.alive:  # else the alarm would fail a future that nobody has yet
+        if not context.shutdown_signal.alive:  # otherwise the alarm would fail a future that nobody has yet
             self.end()
             raise ShutDownError(call_context.title)
         try:
@@ -400,7 +400,7 @@ class RequestClient:
         if call.introspected is not None:
             call.introspected.sent(sequence)
         self.pending[sequence] = call
-        if call.end_lock.locked():  # it has ended before this number was known
+        if call.end_lock.locked():  # the call has ended before this number was known
             call.discard_request()
 
     def discard(self, call: PendingCall) -> None:

@@ -89,7 +89,7 @@ class RequestServer:
             self._handle(request)
 
     def _handle(self, request: Request) -> object:
-        if self.destroyed:  # it slipped in while that was under way
+        if self.destroyed:  # a request slipped in while the server was being destroyed
             request.cancel()
             return None
         try:

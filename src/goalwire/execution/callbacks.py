@@ -53,7 +53,7 @@ def _problem(callback: object, arguments: tuple[str, ...], what: str) -> str | N
 def describe_given(callback: object) -> str:
     """Say what was given in place of a function, and the usual reason."""
     if isinstance(callback, CoroutineType):
-        callback.close()  # it will never be awaited
+        callback.close()  # the coroutine will never be awaited
         given = f'a coroutine of {callback.__qualname__}()'
     else:
         given = repr(callback)

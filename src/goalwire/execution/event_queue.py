@@ -118,7 +118,7 @@ class EventQueue(CallbackSource, Generic[E]):
             self._posted = True
             try:
                 self.work_queue.post(self)
-            except BaseException:  # of a signal's handler, anywhere: once more is harmless, never is not
+            except BaseException:  # raised by a signal's handler, anywhere: one wake-up too many is harmless
                 self.work_queue.post(self)
                 raise
         if self.watchers:

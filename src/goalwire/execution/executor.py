@@ -150,7 +150,7 @@ class Executor(CallbackRunner):
             return False
         previous = node.executor
         self._nodes.add(node)
-        if previous is self:  # it has been here: rclpy.spin_once() and the like add it with each call
+        if previous is self:  # the node has been here: rclpy.spin_once() and the like add it with each call
             work_queue.attach(ready, self._timer_heap)
         else:
             if previous is not None:
@@ -356,7 +356,7 @@ class Executor(CallbackRunner):
             del executors[depth:]
             if held_groups.get() is not held:
                 held_groups.set(held)
-            if stop is not NEVER and not stop.completion_state:  # else the waker has been called
+            if stop is not NEVER and not stop.completion_state:  # otherwise the waker has been called
                 stop.remove_waker(waiter.wake)
 
     def _run_callbacks(
@@ -395,7 +395,7 @@ class Executor(CallbackRunner):
             for source, events in waiting:
                 if self._is_shutdown or not self._shutdown_signal.alive or self._is_past(deadline):
                     return
-                if self._ready.take(source):  # else another spin has it
+                if self._ready.take(source):  # otherwise another spin has it
                     self._perform(source)
                     self._raise_failure()
                     if events > 1:

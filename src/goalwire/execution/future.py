@@ -164,7 +164,7 @@ class Future(Generic[T]):
                 result = self.decode(raw)
             except Exception as error:
                 failure = error.with_traceback(None)  # its frames hold the payload that could not be decoded
-            if self._raw is raw:  # of several threads at it the first to end keeps its result
+            if self._raw is raw:  # if several threads decode at once, the first result is kept
                 self._result, self._exception = result, failure
                 self._raw = None
             raw = failure = None
@@ -270,7 +270,7 @@ class Future(Generic[T]):
         try:
             self._wakers.remove(waker)
         except ValueError:
-            return  # it was called, or is about to be
+            return  # the waker was called, or is about to be
 
     def set_work_queue(self, work_queue: NodeWorkQueue) -> None:
         """Have the done callbacks, and whatever waits for completion, run in the executor of `work_queue`."""

@@ -45,7 +45,7 @@ class DrainTracker:
         """How many callbacks have ended since."""
         self._done = done
         self._lock = allocate_lock()
-        self._events: dict[CallbackSource, int] = {}  # whose callbacks have not begun
+        self._events: dict[CallbackSource, int] = {}  # events whose callbacks have not begun
         self._running: set[Thread] = set()
         self._seen: set[Thread] = set()
 
@@ -318,7 +318,7 @@ class MultiThreadedExecutor(Executor):
             else:
                 self._coordinate(stop, deadline)
         except ExternalShutdownException:
-            return  # as in rclpy, this executor's spin just ends
+            return  # this executor's spin just ends, as in rclpy
         finally:
             if not self._shutdown_signal.alive:
                 self._close_runners()
@@ -437,7 +437,7 @@ class MultiThreadedExecutor(Executor):
         try:
             self._keep_watch()
             performed = self._perform(source)
-        except BaseException as error:  # it comes out of spin
+        except BaseException as error:  # the error comes out of spin
             self._fail(error)
         finally:
             del busy[thread]

@@ -195,7 +195,8 @@ class Timer(CallbackSource):
                 f'a timer period of {timer_period_ns} ns does not fit into 64 bits: make it shorter'
             )
         self.callback = callback
-        self._clock: Clock = entity_of(clock.handle)  # all but clocks are refused here, with rclpy's words
+        # Anything but a clock is refused here, with rclpy's words
+        self._clock: Clock = entity_of(clock.handle)
         self._schedule = TimerSchedule(self._clock, int(timer_period_ns))
         self.watchers: Sequence[Callable[[], None]] = ()
         self._canceled = not autostart
@@ -365,7 +366,7 @@ class Timer(CallbackSource):
         if not self._canceled:
             schedule = self._schedule
             self._timer_entry.set(schedule.next_turn() if self._taken else schedule.next_call)
-            if self._destroyed:  # by another thread, which found nothing to cancel
+            if self._destroyed:  # destroyed by another thread, which found nothing to cancel
                 self._timer_entry.cancel()
         for wake in self.watchers:
             wake()

@@ -395,7 +395,7 @@ class WaitablePoller(CallbackSource):
                 try:
                     held.enter_context(waitable)
                 except InvalidHandle:
-                    return False  # as in rclpy: it is on its way out
+                    return False  # the waitable is on its way out, as in rclpy
                 wait_set.clear()
                 waitable.add_to_wait_set(wait_set)
                 wait_set.look()

@@ -322,7 +322,7 @@ class ShutdownSignal:
         self.reason = reason
         self._silence()  # first: whatever sees that this has ended relies on it
         self.alive = False
-        self._silence()  # of a session that was taken in between
+        self._silence()  # silence a session that was opened meanwhile
         self._session = None
         self._tell()
         return True

@@ -102,7 +102,7 @@ class WakeupPipe:
         if before is None:
             return
         try:
-            own = os.dup(before[0])  # nobody closes this one between the look and the write
+            own = os.dup(before[0])  # nobody can close the copy between the look and the write
         except OSError:
             return
         try:

@@ -125,7 +125,7 @@ class _Message:
         self._kind = kind
         self._fields: list[Field] = []
         self._constants: list[Constant] = []
-        self._comments: list[list[str]] = []  # of fields and constants, in file order
+        self._comments: list[list[str]] = []  # the comments of fields and constants, in file order
         self._order: list[tuple[bool, int]] = []  # (is a constant, its index), in file order
         self._pending: list[str] = []  # comment lines not yet given to anything
         self._heading: list[str] = []

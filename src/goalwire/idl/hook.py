@@ -33,7 +33,7 @@ OVERLAY_FIRST = 'GOALWIRE_FIRST'
 NEVER_PACKAGES = sys.stdlib_module_names | {
     'sitecustomize',
     'usercustomize',
-    'apport_python_hook',  # by each start of Debian's and Ubuntu's Python
+    'apport_python_hook',  # imported at each start of Debian's and Ubuntu's Python
     'org',
     'java',
 }
@@ -53,7 +53,7 @@ TELLING_ENDINGS = ('_msgs', '_srvs', '_interfaces', '_actions')
 class InterfaceFinder:
     """A meta path finder for std_msgs, humanoid_interfaces and the like."""
 
-    finds_interfaces = True  # by this `entry_points.py` tells it from other finders
+    finds_interfaces = True  # by this `entry_points.py` tells the hook from other finders
 
     def __init__(self) -> None:
         self._served: set[str] = set()  # packages, and of Python's own packages 'name.msg' and the like
@@ -204,10 +204,11 @@ def _overlay_finder() -> 'FileFinder | None':
     for make in sys.path_hooks:
         try:
             finder = make(OVERLAY)
-        except ImportError:  # not this kind of path
+        except ImportError:  # the finder does not take this kind of path
             continue
         if isinstance(finder, FileFinder):
-            finder.__class__ = OverlayFinder  # it knows the suffixes of modules, which have no public name
+            # The finder knows the suffixes of modules, which have no public name
+            finder.__class__ = OverlayFinder
             return finder
     return None
 
@@ -287,7 +288,7 @@ def _wants_interfaces(name: str) -> bool:
         return True
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and frame.f_code.co_filename in _IMPORTERS:
-        if frame.f_code.co_name == '_find_and_load_unlocked':  # of `name`, then of `name.msg` around it
+        if frame.f_code.co_name == '_find_and_load_unlocked':  # importing `name`, then `name.msg` around it
             _, _, rest = frame.f_locals['name'].partition('.')
             if rest.partition('.')[0] in KINDS:
                 return True

@@ -98,7 +98,7 @@ def imported_package(package: str, kind: str) -> InterfacePackage | None:
 
     As with Python's own packages, one that is imported stays where it was found.
     """
-    for name in (package, f'{package}.{kind}'):  # of a Python package the hook serves only msg
+    for name in (package, f'{package}.{kind}'):  # in a Python package the hook serves only msg
         found = getattr(getattr(sys.modules.get(name), '__spec__', None), 'loader_state', None)
         if isinstance(found, InterfacePackage):
             return found

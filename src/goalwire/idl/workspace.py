@@ -34,11 +34,11 @@ class Workspace:
     def __init__(self, root: str, *, guarded: bool = False) -> None:
         self.root = root
         self.guarded = guarded
-        self.packages: dict[str, str] = {}  # those with interfaces, name -> folder; the nearest wins
+        self.packages: dict[str, str] = {}  # packages with interfaces, name -> folder; the nearest wins
         self.manifests: list[str] = []  # the folders of all packages, the nearest first
         self.refused: list[str] = []  # remarks on folders that other users can write to
         self.remarks: list[str] = []  # notes for the error text about a missing package
-        self.unusable: list[str] = []  # those of the remarks that name a package.xml which cannot be used
+        self.unusable: list[str] = []  # the remarks that name an unusable package.xml
         self.entries = 0  # names that were searched for before
         self.seen: set[tuple[int, int]] = set()  # folders, as links may lead to one again
         self.unnamed: list[str] = []  # folders with msg/, srv/ or action/ and no package.xml

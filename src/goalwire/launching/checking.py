@@ -138,7 +138,7 @@ def _problems_of_include(
         description = include.launch_description_source.get_launch_description(context)
     except Exception as error:
         if isinstance(error, LaunchError) and 'does not exist: declare' in str(error):
-            return  # its path depends on an argument without a default
+            return  # the path depends on an argument without a default
         yield _line(include.location, error)
         return
     inner.extend_globals(_context(include.launch_description_source.location).get_globals())

@@ -360,7 +360,7 @@ class IncludeLaunchDescription(Action):
             (perform_text(context, name), normalize_to_list_of_substitutions(value))
             for name, value in self._arguments
         ]
-        if self.location is not None:  # of the outermost file the argument's own line says it better
+        if self.location is not None:  # for the outermost file the argument's own line is the better place
             self._check_required(context, description, {name for name, _ in given})
         sets: list[LaunchDescriptionEntity] = []
         for name, value in given:

@@ -103,7 +103,7 @@ def _open_new(path: str, flags: int) -> int:
 def _program() -> str:
     """Return the name of the script or module, which ROS 2 calls the executable; '' if there is none."""
     folder, name = os.path.split(sys.argv[0] if sys.argv else '')
-    if name == '__main__.py':  # as of python -m package
+    if name == '__main__.py':  # the name under `python -m package`
         name = os.path.basename(folder)  # noqa: PTH119
     return '' if name.startswith('-') else _file_name(name.removesuffix('.py'))  # -c, -m, or from stdin
 

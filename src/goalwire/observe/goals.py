@@ -186,7 +186,7 @@ class GoalTable:
         since = self._watched_since.pop(action, None)
         for goal_id, status, accepted in goals:
             known = self._goals.get((action, goal_id))
-            is_old = known is None and status not in ACTIVE  # nobody knows when it ended
+            is_old = known is None and status not in ACTIVE  # the time of its end is unknown
             if known is None:
                 began = min(now, accepted - wall_offset) if accepted > 0 else now
                 known = self._goal(action, goal_id, began)

@@ -81,7 +81,8 @@ def with_value(qos: QoS, policy: PolicyKind, value: object) -> QoS:
             ) from None
     elif isinstance(value, int) and value < 0:
         raise _describe_unexpected(policy, value, 'it must be 0 or more')
-    return replace(qos, **{_FIELDS[policy]: value})  # of the type it was declared with
+    # The value has the type with which the parameter was declared
+    return replace(qos, **{_FIELDS[policy]: value})
 
 
 def _describe_unexpected(policy: PolicyKind, value: object, choice: str) -> UnexpectedOverrideError:

@@ -33,7 +33,7 @@ from goalwire.transforms.rigid import (
     scale,
 )
 
-NORM_TOLERANCE = 0.01  # of a quaternion's square, as in tf2
+NORM_TOLERANCE = 0.01  # of a quaternion's squared length, as in tf2
 
 
 class Found(NamedTuple):

@@ -132,7 +132,7 @@ class Children:
         except BaseException as error:
             state.close()
             if isinstance(error, Exception):
-                parent.check()  # it may have failed because another thread has closed the parent
+                parent.check()  # opening may have failed because another thread has closed the parent
             raise
 
     def keep(self, child: C) -> C:

@@ -109,7 +109,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
     def _cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> CancelResponse:
         task = self._running.get(handle.goal_id_bytes)
         if task is not None:
-            task.cancel()  # it learns of it in a later turn of the loop, when the goal is CANCELING
+            task.cancel()  # the task learns of it in a later turn of the loop, when the goal is CANCELING
         return CancelResponse.ACCEPT
 
     async def _execute(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> object:

@@ -203,7 +203,7 @@ class Player:
             if message is None or not await self._is_due(message, source):
                 if message is None or self._is_stopped:
                     return
-                continue  # it was sought meanwhile: this message is of the time before
+                continue  # the position was changed meanwhile: this message is from before
             self._publish(message)
             in_a_row += 1
             if in_a_row % _PUBLISHED_AT_A_TIME == 0:
@@ -270,7 +270,7 @@ class Player:
                     while not self._are_matched():
                         await anext(changes)
         except TimeoutError:
-            return  # they may be of another type, or want another QoS
+            return  # the publishers may have another type or another QoS
 
     def _are_matched(self) -> bool:
         waiting = {each.name for each in self.node.graph.endpoints() if each.kind.value == 'subscription'}

@@ -173,7 +173,7 @@ class LiveGoal:
                 await self._cancel()
 
     async def _cancel(self) -> None:
-        with suppress(CallError):  # it has ended: the comparison tells how
+        with suppress(CallError):  # the goal has ended: the comparison tells how
             await self._run.cancel()
 
 

@@ -252,7 +252,8 @@ def _config(application: FastAPI, settings: Settings, logger: RcutilsLogger) -> 
         access_log=False,
         server_header=False,
         ws_max_size=MOST_BYTES,
-        ws_per_message_deflate=False,  # it costs more than it saves, and a small message could be a large one
+        # Compression costs more than it saves, and a small frame could be a large message
+        ws_per_message_deflate=False,
         ws_ping_interval=20,
         http=_Http,
         limit_concurrency=400,

@@ -62,7 +62,7 @@ class BlockingCalls:
         try:
             return future.result()
         finally:
-            del future  # its exception's traceback holds this frame
+            del future  # the traceback of its exception holds this frame
 
     def _refuse_after_the_end(self) -> NoReturn:
         if self._client.destroyed:

@@ -205,7 +205,7 @@ class GoalFeedback(EventQueue['Sample | None']):
     ) -> None:
         super().__init__(work_queue, group, handle, depth=FEEDBACK_LIMIT)  # type: ignore[arg-type]
         self._call = handle
-        self._posted = True  # so that it is not posted before `open`
+        self._posted = True  # so that nothing posts it before `open`
         self._owner = owner
         self._is_opening = self._is_ending = False
         self._running: list[None] = []

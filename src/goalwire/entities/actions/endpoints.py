@@ -125,7 +125,7 @@ class LostClients:
     def _note(self, client: GraphEntity, is_there: bool) -> None:
         with self._lock:
             if is_there:
-                self._gone.pop(client.gid, None)  # it was out of reach for a while
+                self._gone.pop(client.gid, None)  # the client was out of reach for a while
                 return
             self._gone[client.gid] = None
             if len(self._gone) > REMEMBERED:

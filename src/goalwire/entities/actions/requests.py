@@ -136,7 +136,7 @@ class ActionRequests(RequestClient, Introspected):
         """Say once for each of the first reasons that nobody will answer a request."""
         action = self.action
         if action.destroyed or not self.node.context.ok() or action.default_timeout is not None:
-            return  # it is this side that goes, or errors tell
+            return  # this side goes away, or errors tell the program
         if reason in self._reported or len(self._reported) == REASONS_LIMIT:
             return
         self._reported.add(reason)

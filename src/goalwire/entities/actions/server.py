@@ -293,7 +293,7 @@ class ActionServerCore:
         for item in effects:
             if isinstance(item, effect.StoppedByServer) and self.callbacks.stopped_by_server is not None:
                 goal = self.reactor.goals.get(item.goal_id)
-                if goal is not None and goal.handle is not None:  # else it has ended since
+                if goal is not None and goal.handle is not None:  # otherwise the goal has ended meanwhile
                     self.callbacks.stopped_by_server(goal.handle)
 
     def _on_client_lost(self, client: bytes) -> None:

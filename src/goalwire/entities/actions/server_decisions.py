@@ -56,7 +56,7 @@ class ServerDecisions:
         if not server.dispatch(server.reactor.on_goal_request, goal_id, request, server.now(), client):
             return None
         if server.lost_clients is not None and client in server.lost_clients:
-            server.end_goals_of(client)  # it has gone while its goal waited for the executor
+            server.end_goals_of(client)  # the client has gone while its goal waited for the executor
             return None
         try:
             decision = server.callbacks.goal(goal)
@@ -86,7 +86,7 @@ class ServerDecisions:
         is_accepted = response is GoalResponse.ACCEPT
         asked = server.dispatch(server.reactor.on_goal_decision, goal_id, is_accepted, server.now(), handle)
         if handle is None or not asked:
-            return None  # it was refused, by the user or the policy
+            return None  # refused by the user or the policy
         return server.callbacks.accepted(handle)
 
     def on_cancel(self, request: Request, message: tuple[GoalId, int]) -> Coroutine[Any, Any, None] | None:
@@ -101,7 +101,7 @@ class ServerDecisions:
             goal = server.reactor.goals.get(ask.goal_id)
             answer: object = CancelResponse.REJECT
             try:
-                if goal is not None and goal.handle is not None:  # else it has ended since
+                if goal is not None and goal.handle is not None:  # otherwise the goal has ended meanwhile
                     answer = server.callbacks.cancel(goal.handle)
             except BaseException as error:
                 failures.append(error)

@@ -93,7 +93,7 @@ class CoroutineRunner(CallbackSource):
             self._posted = True
             try:
                 self.work_queue.post(self)
-            except BaseException:  # of a signal's handler, anywhere: once more is harmless, never is not
+            except BaseException:  # raised by a signal's handler, anywhere: one turn too many is harmless
                 self.work_queue.post(self)
                 raise
 
@@ -155,7 +155,7 @@ class CoroutineRunner(CallbackSource):
             await start.coroutine
         except (asyncio.CancelledError, GeneratorExit):
             raise
-        except BaseException as error:  # it comes out of spin
+        except BaseException as error:  # the error comes out of spin
             self._fail(error)
         finally:
             del self._tasks[id(start.coroutine)]

@@ -157,7 +157,7 @@ class AsyncExecutor(CallbackRunner):
         self._listen()
 
     def _run_what_is_there(self) -> None:
-        for _ in range(len(self._ready.items) + 1):  # one more for an entry
+        for _ in range(len(self._ready.items) + 1):  # one turn more for an entry
             source = self._next()
             if source is None:
                 return

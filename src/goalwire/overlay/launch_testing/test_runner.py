@@ -153,7 +153,7 @@ class LaunchTestRunner:
                 if name not in taken:
                     raise Exception(  # noqa: TRY002 - what launch_testing raises
                         f'Could not find an argument in {ENTRY} matching '
-                        f"prametrized argument '{name}'"  # its spelling is launch_testing's
+                        f"prametrized argument '{name}'"  # the spelling is launch_testing's
                     )
             for name in taken:
                 if name not in run.param_args:

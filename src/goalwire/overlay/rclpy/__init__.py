@@ -145,7 +145,7 @@ def get_global_executor() -> Executor:
         raise NotInitializedException('cannot spin')
     from rclpy.executors import SingleThreadedExecutor
 
-    with _executor_lock:  # else two threads that spin first would have one each
+    with _executor_lock:  # otherwise two threads that spin first would have one executor each
         executor = _global_executor
         if executor is None:
             executor = _global_executor = SingleThreadedExecutor()

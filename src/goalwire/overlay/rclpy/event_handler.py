@@ -262,7 +262,7 @@ def _handlers(
                 callback_group=group, callback=callback, event_type=event, parent_impl=endpoint
             )
         except UnsupportedEventTypeError:
-            if default is None:  # as in rclpy, no error for a default that the wire lacks
+            if default is None:  # a default that the wire lacks is no error, as in rclpy
                 raise
 
 

@@ -134,7 +134,7 @@ class QoSProfile:
         self.history = kwargs.get('history', HistoryPolicy.KEEP_LAST)
         if self.history is HistoryPolicy.KEEP_LAST and 'depth' not in kwargs:
             raise InvalidQoSProfileException('History set to KEEP_LAST without a depth setting.')
-        self.depth = kwargs.get('depth', 10)  # not used under KEEP_ALL, but shown to other nodes
+        self.depth = kwargs.get('depth', 10)  # KEEP_ALL does not use the depth, but other nodes see it
         self.reliability = kwargs.get('reliability', ReliabilityPolicy.RELIABLE)
         self.durability = kwargs.get('durability', DurabilityPolicy.VOLATILE)
         self.lifespan = kwargs.get('lifespan', Duration())

@@ -38,7 +38,7 @@ class TypeDescriptionService:
             isinstance(self._node, _ListsServices) and self._node.destroy_service(service)
         ):
             return
-        service.destroy()  # one of an AsyncNode, which leaves the node's list itself
+        service.destroy()  # a service of an AsyncNode leaves the node's list by itself
 
 
 reexport(__name__)

@@ -345,7 +345,7 @@ def process_comments(instance: MessageSpecification | Field | Constant) -> None:
         lines = lines[1:]
     while lines and not lines[-1]:
         lines = lines[:-1]
-    single = [line for at, line in enumerate(lines) if line or lines[at - 1]]  # of several blank ones, one
+    single = [line for at, line in enumerate(lines) if line or lines[at - 1]]  # one of several blank lines
     instance.annotations['comment'] = textwrap.dedent('\n'.join(single)).split('\n') if single else []
 
 

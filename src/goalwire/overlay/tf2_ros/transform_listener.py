@@ -50,7 +50,8 @@ class TransformListener:
             f'transform_listener_impl_{id(self):x}',
             enable_rosout=False,
             start_parameter_services=False,
-            parameter_overrides=[Parameter('use_sim_time', value=False)],  # it asks no clock: no /clock
+            # The listener asks no clock, so it needs no /clock
+            parameter_overrides=[Parameter('use_sim_time', value=False)],
         )
         # Reentrant: a callback of the default group may wait for transforms.
         self.group = ReentrantCallbackGroup()

@@ -54,7 +54,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
         )
     )
     vectors = np.linalg.eigh(symmetric)[1]
-    quaternion = floats(vectors[:, -1])  # of the largest eigenvalue
+    quaternion = floats(vectors[:, -1])  # the eigenvector of the largest eigenvalue
     return -quaternion if quaternion[3] < 0 else quaternion
 
 

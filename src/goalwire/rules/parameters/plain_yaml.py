@@ -36,7 +36,7 @@ def typed_text(text: str) -> Typed:
 def typed_value(name: str, value: object) -> Typed:
     """Return a value from YAML with its type; raises FileShapeError for a value that no parameter holds."""
     if value is None:
-        return Type.STRING, 'null'  # as parameter files have it
+        return Type.STRING, 'null'  # parameter files hold the text 'null'
     if isinstance(value, date):
         return Type.STRING, str(value)
     try:

@@ -243,7 +243,7 @@ def select(selector: selectors.BaseSelector, timeout: float | None = None) -> Re
 def _is_ready(selector: selectors.BaseSelector) -> bool:
     try:
         return bool(_real_select(selector, 0))
-    except (OSError, ValueError):  # it was closed meanwhile: its own wait finds out
+    except (OSError, ValueError):  # closed meanwhile: the wait itself finds out
         return True
 
 

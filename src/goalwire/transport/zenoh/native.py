@@ -201,7 +201,7 @@ class NativeWire(wire.Wire):
         publication = Publication(self._protocol, key, droppable=False)
         try:
             publication.put(payload, attachment)
-            publication.wait_for_room()  # else the small messages behind a large one would be dropped
+            publication.wait_for_room()  # otherwise the small messages behind a large one would be dropped
         finally:
             publication.close()
 

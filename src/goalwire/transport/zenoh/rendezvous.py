@@ -113,7 +113,7 @@ def _inodes(port: int) -> list[str]:
 
 
 def _has_open(process: Path, sockets: set[str]) -> bool:
-    with suppress(OSError):  # it has gone, or is another user's
+    with suppress(OSError):  # the process has gone, or is another user's
         return any(os.readlink(each) in sockets for each in process.joinpath('fd').iterdir())  # noqa: PTH115
     return False
 
@@ -137,7 +137,8 @@ def is_taken(endpoints: str) -> bool:
     for bracketed, plain, port in _TCP.findall(endpoints):
         family = _socket.AF_INET6 if bracketed else _socket.AF_INET
         with closing(_socket.socket(family, _socket.SOCK_STREAM)) as probe:
-            if os.name == 'posix':  # as zenoh's own: a connection of the last holder's does not count
+            # As zenoh's own sockets: a connection left by the last holder does not count
+            if os.name == 'posix':
                 probe.setsockopt(_socket.SOL_SOCKET, _socket.SO_REUSEADDR, 1)
             try:
                 probe.bind((bracketed or plain, int(port)))
@@ -155,7 +156,7 @@ def _sockets_on(port: int) -> list[int]:
     found = []
     for name in os.listdir('/dev/fd') if os.path.isdir('/dev/fd') else ():  # noqa: PTH112, PTH208
         descriptor = int(name)
-        with suppress(OSError):  # it is not a socket, or that of the listing
+        with suppress(OSError):  # the descriptor is not a socket, or belongs to the listing itself
             looked_at = _socket.socket(fileno=descriptor)
             try:
                 is_tcp = looked_at.type == _socket.SOCK_STREAM and looked_at.family in internet

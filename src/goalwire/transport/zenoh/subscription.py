@@ -182,7 +182,7 @@ class HistorySubscriber:
 
         def stop_waiting() -> None:
             with self._lock:
-                if stream.asked_s == asked_s:  # else another question is out
+                if stream.asked_s == asked_s:  # otherwise another question is on its way
                     stream.end()
             self._dispatcher.drain()
 

@@ -181,7 +181,8 @@ class NativeSession:
         try:
             new = self._maker.make_inbound(sock, protocol, self._handshake())
             self._links[new.link] = self._greetings[new.link] = new
-        except BaseException:  # of a signal's handler: nobody else has the socket, and its other end waits
+        # Raised by a signal's handler: nobody else has the socket, and its other end waits
+        except BaseException:
             sock.close()
             raise
         new.start()
@@ -360,7 +361,7 @@ class NativeSession:
             each.end('the session is closed', GENERIC)
         self.wire_poller.close()
         self._listeners.close()
-        for each in list(self._links.values()):  # one that was taken at the last moment
+        for each in list(self._links.values()):  # links that were taken at the last moment
             each.end('the session is closed', GENERIC)
         self._poller.close()
 

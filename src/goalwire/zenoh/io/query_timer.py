@@ -28,7 +28,7 @@ class QueryTimer:
                 return
             timer = self._poller.call_later(when - monotonic(), lambda: self._expire(queries))
             later, self._timer, self._when = self._timer, timer, when
-        if later is not None:  # else each that fires would set another, and they become ever more
+        if later is not None:  # otherwise each timer that fires would set another one, without end
             later.cancel()
 
     def _expire(self, queries: PendingQueries) -> None:

@@ -117,7 +117,7 @@ class SocketLink:
     def start(self) -> None:
         """Begin to talk and to listen; nothing if the session was closed meanwhile."""
         with self.outgoing.lock:
-            if self._has_ended:  # its descriptor may be somebody else's by now
+            if self._has_ended:  # another thread's file may have the descriptor by now
                 return
             self._poller.register(self._fd, IN, self.on_ready)
         self.link.start()

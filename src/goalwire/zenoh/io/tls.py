@@ -317,7 +317,7 @@ class TlsSocketLink(SocketLink):
         try:
             taken = write(data)
             self._watch_unsent()
-        except BaseException:  # of a signal's handler: how much OpenSSL has taken is not known
+        except BaseException:  # raised by a signal's handler: how much OpenSSL has taken is unknown
             self._poller.call(lambda: self.end('its writer was interrupted'))
             raise
         return taken

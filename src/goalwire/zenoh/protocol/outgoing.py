@@ -270,7 +270,7 @@ class Outgoing:
             return False
         if is_answer and self.queue.size <= bounds.UNREAD_LIMIT:
             return True
-        if not self.section.is_entered():  # else it waits for the very thread that it interrupts
+        if not self.section.is_entered():  # otherwise it would wait for the very thread that it interrupts
             self._connection.wait_for_room(is_answer)
         return True
 
@@ -329,7 +329,7 @@ class Outgoing:
                 head = fragment_head(channel, number, marks_first=marks_first, more=left > 0)
                 marks_first = False
                 self.queue.add(channel >> 1, ((len(head) + size).to_bytes(2, 'little') + head, *piece))
-        except BaseException:  # of a signal's handler: no later piece may follow on the last one
+        except BaseException:  # raised by a signal's handler: no later piece may follow on the last one
             sent[channel] = (number + 2) & self._mask
             raise
 

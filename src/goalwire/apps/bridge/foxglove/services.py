@@ -71,7 +71,7 @@ class Services:
                 'schemaEncoding': schema.encoding,
                 'schema': schema.text,
             }
-            parts[f'{part}Schema'] = schema.text  # as the protocol had it at first
+            parts[f'{part}Schema'] = schema.text  # the field of the protocol's first version
         number = self._services[service] = next(self._numbers)
         return {'id': number, 'name': service.name, 'type': service.type_name, **parts}
 

@@ -93,10 +93,10 @@ def _write_stubs(folder: Path, output: Output) -> None:
     from goalwire.apps.cli.commands.stubs import environment_folder, write_into
     from goalwire.idl import search_path
 
-    search_path.discard()  # it was not there before
+    search_path.discard()  # the package did not exist before
     found = search_path.find_package(folder.name)
     if found is not None and found.path.resolve() == folder.resolve():
-        found.trusted = True  # it was made just now
+        found.trusted = True  # the package was made just now
         try:
             write_into(environment_folder(), [folder.name], output)
         except CommandError as error:

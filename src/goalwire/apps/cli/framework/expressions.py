@@ -189,7 +189,7 @@ class _Evaluation:
         if name == 'str' and any(not isinstance(each, int | float | str) for each in values):
             self._visit(_ITEMS_OF_A_TEXT)
         if name == 'sum' and any(isinstance(each, list) for each in values[1:]):
-            raise self._error('sum takes numbers')  # it would copy the list for each item
+            raise self._error('sum takes numbers')  # `sum` would copy the list for each item
         return self._attempt(tree, FUNCTIONS[name], *values)
 
     def _attempt(self, tree: ast.expr, function: Callable[..., Any], *values: Any) -> Any:

@@ -205,7 +205,7 @@ class _Fields:
         if hint := field.hint or _bounds(field):
             text.props['hint'] = hint
         if isinstance(value, str):
-            text.validate()  # it may have been typed before this was drawn
+            text.validate()  # the text may have been typed before the field was drawn
 
     def _take_text(self, field: FormField, typed: Any) -> None:
         self._values[field.name] = typed if typed is not None else ''

@@ -51,7 +51,7 @@ class RobotWatch(RobotState):
             has_publisher = bool(self._node.graph.publishers(topic))
             if topic in self._readings:
                 if not has_publisher:
-                    self._readings.pop(topic).close()  # one that comes back may offer another QoS
+                    self._readings.pop(topic).close()  # a publisher that comes back may offer another QoS
             elif has_publisher and type_name in there.get(topic, ()):
                 try:
                     self._readings[topic] = self._topics.read(topic, type_name, listener)

@@ -27,7 +27,7 @@ class Monitor(Node):
     def __init__(self, between: tuple[str, str] | None) -> None:
         super().__init__('tf2_monitor')
         self._between = between
-        self._delays: dict[str, deque[float]] = {}  # of each child frame, in s
+        self._delays: dict[str, deque[float]] = {}  # the delays of each child frame, in s
         self._arrivals: deque[tuple[float, float]] = deque(
             maxlen=KEPT
         )  # time of arrival and mean delay, in s

@@ -159,7 +159,7 @@ class TurtleSim(Node):
             return response
         try:
             self._attach(turtle)
-        except NameValidationException:  # its topics cannot be named after it
+        except NameValidationException:  # no topic can have the turtle's name
             with self.lock:
                 del self.world.turtles[turtle.name]
             self.get_logger().error(f'A turtle cannot be named [{request.name}]: topics have its name')

@@ -121,7 +121,7 @@ class AsyncNode(BaseNode):
         profile = QoSProfile.of(qos_profile)
         publisher = AsyncPublisher(self.handle, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
-        publisher.event_handlers = event_handlers(publisher, None, _group(False))  # they warn
+        publisher.event_handlers = event_handlers(publisher, None, _group(False))  # the default handlers warn
         publisher.on_destroy = self._ros_adopted(publisher, self._publishers)
         return publisher
 

@@ -74,7 +74,8 @@ class ReaderDispatcher:
         """Deliver the messages that this thread has written, once another thread has finished its
         delivery.
         """
-        if not self.drain(takes_all=True) and self._deliverer != get_ident():  # else it takes this one too
+        # Otherwise the other thread takes this message too
+        if not self.drain(takes_all=True) and self._deliverer != get_ident():
             self.drain(PATIENCE_S, takes_all=True)
 
 
@@ -231,7 +232,7 @@ class QueueingWriter(Writer):
         except LocalError as error:
             report_failure(f"topic '{self.topic}'", error)
         with self._lock:
-            if self._waiting and self._waiting[0] is first:  # not discarded in the meantime
+            if self._waiting and self._waiting[0] is first:  # not discarded meanwhile
                 self._waiting.popleft()
         return True
 

@@ -238,7 +238,8 @@ class Discovery:
             return None
         qos = read_qos(self._library, endpoint.qos, verbatim=topic == named.name)
         data = decode_endpoint(read_user_data(self._library, endpoint.qos))
-        type_hash = data.type_hash if named.role is Role.TOPIC else ''  # else that of one half of a service
+        # For a service it would be the hash of one half
+        type_hash = data.type_hash if named.role is Role.TOPIC else ''
         return Found(gid, participant, named.role, is_reader, named.name, type_name, type_hash, qos)
 
     def _wait_for_claims(self) -> None:

@@ -233,11 +233,12 @@ class CycloneClient(ClientEnd):
     def _end_orphans(self) -> None:
         ended = []
         with self._lock:
-            there = {peer.server for peer in self._requested}  # as it is now: a new one may have been called
+            # The servers of this moment: a new one may have been called
+            there = {peer.server for peer in self._requested}
             for sequence, call in list(self._calls.items()):
                 call.servers.intersection_update(there)
                 reason = self._refusals.get(sequence, '')
-                if not call.servers and self._pop(sequence):  # else its last reply is just being told
+                if not call.servers and self._pop(sequence):  # otherwise the last reply is being delivered
                     ended.append((call, reason))
         for call, reason in ended:
             call.on_end(reason)

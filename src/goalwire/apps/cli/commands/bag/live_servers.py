@@ -106,7 +106,7 @@ def answer(bag: Reader, selection: Selection, arguments: Namespace) -> Outcome:
     async def serve(node: goalwire.Node) -> Outcome:
         answers = Answers(node, bag, selection, rate=arguments.rate)
         tell(f"answering from '{bag.path}': {', '.join(answers.names)}; Ctrl-C ends it")
-        with suppress(asyncio.CancelledError):  # by a signal: that is how it ends
+        with suppress(asyncio.CancelledError):  # cancelled by a signal, which ends the command
             await asyncio.Event().wait()
         tell(f'{answers.answered:,} requests and goals were answered')
         return Outcome.OK

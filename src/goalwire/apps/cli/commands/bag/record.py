@@ -261,7 +261,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it p
         async with Recorder(node, bag, selection, options) as recorder:
             offer_services(recorder)
             tell(f"recording into '{bag.path}'{'; it is paused' if options.paused else ''}; Ctrl-C ends it")
-            with suppress(asyncio.CancelledError):  # by a signal: that is how a recording ends
+            with suppress(asyncio.CancelledError):  # cancelled by a signal, which ends a recording
                 await _tell_of(recorder)
         _tell_end(recorder)
         return Outcome.OK
