@@ -35,7 +35,7 @@ class GraphProblem:
 
 
 class GraphView:
-    """Node.graph: what discovery shows, this node included. Each answer is that of the moment."""
+    """Node.graph: the discovered nodes and endpoints, this node included. Each answer is of the moment."""
 
     def __init__(self, node: NodeCore) -> None:
         self._node = node
@@ -83,7 +83,7 @@ class GraphView:
         return self._graph.action_names_and_types()
 
     def problems(self) -> list[GraphProblem]:
-        """Return what does not go together, among all nodes: types, definitions, QoS, servers of one name."""
+        """Return the mismatches among all nodes: of types, definitions and QoS, and servers of one name."""
         return list(_problems(self._graph.endpoints()))
 
     def changes(self) -> GraphChanges:
@@ -110,7 +110,7 @@ class GraphChanges(Entity):
         return await anext(self._stream)
 
     def close(self) -> None:
-        """Hear of no more changes. Idempotent."""
+        """Stop watching. Idempotent."""
         if self._stream.closed:
             return
         self._node.disown(self)
@@ -121,7 +121,7 @@ class GraphChanges(Entity):
 
 
 def _problems(endpoints: Iterable[GraphEntity]) -> Iterator[GraphProblem]:
-    """Hold each endpoint against those of its name that came before it, so that each pair is told once."""
+    """Compare each endpoint with the earlier ones of its name, so that each pair is reported once."""
     known: dict[tuple[EndpointKind, str], list[GraphEntity]] = defaultdict(list)
     for each in endpoints:
         fellows = known[each.kind, each.name]

@@ -80,7 +80,7 @@ class SharedContexts:
 
     @property
     def open(self) -> int:
-        """How many contexts are open; those that have been shut down meanwhile are not."""
+        """How many contexts are open, without those that were shut down meanwhile."""
         return sum(context.ok() for context in list(self._users))
 
     def close(self, context: Context) -> None:
@@ -238,7 +238,7 @@ class Node:
         return GraphView(self._open_core())
 
     def statistics(self) -> NodeStatistics:
-        """Return what everything that it has counts, its built-in services included."""
+        """Return the statistics of everything that the node has, including its built-in services."""
         return self._open_core().statistics()
 
     # -- what it makes -------------------------------------------------------------------------------------

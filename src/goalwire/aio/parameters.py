@@ -29,7 +29,7 @@ CHANGES_LIMIT = 1000
 
 
 class ParameterStore(NodeParameters):
-    """The parameters of a node by rclpy's names: what the node's standing parts speak."""
+    """The parameters of a node by rclpy's names, which the node's own services use."""
 
     def __init__(self, core: NodeCore, overrides: Mapping[str, ParameterValue]) -> None:
         self._core = core
@@ -146,7 +146,7 @@ class Changes(Entity):
         return parameter.name, parameter.value
 
     def close(self) -> None:
-        """End the iteration: no more changes come. Idempotent."""
+        """End the iteration over changes. Idempotent."""
         if self._stream.closed:
             return
         self._stream.close()

@@ -84,7 +84,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
         return self._core.statistics()
 
     def close(self) -> None:
-        """Call no more; calls that wait raise InvalidHandle. Idempotent."""
+        """Stop calling; waiting calls raise InvalidHandle. Idempotent."""
         self._core.destroy()
 
 
@@ -144,6 +144,6 @@ class Service(Entity, Generic[RequestT, ResponseT]):
         return self._core.statistics()
 
     def close(self) -> None:
-        """Answer no more; handlers that run are cancelled, and their clients learn of it. Idempotent."""
+        """Stop answering. Running handlers are cancelled, and their clients learn of it. Idempotent."""
         self._core.destroy()
         self._runs.cancel(self._core.event_queue)

@@ -66,7 +66,7 @@ class Publisher(Entity, Generic[MsgT]):
 
 
 class _Core(SubscriptionCore[MsgT]):
-    """Hands what arrives to a stream; no callback, so no turn of the node's engine, is in between."""
+    """Hands arriving messages to a stream, without a callback and its turn of the node's executor."""
 
     def __init__(
         self,
@@ -154,5 +154,5 @@ class Subscription(Entity, Generic[MsgT]):
         await attempt.shows(lambda: self._core.publisher_count() >= count, 'too few publishers came')
 
     def close(self) -> None:
-        """Receive no more; what waits is still given out. Idempotent."""
+        """Stop receiving. Waiting messages are still given out. Idempotent."""
         self._core.destroy()

@@ -101,7 +101,9 @@ class CallbackRunner(CallbackChooser):
         return False
 
     def _ask_again(self) -> None:
-        """Post what such groups have refused: they are asked after each callback, as in rclpy."""
+        """Post the refused work again: groups of a program's own are asked after each callback, as in
+        rclpy.
+        """
         for _ in range(len(self._refused)):
             try:
                 source = self._refused.popleft()
@@ -117,7 +119,7 @@ class CallbackRunner(CallbackChooser):
         runners.start(coroutine, copy_context(), partial(self._end, source, group), group)
 
     def _raise_failure(self) -> None:
-        """Raise what a coroutine callback, or a callback on another thread, has raised."""
+        """Raise the error of a coroutine callback, or of a callback on another thread."""
         if self._failures:
             raise self._failures.popleft()
 

@@ -31,7 +31,7 @@ ANSWER_S = 3.0
 
 
 async def class_in_use(node: goalwire.Node, name: str) -> Any:
-    """Return the class of 'pkg/kind/Name'; nodes that use it are asked if it is not known here.
+    """Return the class of 'pkg/kind/Name'. If it is unknown here, nodes that use it are asked.
 
     Raises UnknownInterfaceError.
     """

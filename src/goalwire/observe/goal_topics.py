@@ -1,4 +1,4 @@
-"""Listening to the goals of one action: its status and feedback topics, and what its services are asked."""
+"""Listens to the goals of one action: its status and feedback topics, and the events of its services."""
 
 from __future__ import annotations
 

@@ -101,7 +101,9 @@ class Goal:
         return True
 
     def miss_start(self) -> None:
-        """Note that the goal ran before anybody listened: what remains of it has no first value."""
+        """Note that the goal ran before anybody listened, so that the first value of its progress is
+        unknown.
+        """
         self._saw_start = False
         self._readers.clear()
         self.progress = None
@@ -118,7 +120,7 @@ class Goal:
                 continue
             if spec not in self._readers:
                 self._readers[spec] = Progress(spec, saw_start=self._saw_start)
-            with suppress(ProgressError):  # the field was asked for of another action
+            with suppress(ProgressError):  # the field belongs to another action
                 done = self._readers[spec].read(feedback)
                 self.progress = self.progress if done is None else done
                 return
@@ -177,7 +179,7 @@ class GoalTable:
     def take_statuses(
         self, action: str, goals: Iterable[ReportedGoal], now: float, wall_offset: float = 0.0
     ) -> list[Goal]:
-        """Note what a server reports of its goals, and return those that have news.
+        """Note the statuses that a server reports, and return the goals that have changed.
 
         `wall_offset` leads from readings such as `now` to times of acceptance, in s since 1970. A goal that
         had ended when it was first seen ends when it began: no more is known.

@@ -38,7 +38,7 @@ _RUN_BYTES = 2**22
 """Messages outside of chunks are read in runs of about this size."""
 LARGEST_RECORD = 2**32
 _BROKEN = (McapError, CRCValidationError, struct.error, ValueError, KeyError, EOFError, RuntimeError)
-"""What the library and the decompressors raise where bytes are not what they should be."""
+"""The errors of the library and the decompressors for broken bytes."""
 
 
 class Span(NamedTuple):
@@ -94,7 +94,7 @@ class McapReader:
             raise BagError(f'{shown(self.path)}: it is no MCAP file, or its first bytes are lost')
 
     def _read_summary(self) -> bool:
-        """Read the summary; False if there is none, or where it does not say all that is needed."""
+        """Read the summary; False if there is none, or it is incomplete."""
         try:
             self._file.seek(-len(_MAGIC), os.SEEK_END)
             if self._file.read() != _MAGIC:
@@ -141,7 +141,7 @@ class McapReader:
         return statistics.message_count == 0 and statistics.channel_count == 0
 
     def _scan(self) -> None:
-        """Find chunks and messages by reading through; what follows a broken record is lost."""
+        """Find chunks and messages by reading the whole file. Everything behind a broken record is lost."""
         offset = len(_MAGIC)
         run = _Run()
         while offset < self._size:
@@ -283,7 +283,7 @@ class McapReader:
                 return  # a run of messages: all of them were in `content`
 
     def check(self) -> Iterator[str]:
-        """Read every byte, and yield what is wrong with it."""
+        """Read every byte, and yield the faults."""
         if self.problem:
             yield self.problem
         found: Counter[str] = Counter()
@@ -299,7 +299,7 @@ class McapReader:
                 yield f"'{topic.name}' has {found[topic.name]:,} messages, and the summary tells of {told:,}"
 
     def rescued(self) -> Iterator[Message]:
-        """Yield every message that can be read, in order; what is broken is left out."""
+        """Yield every readable message, in order; broken parts are left out."""
         self._spans = [span for span in self._spans if self._is_whole(span)]
         yield from self.messages()
 
@@ -361,7 +361,7 @@ def _is_wanted(span: Span, channels: frozenset[int], start: int | None, stop: in
 
 
 def _content(chunk: Chunk) -> memoryview:
-    """Return what is in a chunk, unpacked; raises where its checksum does not fit."""
+    """Return the content of a chunk, unpacked; raises if its checksum does not fit."""
     try:
         stream, length = get_chunk_data_stream(chunk, validate_crc=True)
     except Exception as error:

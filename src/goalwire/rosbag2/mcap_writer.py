@@ -104,7 +104,7 @@ class McapWriter:
         self.start = self.end = 0
         """The times of the first and the last message, in ns."""
         self.count = 0
-        """How many messages the file has, those included that wait for their chunk to be full."""
+        """How many messages the file has, including those that wait for their chunk to fill up."""
         self._has_end = False
         self._end_size = 0
         """How many bytes the latest end has or had."""
@@ -170,11 +170,14 @@ class McapWriter:
             self._write_chunk()
 
     def wants_end(self) -> bool:
-        """Whether so much was written since the last end that another one is worth its bytes."""
+        """Whether enough was written since the last end to be worth the bytes of another one."""
         return self._since_end > _END_SHARE * self._end_size
 
     def flush(self, metadata: str) -> None:
-        """Write what waits, and an end with this metadata: the file is whole then. Raises OSError."""
+        """Write the waiting messages, and an end with this metadata, which completes the file.
+
+        Raises OSError.
+        """
         if self._parts:
             self._write_chunk()
         if not self._has_end or self._unwritten:
@@ -237,7 +240,8 @@ class McapWriter:
     # -- chunks ----------------------------------------------------------------------------------------------
 
     def _write_chunk(self) -> None:
-        """Write what waits as a chunk, with the index of its messages.
+        """Write the waiting messages as a chunk, with their index. If that fails, the chunk is lost as a
+        whole.
 
         What fails is lost, and not half there.
         """
@@ -348,7 +352,7 @@ class McapWriter:
     # -- the file --------------------------------------------------------------------------------------------
 
     def _append(self, parts: Sequence[bytes]) -> None:
-        """Write behind the data, where an end may stand; what fails leaves no half of it behind."""
+        """Write behind the data, over an end. If that fails, no half of it is left."""
         if self._has_end:
             self._cut(self._data_end)
         try:

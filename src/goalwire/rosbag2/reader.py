@@ -77,7 +77,6 @@ def missing_extra(error: ModuleNotFoundError) -> BagError:
 
 class Reader:
     """Reads a bag: `with Reader('folder') as bag:`, where `bag.messages()` yields the messages in order.
-    Not for several threads.
 
     Not for several threads.
     """

@@ -83,7 +83,7 @@ class SqliteWriter:
         self._database.execute('INSERT INTO messages (topic_id, timestamp, data) VALUES (?, ?, ?)', row)
 
     def wants_end(self) -> bool:
-        """Whether a flush is due; here it never is before its time."""
+        """Whether a flush is due early; in this format it never is."""
         return False
 
     def flush(self, metadata: str) -> None:

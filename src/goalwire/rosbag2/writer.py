@@ -166,7 +166,7 @@ class Writer:
             if self._file.wants_end():
                 self._file.flush(bag_text(self._facts()))
                 if self._has_new_topics:
-                    self._write_metadata()  # others look for topics there
+                    self._write_metadata()  # other threads read this
         except OSError as error:
             raise self._failed(error) from error
 

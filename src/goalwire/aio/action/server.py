@@ -179,7 +179,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return self._core.statistics()
 
     def close(self) -> None:
-        """Take no more goals; those that run are aborted, their handlers cancelled. Idempotent."""
+        """Take no more goals. Running goals are aborted, and their handlers cancelled. Idempotent."""
         self._core.destroy()
         calling = asyncio.current_task()
         for task in list(self._running.values()):

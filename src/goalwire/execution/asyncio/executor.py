@@ -125,7 +125,7 @@ class AsyncExecutor(CallbackRunner):
         return True
 
     def add_capacity(self, count: int) -> None:
-        """There is no other thread that could make up for it."""
+        """Do nothing: there is no other thread that could take over."""
 
     def _on_shutdown(self) -> None:
         """Any thread, signal handlers too."""
@@ -214,7 +214,7 @@ class SharedLoop:
     def __init__(
         self, work_queue: NodeWorkQueue, shutdown_signal: ShutdownSignal, runs: CallbackTasks
     ) -> None:
-        """`runs` is where the coroutine callbacks under way are noted."""
+        """`runs` notes the coroutine callbacks under way."""
         self._runs = runs
         self._work_queue = work_queue
         self._shutdown_signal = shutdown_signal

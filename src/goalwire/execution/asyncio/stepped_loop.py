@@ -50,9 +50,9 @@ class SteppedSelector(selectors.BaseSelector):
         self.ready: dict[int, int] = {}
         """The ready descriptors that the next `select` reports."""
         self.reported: list[int] = []
-        """Which descriptors the step at hand was told of."""
+        """The descriptors that the present step has reported."""
         self.opening = True
-        """Whether the loop is being made: what it registers then is its own pipe, and is not watched."""
+        """True while the loop is being made. It registers its own pipe then, which is not watched."""
         self._unwatched: list[int] = []
 
     def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
@@ -67,7 +67,7 @@ class SteppedSelector(selectors.BaseSelector):
         return key
 
     def watch_own_pipe(self) -> None:
-        """Watch what the loop has registered while it was made: signals are written there.
+        """Watch the pipe that the loop has registered for itself: signals are written there.
 
         It is emptied first. Whoever queues a callback writes there, too, and in a full pipe there is no room
         for a signal.
@@ -102,7 +102,7 @@ class SteppedSelector(selectors.BaseSelector):
         return found
 
     def rearm(self) -> None:
-        """After a step: watch again what was reported in it."""
+        """After a step, watch the descriptors again that it has reported."""
         while self.reported:
             fd = self.reported.pop()
             key = self._keys.get(fd)
@@ -135,7 +135,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
         self._wake = wake
         self._stepping = 0
         self.whens: list[float] = []
-        """When callbacks are due that were put off, as a heap; some may have been cancelled since."""
+        """The due times of postponed callbacks, as a heap; some may have been cancelled since."""
         self.more = False
         """Whether callbacks wait for the next step."""
         self.goalwire_waker = LoopWaker(wake)
@@ -151,7 +151,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
         return self._clock.now() / 1e9
 
     def next_due(self) -> int:
-        """When the earliest of `whens` is due, in steady ns."""
+        """Return the earliest due time of `whens`, in steady ns."""
         when = self.whens[0]
         due = round(when * 1e9)
         return due if _is_due(when, due / 1e9) else due + 1000
@@ -190,7 +190,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
         super().add_signal_handler(sig, callback, *args)
 
     def step(self, begin: Callable[[], None] | None = None) -> None:
-        """Run what is ready now, once, and what `begin` makes ready before that.
+        """Run the callbacks that are ready now, once, including those that `begin` makes ready.
 
         A KeyboardInterrupt or SystemExit that a task raises comes out.
         """
@@ -205,7 +205,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
             if waker.calls or not waker.asleep:
                 super().call_soon(waker.run_pending)
             self.more = False
-            self.stop()  # before it runs: then it runs once through what is ready, and waits for nothing
+            self.stop()  # before the run, so that it runs the ready callbacks once, and does not wait
             self.run_forever()
         finally:
             self._stepping = 0
@@ -217,7 +217,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
             self._stepped_selector.rearm()
 
     def _discard_due(self) -> None:
-        """Discard the times that the coming step will serve: those before its beginning."""
+        """Discard the due times from before the coming step, which serves them."""
         whens, now = self.whens, self.time()
         while whens and _is_due(whens[0], now):
             heappop(whens)

@@ -94,7 +94,7 @@ class DirectFuture(asyncio.Future[None]):
     def add_done_callback(
         self, wakeup: Callable[[Any], object], /, *, context: Context | None = None
     ) -> None:
-        """Keep what the task goes on by: asyncio calls this when the task goes to sleep here."""
+        """Keep the function that wakes the task: asyncio calls this when the task goes to sleep here."""
         self._wakeup = wakeup
         self._context = copy_context() if context is None else context
 
@@ -152,7 +152,7 @@ class LoopWaker:
             self._wake()
 
     def gather(self, function: Callable[[], None]) -> None:
-        """Call `function`, then at once what it has asked for by `call`, with no wake-up between.
+        """Call `function`, then the calls that it has asked for by `call`, with no wake-up between.
 
         On the loop's thread and outside of its tasks.
         """
@@ -167,7 +167,7 @@ class LoopWaker:
             self.run_pending()
 
     def run_pending(self) -> None:
-        """Do what was asked for until now; on the loop's thread.
+        """Make the calls asked for until now, on the loop's thread.
 
         What the functions raise comes out (it ends the program), and the others have their turn later.
         """
@@ -266,7 +266,7 @@ class AsyncioLoopWaker(LoopWaker):
             if loop is not None:
                 loop.call_soon_threadsafe(self.run_pending)
                 return
-        self.calls.clear()  # the loop is closed: nothing waits there any more
+        self.calls.clear()  # the loop is closed: nothing waits there
         self.asleep.append(None)
 
     def _on_wake_fd(self) -> None:
@@ -287,7 +287,7 @@ def delay_s(missing_ns: int) -> float:
 
 
 class AsyncWaiter:
-    """A place for one coroutine to sleep in: what `Waiter` is for a thread.
+    """A place for one coroutine to sleep in, as `Waiter` is for a thread. It holds at most one wake-up.
 
     It holds at most one wake-up. Who wakes notes that, then looks for the sleeper; who goes to sleep shows
     itself, then looks at the note: one of them sees the other.
@@ -360,7 +360,7 @@ def completion(future: Awaitable, waker: LoopWaker) -> DirectFuture:
 T = TypeVar('T')
 
 _BURST = 64
-"""Items that one coroutine may take in a row before others have their turn."""
+"""How many items one coroutine may take in a row before others have their turn."""
 
 
 class AsyncQueue(Generic[T]):
@@ -394,12 +394,12 @@ class AsyncQueue(Generic[T]):
             self._wake()
 
     def close(self) -> None:
-        """End: what waits is still given out, then `async for` ends. Any thread; idempotent."""
+        """End the queue: the waiting items are given out, then `async for` ends. Any thread; idempotent."""
         self.closed = True
         self._wake()
 
     def discard(self) -> None:
-        """End, and give out nothing more, not even what waits. Only for the loop's thread."""
+        """End the queue, and discard the waiting items. Only on the loop's thread."""
         self.close()
         self._items.clear()
 
@@ -443,7 +443,7 @@ class AsyncQueue(Generic[T]):
 
 
 async def in_thread(function: Callable[[], T]) -> T:
-    """Call `function` in a thread and return or raise what it does.
+    """Call `function` in a thread and return its result, or raise its error.
 
     A thread cannot be stopped, so a cancellation takes effect when it has ended: nothing is left half done.
     """
@@ -456,5 +456,5 @@ async def in_thread(function: Callable[[], T]) -> T:
             cancellation = error
     if cancellation is None:
         return source.result()
-    source.exception()  # looked at: the cancellation is told instead
+    source.exception()  # the exception counts as seen: the cancellation is raised instead
     raise cancellation

@@ -25,7 +25,7 @@ _readers: WeakKeyDictionary[AbstractEventLoop, dict[int, WireReader]] = WeakKeyD
 
 
 def read_wire(loop: AbstractEventLoop, wire_poller: WirePoller | None) -> Callable[[], None] | None:
-    """Have the running loop read a wire; return what ends that. None if it cannot.
+    """Have the running loop read a wire; return the function that ends that. None if it cannot.
 
     Several may ask for the same; the last to end it does.
     """
@@ -84,7 +84,7 @@ class WireReader:
         return True
 
     def leave(self) -> None:
-        """Read no more, once the last user has left."""
+        """Stop reading, once the last user has left."""
         self.users -= 1
         if self.users or self._fd < 0:
             return
@@ -92,7 +92,7 @@ class WireReader:
         self.stop()
 
     def stop(self) -> None:
-        """Read no more. On the loop's thread or, once the loop is closed, on any."""
+        """Stop reading. On the loop's thread or, once the loop is closed, on any."""
         fd, self._fd = self._fd, -1
         self._loop.remove_reader(fd)
         WAKE_FDS.discard(fd)

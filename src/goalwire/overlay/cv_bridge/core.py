@@ -169,7 +169,7 @@ def _check_is_array(cvim: object) -> None:
 
 
 def _or_error(work: Callable[[], ValueT]) -> ValueT:
-    """Return what `work` returns; a ConversionError becomes a CvBridgeError."""
+    """Return the result of `work`; a ConversionError becomes a CvBridgeError."""
     try:
         return work()
     except ConversionError as error:

@@ -34,7 +34,7 @@ class ConversionError(RuntimeError):
 
 
 class Encoding(NamedTuple):
-    """What the name of an encoding says."""
+    """The meaning of an encoding's name."""
 
     name: str
     depth: str
@@ -54,7 +54,7 @@ class Encoding(NamedTuple):
 
 @cache
 def encoding_of(name: str) -> Encoding:
-    """Return what an encoding is; raises ConversionError for an unknown one."""
+    """Return the meaning of an encoding; raises ConversionError for an unknown one."""
     for depth in ('8', '16'):
         head = name.removesuffix(depth)
         if head == name:
@@ -90,7 +90,7 @@ def cv_type(depth: str, channels: int) -> int:
 
 
 def depth_and_channels(number: int) -> tuple[str, int]:
-    """Return what `cv_type` made a number of; raises ConversionError for other numbers."""
+    """Split a number that `cv_type` made; raises ConversionError for other numbers."""
     channels, depth = divmod(number, _channel())
     if number < 0 or depth >= len(DEPTHS):
         raise ConversionError(f'{number} is not the number of an OpenCV type')

@@ -1,4 +1,4 @@
-"""launch_testing: what is said of tests and of the function that describes the launch."""
+"""launch_testing: decorators of tests, and of the function that describes the launch."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ ENTRY = 'generate_test_description'
 
 
 class TestRun:
-    """One launch, the tests while it runs and those when it has ended."""
+    """One launch: its tests beside the running processes, and those after their end."""
 
     __test__ = False  # pytest would collect the class otherwise
 
@@ -49,13 +49,13 @@ class TestRun:
 
     @property
     def markers(self) -> dict[str, Any]:
-        """What `launch_testing.markers` said of the description."""
+        """The markers that `launch_testing.markers` has put on the description."""
         return dict(getattr(self._test_description_function, '__markers__', {}))
 
     def normalized_test_description(
         self, *, ready_fn: Callable[[], object]
     ) -> tuple[LaunchDescription, dict[str, Any]]:
-        """Return the description and what it gives to tests. Raises Exception if it has no ReadyToTest."""
+        """Return the description and its values for tests. Raises Exception if it has no ReadyToTest."""
         made = self._test_description_function()
         description, context = made if isinstance(made, tuple) else (made, {})
         ready = next(_ready_actions(description.entities), None)
@@ -72,7 +72,7 @@ class TestRun:
         injected_attributes: Mapping[str, Any] | None = None,
         injected_args: Mapping[str, Any] | None = None,
     ) -> None:
-        """Give tests what they ask for: by the names of arguments, or as attributes, which is the old way."""
+        """Give tests the values they ask for: by the names of arguments, or as attributes, the old way."""
         for cls in {type(case): None for case in _cases(tests)}:
             for name, value in (injected_attributes or {}).items():
                 setattr(cls, name, _warning_property(name, value))
@@ -120,12 +120,12 @@ def LoadTestsFromPythonModule(module: ModuleType, *, name: str = 'launch_tests')
 
 
 def PreShutdownTestLoader() -> unittest.TestLoader:
-    """Return what loads the tests that run beside the processes."""
+    """Return a loader of the tests that run beside the processes."""
     return _Loader(is_post_shutdown=False)
 
 
 def PostShutdownTestLoader() -> unittest.TestLoader:
-    """Return what loads the tests that run when all processes have ended."""
+    """Return a loader of the tests that run after all processes have ended."""
     return _Loader(is_post_shutdown=True)
 
 

@@ -22,7 +22,7 @@ def normalize_lineseps(lines: str) -> str:
 
 
 def remove_ansi_escape_sequences(text: str) -> str:
-    """Return a text without what colours it on a terminal."""
+    """Return a text without escape sequences for a terminal."""
     return _ESCAPES.sub('', text)
 
 
@@ -82,7 +82,7 @@ def _find(text: str, start: int, wanted: str, *, strict: bool) -> Span | None:
 
 
 def _in_order(matches: Sequence[Callable[..., Span | None]], *, strict: bool) -> Callable[..., Span | None]:
-    """Return a function that finds all of these, one after the other; without gaps if `strict` is set."""
+    """Return a function that finds all of these patterns in order; without gaps if `strict` is set."""
 
     def match_all(actual: Any, start: int = 0) -> Span | None:
         begin, end = -1, start

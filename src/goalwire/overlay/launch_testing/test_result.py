@@ -18,7 +18,7 @@ class HasCases(Protocol):
 
 
 class Result(Protocol):
-    """What every result of a run has."""
+    """The common part of a run's results."""
 
     testsRun: int
     failures: list[tuple[unittest.TestCase, str]]

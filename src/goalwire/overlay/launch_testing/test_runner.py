@@ -77,7 +77,7 @@ class _Launch:
         self._run.bind(self._run.post_shutdown_tests, after, {**common, **after})
 
     def _around(self, description: LaunchDescription) -> LaunchDescription:
-        """Return the description with handlers that record what its processes do."""
+        """Return the description with handlers that record the output and the ends of its processes."""
         handlers = [
             OnProcessStart(on_start=lambda info, _: self._info.append(info)),
             OnProcessStart(on_start=lambda info, _: self._output.track(info.process_name)),
@@ -100,7 +100,7 @@ class _Launch:
             self._service.shutdown()
 
     def _print_failed(self) -> None:
-        """Show what processes printed that did not end well."""
+        """Print the output of processes that ended with an error."""
         for info in self._info:
             code = getattr(info, 'returncode', None)
             if not code:

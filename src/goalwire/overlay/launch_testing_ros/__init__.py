@@ -1,4 +1,4 @@
-"""launch_testing_ros: what launch tests of nodes need beside launch_testing."""
+"""launch_testing_ros: help for launch tests of nodes, beside launch_testing."""
 
 from launch_testing_ros import tools
 from launch_testing_ros.data_republisher import DataRepublisher

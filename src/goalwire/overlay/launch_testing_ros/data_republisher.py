@@ -41,7 +41,7 @@ class DataRepublisher(Generic[MsgT]):
         return self._received
 
     def get_num_republished(self) -> int:
-        """Return how many were published: those that were not dropped."""
+        """Return how many messages were published; dropped ones do not count."""
         return len(self._republished)
 
     def get_republished(self) -> list[MsgT]:

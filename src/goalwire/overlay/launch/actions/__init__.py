@@ -1,4 +1,4 @@
-"""launch.actions: what a launch file does."""
+"""launch.actions: the actions of launch files."""
 
 from goalwire.launching.actions import (
     DeclareLaunchArgument,

@@ -1,4 +1,4 @@
-"""launch.events: what can happen during a launch."""
+"""launch.events: the events of a launch."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.events import (

@@ -1,4 +1,4 @@
-"""launch.events.process: what can happen to a process."""
+"""launch.events.process: the events of processes."""
 
 from goalwire.launching.events import (
     ProcessExited,

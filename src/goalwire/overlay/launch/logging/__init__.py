@@ -1,4 +1,4 @@
-"""launch.logging: where the lines of a launch go."""
+"""launch.logging: the places where a launch writes its lines."""
 
 from goalwire.launching.output import (
     LaunchConfig,

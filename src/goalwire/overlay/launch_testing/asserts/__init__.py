@@ -1,4 +1,4 @@
-"""launch_testing.asserts: what processes should have printed, and how they should have ended."""
+"""launch_testing.asserts: checks of the output and exit codes of processes."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def assertInStream(
     strip_ansi_escape_sequences: bool = True,
     stream: str = 'stderr',
 ) -> None:
-    """Raise AssertionError if no process that is meant has printed a text, a pattern, or several in order."""
+    """Raise AssertionError if none of the processes has printed a text, a pattern, or several in order."""
     meant = resolveProcesses(
         proc_output, process=process, cmd_args=cmd_args, strict_proc_matching=strict_proc_matching
     )
@@ -144,6 +144,6 @@ class SequentialTextChecker:
 def assertSequentialStdout(
     proc_output: Any, process: ProcessChoice, cmd_args: Any = None
 ) -> Iterator[SequentialTextChecker]:
-    """Yield a checker of what one process has printed."""
+    """Yield a checker of one process's output, in order."""
     [meant] = resolveProcesses(proc_output, process=process, cmd_args=cmd_args, strict_proc_matching=True)
     yield SequentialTextChecker([io.text.decode() for io in proc_output[meant]])

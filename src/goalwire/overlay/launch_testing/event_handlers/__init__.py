@@ -1,4 +1,4 @@
-"""launch_testing.event_handlers: what happens when a process prints that it is ready."""
+"""launch_testing.event_handlers: actions for when a process prints that it is ready."""
 
 from __future__ import annotations
 
@@ -24,5 +24,5 @@ class StdoutReadyListener(OnProcessIO):
         self._actions = actions
 
     def describe(self) -> tuple[str, list[Any]]:
-        """Return what it waits for, and the actions."""
+        """Return the awaited output, and the actions."""
         return super().describe()[0], self._actions

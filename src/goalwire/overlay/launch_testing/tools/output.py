@@ -1,4 +1,4 @@
-"""launch_testing.tools.output: filters of output, and what it is compared with."""
+"""launch_testing.tools.output: filters of output, and comparisons with expected output."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from launch_testing.matching import build_line_match, build_text_match, remove_a
 
 
 def get_default_filtered_prefixes() -> list[str]:
-    """Return how lines begin that no test means: those of process ids and exit codes."""
+    """Return the beginnings of lines about process ids and exit codes, which no test means."""
     return ['pid', 'rc']
 
 

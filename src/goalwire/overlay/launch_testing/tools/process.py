@@ -31,7 +31,7 @@ class WaitedOutput:
 
 
 class ProcessProxy:
-    """What is known of one process, and waiting for more."""
+    """The record of one process, and ways to wait for more of it."""
 
     def __init__(
         self,

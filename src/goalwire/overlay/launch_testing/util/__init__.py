@@ -1,4 +1,4 @@
-"""launch_testing.util: which of the recorded processes are meant, and a process that keeps a launch alive."""
+"""launch_testing.util: finds recorded processes, and makes one that keeps a launch alive."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ProcessChoice: TypeAlias = ExecuteLocal | str | None
 
 
 class NoMatchingProcessException(Exception):
-    """Nothing is recorded of such a process."""
+    """There is no record of such a process."""
 
 
 class HasProcesses(Protocol):

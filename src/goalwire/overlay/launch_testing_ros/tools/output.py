@@ -1,4 +1,4 @@
-"""launch_testing_ros.tools.output: filters that also drop what an rmw implementation prints."""
+"""launch_testing_ros.tools.output: filters that also drop the output of an rmw implementation."""
 
 from __future__ import annotations
 

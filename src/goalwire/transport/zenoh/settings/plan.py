@@ -1,5 +1,4 @@
-"""Plans what a process opens: a session and a rendezvous, from built-in settings or files, with the overrides
-on top.
+"""Plans what a process opens: a session and a rendezvous, each from built-in settings or a file.
 
 The overrides come on top of either.
 """
