@@ -271,7 +271,7 @@ class Reader:
 
 
 def _find(path: str) -> tuple[str, list[str], BagFacts | None]:
-    """Return the folder of a bag, its files and its metadata. Raises BagError, FileNotFoundError.
+    """Return the folder of a bag, its files and its metadata.
 
     Raises BagError, FileNotFoundError.
     """

@@ -132,7 +132,7 @@ async def later(handle: Handle) -> Fibonacci.Result:
         (stateless, 'ABORTED', [5], 'Goal state not set, assuming aborted. Goal ID: '),
         (nothing, 'SUCCEEDED', [], 'returned NoneType; an empty result is sent; return a Fibonacci_Result'),
         (number, 'SUCCEEDED', [], 'returned int; an empty result is sent; return a Fibonacci_Result'),
-        (unsendable, 'SUCCEEDED', [], 'Result cannot be sent, an empty one is: '),
+        (unsendable, 'SUCCEEDED', [], 'Result cannot be sent, an empty one was sent: '),
         (later, 'SUCCEEDED', [7], None),
     ],
     ids=lambda value: getattr(value, '__name__', ''),

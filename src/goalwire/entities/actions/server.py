@@ -271,7 +271,7 @@ class ActionServerCore:
         try:
             return support.encode_response(response(status=int(GoalStatus.UNKNOWN), result=result))
         except (TypeError, ValueError) as error:
-            self.logger.error(f'Result cannot be sent, an empty one is: {error}')
+            self.logger.error(f'Result cannot be sent, an empty one was sent: {error}')
             return None
 
     def _default_result(self) -> bytes:

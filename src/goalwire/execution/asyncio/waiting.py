@@ -287,7 +287,7 @@ def delay_s(missing_ns: int) -> float:
 
 
 class AsyncWaiter:
-    """A place for one coroutine to sleep in, as `Waiter` is for a thread. It holds at most one wake-up.
+    """A place for one coroutine to sleep in, as `Waiter` is for a thread.
 
     It holds at most one wake-up. Who wakes notes that, then looks for the sleeper; who goes to sleep shows
     itself, then looks at the note: one of them sees the other.

@@ -33,7 +33,7 @@ from goalwire.zenoh.protocol.key_expressions import canonical, check
 from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.link_state import Node
 from goalwire.zenoh.protocol.links import Links
-from goalwire.zenoh.protocol.liveliness import Liveliness, Watcher
+from goalwire.zenoh.protocol.liveliness_tokens import Liveliness, Watcher
 from goalwire.zenoh.protocol.network import Sample
 from goalwire.zenoh.protocol.own_entities import OwnEntities
 from goalwire.zenoh.protocol.pending_queries import PendingQueries
