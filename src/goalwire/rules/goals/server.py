@@ -248,8 +248,8 @@ class GoalServer(Generic[RequestT, ResultT]):
 
     def _answer_cancellation(self, number: int) -> ServerEffects[RequestT, ResultT]:
         done = self._cancellations.open.pop(number)
-        published: ServerEffects[RequestT, ResultT] = [PublishStatus()] if done.granted else []
-        return [*published, ReplyCancel(done.request, done.code, done.granted)]
+        granted = done.granted
+        return [*([PublishStatus()] if granted else []), ReplyCancel(done.request, done.code, granted)]
 
     def _cancel(self, goal: ServerGoal[RequestT, ResultT], now: int) -> ServerEffects[RequestT, ResultT]:
         """Cancel a goal though no client has asked for that; nothing if it is being cancelled."""
