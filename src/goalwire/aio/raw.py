@@ -72,7 +72,8 @@ class RawPublisher(Entity):
         return len(self._node.graph.matched(self._endpoint)) if count is None else count
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
-        """Wait until all reliable subscriptions have what was published; False if the time is over first.
+        """Wait until all reliable subscriptions have every published message; False if the time runs out
+        first.
 
         It blocks the thread that calls it. Raises InvalidHandle once closed.
         """

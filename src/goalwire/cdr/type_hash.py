@@ -50,7 +50,7 @@ def _hash_of(full_name: str, interface: type | str) -> str:
 
 
 def hash_of_description(description: Description) -> str:
-    """Return the hash of a type as another node describes it: the same for the same type."""
+    """Return the hash of a type that another node describes: equal types have equal hashes."""
 
     def as_data(one: IndividualDescription) -> dict[str, object]:
         return {

@@ -57,8 +57,8 @@ class CriticalSection:
         """The calls that the same thread has asked for meanwhile."""
 
     def run(self, do: Callable[[], object]) -> bool:
-        """Do something while no other thread is in here. False: it interrupts this thread's own work in here,
-        and is done after that.
+        """Do something while no other thread is in the section. Return False if this call interrupts the
+        thread's own work in the section; it is done after that.
 
         What `do` raises is raised here in the first case only.
         """

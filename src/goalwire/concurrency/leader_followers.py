@@ -28,7 +28,7 @@ AWAY_S = 0.05
 15 us, so this costs 20 looks a second while leaders come and go. Who waits for something is not delayed by
 it: an idle thread takes the lead itself, and for dependants the own thread leads at once."""
 LOOPS_IDLE_S = 1.0
-"""The same while asyncio loops read the wire and nothing comes."""
+"""As AWAY_S, while asyncio loops read the wire and nothing comes."""
 CLOSING_S = 5.0
 """How long closing waits for the leader, which only delivers."""
 FOREVER = 2**63 - 1

@@ -45,7 +45,7 @@ def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec:
 
 
 def tell_near_misses(node: NodeCore, kind: str, name: str, told: str) -> str:
-    """Warn of similar names and types in the graph after waiting in vain for a service or action.
+    """Warn of similar names and types in the graph, after a wait without success for a service or action.
 
     Returns that; if it was `told` before, or nothing is near, nothing is said.
     """

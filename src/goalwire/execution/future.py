@@ -371,6 +371,6 @@ def block_on(future: Future[Any], deadline: int | None, shutdown_signal: Shutdow
 
 
 def cancel_quietly(future: Future[Any]) -> None:
-    """Cancel it if blocking on it was interrupted: nobody will ask how it ended, or ends."""
+    """Cancel a future after a blocking wait for it was interrupted: nobody will ask for its result."""
     future.cancel()
     future.exception()

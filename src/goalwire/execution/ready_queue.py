@@ -234,7 +234,7 @@ class ReadyQueue:
 
     def wake_one(self) -> None:
         """Let one sleeper look again. A thread that leaves while there is work must call this."""
-        if not self.wakers:  # each tick of a timer asks, and an exception costs more than a look
+        if not self.wakers:  # each tick of a timer comes here, and an exception costs more than this look
             return
         try:
             waker = self.wakers.pop()

@@ -145,7 +145,7 @@ def make_holder_class(
 
 
 def module_of(defined: Definition) -> str:
-    """Return the name of the module that a class claims to come from, as rosidl has it."""
+    """Return the name of the module that rosidl's class would come from."""
     return f'{defined.package}.{defined.kind}.{module_name(defined.name.partition("_")[0])}'
 
 

@@ -64,7 +64,7 @@ class FieldType:
 
     @property
     def text(self) -> str:
-        """The type as a definition has it: string<=5[3], geometry_msgs/Point[]."""
+        """The type in the notation of definitions: string<=5[3], geometry_msgs/Point[]."""
         base = self.base.replace('/msg/', '/') + (f'<={self.string_capacity}' if self.string_capacity else '')
         ends = {Shape.SINGLE: '', Shape.UNBOUNDED: '[]', Shape.ARRAY: f'[{self.capacity}]'}
         return base + ends.get(self.shape, f'[<={self.capacity}]')

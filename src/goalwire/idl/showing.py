@@ -46,7 +46,7 @@ def _definition_text(defined: Definition) -> str:
     if not part or part in parts:
         try:
             lines = registry.definition_text(f'{defined.package}/{defined.kind}/{owner}').splitlines()
-        except InterfaceError:  # the file is gone: what was read of it is left
+        except InterfaceError:  # the file is gone: show the parts that were read before
             pass
         else:
             return '\n'.join(_part_of(lines, parts.index(part)) if part else lines).strip('\n')

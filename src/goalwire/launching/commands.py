@@ -121,7 +121,7 @@ def show_arguments(path: str) -> str:
 
 
 def arguments_as_data(path: str) -> list[dict[str, str | bool | list[str] | None]]:
-    """The same as data; `default` is None if the argument must be given."""
+    """The arguments as data; `default` is None if the argument must be given."""
     description = get_launch_description_from_any_launch_file(path)
     return [
         {

@@ -333,7 +333,7 @@ class LocalSubstitution(Substitution):
 
 @expose_substitution('anon')
 class AnonName(CompoundSubstitution):
-    """A name with something unique behind it, the same for the same name in one launch."""
+    """A name with a unique addition. Within one launch a name always has the same addition."""
 
     names = ('name',)
 

@@ -64,7 +64,7 @@ def cut(text: str, most: int) -> str:
 
 
 def as_dict(message: Any) -> Any:
-    """Return a message as JSON has it, in full; a field's value that is an array becomes a list."""
+    """Return a message in JSON's types, in full; a field's array becomes a list."""
     from rosidl_runtime_py import message_to_ordereddict
 
     if hasattr(message, 'get_fields_and_field_types'):

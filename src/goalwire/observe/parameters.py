@@ -183,7 +183,7 @@ def _parameter(name: str, value: Any, about: Any) -> RemoteParameter:
 
 
 def fit_typed_value(parameter: RemoteParameter, typed: object) -> Any:
-    """Return the value of a parameter that a form's text or switch stands for, or a value of its type.
+    """Return a parameter's value from a form's text or switch, or from a value of its type.
 
     Raises FieldValueError, for a number outside the range that the parameter declares, too.
     """

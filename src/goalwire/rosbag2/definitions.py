@@ -1,4 +1,4 @@
-"""The text that defines a type and all types in it, as MCAP's encoding `ros2msg` has it.
+"""The text that defines a type and all types in it, in MCAP's encoding `ros2msg`.
 
 The root's text comes first; each other type follows a line of 80 `=` and its name. Events of services and
 parts of actions have no file of their own: their text is made from the fields, so that every reader can

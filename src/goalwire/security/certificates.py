@@ -194,5 +194,5 @@ def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str
 
 
 def now() -> datetime:
-    """Return the time, in whole seconds as certificates have it."""
+    """Return the time, in the whole seconds of certificates."""
     return datetime.now(UTC).replace(microsecond=0)

@@ -62,4 +62,4 @@ class PlayOptions:
     """The side whose recorded events are sent to the servers as requests, and not published:
     'service_introspection' or 'client_introspection'; '' for none."""
     goals_from: str = ''
-    """The same for the goals of actions: they are sent to the servers, and cancelled where they were."""
+    """True to send the goals of actions, too, and to cancel those that were cancelled in the recording."""

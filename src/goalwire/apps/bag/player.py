@@ -255,7 +255,7 @@ class Player:
             await asyncio.sleep(1 / self.options.clock_hz)
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
-        """Wait until all reliable subscriptions have what was published; False if the time is over first.
+        """Wait until all reliable subscriptions have every published message; False if the time runs out.
 
         It blocks the thread that calls it.
         """

@@ -126,7 +126,7 @@ class _Feed:
         self._latest: dict[bytes, int] = {}
         """When each publisher sent its latest message."""
         self._had: dict[bytes, int] = {}
-        """The same as of the latest `subscribe`: history up to there comes a second time."""
+        """The same times at the latest `subscribe`: history up to these comes a second time."""
         self._subscription: RawSubscription | None = None
         self.subscribe(qos)
         self._task = asyncio.get_running_loop().create_task(self._hand_out())

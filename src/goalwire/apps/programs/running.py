@@ -45,7 +45,7 @@ def spin(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> in
 def spin_with_words(
     program: str, usage: str, make_node: Callable[[list[str]], Node], argv: Sequence[str] | None = None
 ) -> int:
-    """Do the same for a program that has arguments of its own, which `make_node` is called with.
+    """Run a program that has arguments of its own, with which `make_node` is called.
 
     If it raises UsageError, the reason and the usage are printed, and the exit code is 1.
     """

@@ -49,7 +49,7 @@ class IoHandler:
 
 
 class ActiveIoHandler:
-    """The same while processes still print: another thread may wait for output."""
+    """The output of processes that still print: another thread may wait for output."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()

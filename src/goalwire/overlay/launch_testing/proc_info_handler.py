@@ -47,7 +47,7 @@ class ProcInfoHandler:
 
 
 class ActiveProcInfoHandler:
-    """The same while processes run: another thread may wait for their start and their end."""
+    """Starts and ends of processes that still run: another thread may wait for them."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()

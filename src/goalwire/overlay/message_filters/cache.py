@@ -65,7 +65,7 @@ class Cache(SimpleFilter):
         return self._entries[-1][0] if self._entries else None
 
     def getLatestTime(self) -> Time | None:
-        """The same as getLastestTime."""
+        """Do as getLastestTime does, under the right spelling."""
         return self.getLastestTime()
 
     def getOldestTime(self) -> Time | None:

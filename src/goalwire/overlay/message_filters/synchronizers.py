@@ -120,7 +120,8 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
 def _first_within(
     candidates: Sequence[Sequence[int]], slop: int, low: float, high: float
 ) -> tuple[int, ...] | None:
-    """Return the first combination, one of each sequence, that with low and high spans less than `slop`.
+    """Return the first combination of one item from each sequence that, with low and high, spans less than
+    `slop`.
 
     Combinations are tried as itertools.product orders them; each beginning that leads nowhere is tried once
     for all that have its extent.

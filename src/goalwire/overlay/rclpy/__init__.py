@@ -232,7 +232,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
 def spin_until_future_complete(
     node: Node, future: Future[Any], executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
-    """Run the callbacks of `node` until `future` is done, the time is over or the context ends."""
+    """Run the callbacks of `node` until `future` is done, the timeout has passed or the context ends."""
     if not hasattr(future, 'add_done_callback'):
         raise AttributeError(
             f'spin_until_future_complete(node, future) waits for a future, not for {future!r}'

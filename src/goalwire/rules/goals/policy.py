@@ -81,7 +81,7 @@ class Places(Generic[GoalT]):
     def __init__(self, policy: GoalPolicy) -> None:
         self.policy = policy
         self.unfinished: dict[GoalId, GoalT] = {}
-        """Goals from their acceptance until their execution is over, in the order of acceptance."""
+        """Goals from their acceptance to the end of their execution, in the order of acceptance."""
         self.running = 0
         self.waiting: dict[GoalId, GoalT] = {}
         """In the order of their turns."""

@@ -192,7 +192,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_result(
         self, goal_id: GoalId, result: ResultT | None, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """Execution is over, with its result (None: the default): [ReplyResult…, WakeAt].
+        """The execution has ended with a result (None: the default): [ReplyResult…, WakeAt].
 
         Where the user set no terminal state the goal is aborted: [AssumedAborted, PublishStatus,
         ReplyResult…, WakeAt].

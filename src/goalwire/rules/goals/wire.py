@@ -97,7 +97,7 @@ def with_reason(payload: bytes, reason: str) -> bytes:
 
 
 def split_reason(payload: Payload) -> tuple[Payload, str]:
-    """Return a get_result reply as ROS 2 has it, and why the goal was aborted if the server says so."""
+    """Return ROS 2's part of a get_result reply, and why the goal was aborted if the server says so."""
     if payload[-len(_REASON_MARK) :] != _REASON_MARK:
         return payload, ''
     end = len(payload) - _REASON_TAIL

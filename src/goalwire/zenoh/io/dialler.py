@@ -109,7 +109,7 @@ class Dial:
         slots: DialSlots | None = None,
         look_ups: LookUps | None = None,
     ) -> None:
-        """`when_failed` is called after each round in vain; `expected` is who must answer, if known.
+        """`when_failed` is called after each failed round; `expected` is the id that must answer, if known.
 
         `slots` and `look_ups` are shared with others that are dialled because gossip told of them.
         """
@@ -283,7 +283,7 @@ class Dial:
             self._timer = self._poller.call_later(self._pause, self.start)
 
     def refused(self) -> None:
-        """Count a round in vain: the other side has answered and ended the handshake."""
+        """Count a round as failed: the other side has answered and ended the handshake."""
         if not self.is_over:
             self._pause_after_round()
 

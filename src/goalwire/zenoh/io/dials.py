@@ -26,7 +26,7 @@ class Dials:
         take: Callable[[Dial, socket.socket], None],
         note_failure: Callable[[], None],
     ) -> None:
-        """`take` gets each connected socket; `note_failure` is called after each round in vain."""
+        """`take` gets each connected socket; `note_failure` is called after each failed round."""
         self._poller = poller
         self._gossip = gossip
         self._own_zid = own_zid

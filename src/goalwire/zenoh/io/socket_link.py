@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 READ_SIZE = 65536
 READ_SIZE_LARGE = 1 << 18
-"""The same in the midst of a large message."""
+"""Bytes to read at once in the midst of a large message."""
 _MANY = 8
 """Pieces of a message from which it counts as large."""
 _READS_AT_ONCE = 8

@@ -105,7 +105,7 @@ class FrameReader:
         self._pieces = PieceBudget(bounds.MESSAGE_LIMIT, budget)
 
     def agree(self, terms: Terms) -> None:
-        """Receive from now on as the handshake has it: frames are taken, and their numbers count."""
+        """Apply the terms of the handshake from now on: take frames, and check their numbers."""
         self._has_priorities = terms.qos
         self._marks_first = terms.patch > 0
         self._mask = terms.number_mask

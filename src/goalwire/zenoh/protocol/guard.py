@@ -31,7 +31,7 @@ class Guard(Protocol):
 
     @property
     def who(self) -> str:
-        """The name of the other side, as its certificate has it."""
+        """The name of the other side in its certificate."""
 
     @property
     def forwards(self) -> bool:

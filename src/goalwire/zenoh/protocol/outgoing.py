@@ -116,7 +116,7 @@ class Outgoing:
         self._retired: list[bytes] = []
 
     def agree(self, terms: Terms) -> None:
-        """Send from now on as the handshake has it."""
+        """Apply the terms of the handshake to everything that is sent from now on."""
         self._mask = terms.number_mask
         self._sent = [terms.first_sent] * CHANNELS
         self.room = terms.batch_size - HEAD_SIZE

@@ -109,7 +109,7 @@ class SessionProtocol:
         self.pieces = PieceBudget(bounds.UNFINISHED_LIMIT)
         self.stamps = Stamps(identity.zid, wall_clock_ns)
         self.stamp: Callable[[], bytes] = self.stamps.next
-        """Returns a timestamp later than any before it, as the wire has it."""
+        """Returns an encoded timestamp later than any before it."""
         self.expressions = Expressions()
         self.own_keys = self.expressions.keys
         self.queries = PendingQueries(clock, owner.expire_sooner, owner.report)

@@ -44,7 +44,7 @@ class Stamps:
         self._rest = b''
 
     def next(self) -> bytes:
-        """Return a timestamp later than any before it, as the wire has it."""
+        """Return an encoded timestamp later than any before it."""
         try:
             self._acquire()  # as in `Outgoing.send`
             now = self._wall_clock_ns()

@@ -43,12 +43,12 @@ _CODE_OF_TAG = {
 
 
 def to_json(message: Any) -> dict[str, Any]:
-    """Return a message as rosbridge's JSON has it."""
+    """Return a message in the form of rosbridge's JSON."""
     return {name: write(getattr(message, name)) for name, write in _json_plan(message.__class__)}
 
 
 def to_cbor(message: Any) -> dict[str, Any]:
-    """Return a message as rosbridge's CBOR has it."""
+    """Return a message in the form of rosbridge's CBOR."""
     return {name: write(getattr(message, name)) for name, write in _cbor_plan(message.__class__)}
 
 

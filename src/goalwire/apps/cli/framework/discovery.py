@@ -34,8 +34,8 @@ MISSING_S = 1.5
 QUIET_S = 0.05
 """After this long without a change, and with nothing outstanding, the graph counts as complete there."""
 LAST_S = 0.02
-"""The same if all who can answer are known. A process that has answered may be about to tell of a second
-context that it has."""
+"""How much longer to look if all peers that can answer are known. A peer may be about to announce a second
+context."""
 
 
 def add_graph_arguments(parser: argparse.ArgumentParser) -> None:

@@ -36,7 +36,7 @@ def as_text(entity: GraphEntity, *, hash_title: str = 'Topic') -> str:
 
 
 def as_json(entity: GraphEntity) -> Json:
-    """Return the same for `--json`; durations in ns, None if they are endless."""
+    """Return an endpoint and its QoS for `--json`; durations in ns, None if they are endless."""
     qos = entity.qos.stated()
     return {
         'node': entity.node.qualified,

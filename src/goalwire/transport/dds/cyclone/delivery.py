@@ -125,7 +125,7 @@ class QueueingWriter(Writer):
         make_fallback: Callable[[], Writer] | None = None,
         guard: ForkGuard | None = None,
     ) -> None:
-        """Waiting messages are dropped once `guard` says that nothing more is sent; None: they never are."""
+        """Waiting messages are dropped once `guard` forbids sending; None: they never are."""
         super().__init__(participant, topic, type_name, qos)
         self._make_fallback = make_fallback
         self._guard = guard

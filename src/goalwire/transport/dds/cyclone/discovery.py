@@ -124,7 +124,7 @@ class Discovery:
         missing = ports_in_use(self._domain_id).difference(*filter(None, told))
         if len(missing) > told.count(None):  # a participant that announces no port may have one of these
             return False
-        # In this order: what completed the state has been told to the listeners once that is over.
+        # In this order: `_is_telling` is reset after the listeners have heard of what completed the state.
         return self._state_of_discovery.is_complete() and not self._is_telling
 
     def _look(self) -> None:
