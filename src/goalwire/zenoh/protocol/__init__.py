@@ -32,7 +32,7 @@ One session:
     key_index         many expressions, and quickly those that match one key
     expressions       the short numbers of keys
     links             the links that are up, one to each other session
-    liveliness_tokens which tokens are there, and who is told
+    liveliness_tokens  which tokens are there, and who is told
     queries           a query on its way, its replies and its end
     pending_queries   the queries on their way, by number, and their time
     incoming_queries  a query that came, and its answers
