@@ -15,9 +15,12 @@ from diagnostic_updater import (
     Updater,
 )
 from helpers.collector import Collector
+from helpers.patience import wait_for
 from helpers.spinning import MakeNode, Spin
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
@@ -174,6 +177,26 @@ def test_a_diagnosed_publisher_publishes_and_is_watched(
     updater.update()
     (status,) = published.expect(3)[2].status
     assert (status.level, status.message) == (ERROR, 'No events recorded.; No data since last update.')
+
+
+def test_stamps_of_simulated_time_are_judged_by_the_node_s_clock(
+    make_node: MakeNode, published: Collector[DiagnosticArray], spin: Spin
+) -> None:
+    """By the system's time, pictures of a simulation that began a minute ago would be decades old."""
+    node = make_node('eye', parameter_overrides=[Parameter('use_sim_time', value=True)])
+    simulation = make_node('simulation').create_publisher(Clock, '/clock', 1)
+    spin(node)
+    wait_for(simulation.get_subscription_count, 'the subscription to /clock')
+    simulation.publish(Clock(clock=Time(seconds=60).to_msg()))
+    wait_for(lambda: node.get_clock().now().nanoseconds, 'the simulated time')
+    updater = make_updater(node)
+    frequency, stamps = FrequencyStatusParam({'min': 0, 'max': 1e9}), TimeStampStatusParam(-1, 5)
+    camera = DiagnosedPublisher(node.create_publisher(Image, 'image', 10), updater, frequency, stamps)
+    camera.publish(Image(header=Header(stamp=node.get_clock().now().to_msg())))
+    updater.update()
+    *_, update = published.expect(2)
+    (status,) = update.status
+    assert (status.level, status.message) == (OK, 'Desired frequency met; Timestamps are reasonable.')
 
 
 def test_two_updaters_share_a_node_and_its_parameters(make_node: MakeNode) -> None:
