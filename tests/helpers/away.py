@@ -9,9 +9,10 @@ from helpers.markdown import ROOT
 STRANGER = ROOT / 'tests' / 'apps' / 'cli' / 'programs' / 'stranger.py'
 """A node that uses them: a topic /gauge, a service /tune, an action /sweep."""
 _DEFINITIONS = {
-    'package.xml': '<package><name>away_interfaces</name></package>',
+    'package.xml': '<package><name>away_interfaces</name><depend>std_msgs</depend></package>',
     'msg/Needle.msg': 'float64 angle\n',
     'msg/Gauge.msg': 'string name\nNeedle needle\nfloat32[3] scale\nuint8[<=4] marks\n',
+    'msg/Stamped.msg': 'std_msgs/Header header\nfloat64 value\n',
     'srv/Tune.srv': 'float64 wanted\n---\nfloat64 reached\n',
     'action/Sweep.action': 'int32 sweeps\n---\nint32 sweeps\n---\nfloat32 part\n',
 }

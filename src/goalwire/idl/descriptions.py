@@ -66,9 +66,9 @@ class Description(Protocol):
 def register_descriptions(name: str, descriptions: Iterable[Description]) -> list[str]:
     """Make a type known, and all types in it that are not known here; return the full names of the new ones.
 
-    `name` is 'pkg/kind/Name'. `descriptions` have it and what is in it; of an action its parts suffice. The
-    hash says whether the result is the type that was asked for: compare `type_hash` afterwards. Raises
-    InterfaceError if something is missing or cannot be read.
+    `name` is 'pkg/kind/Name', or an event of a service, which has all parts of that. `descriptions` have it
+    and the types in it; of an action its parts suffice. The hash says whether the result is the type that was
+    asked for: compare `type_hash` afterwards. Raises InterfaceError if something is missing or cannot be read.
     """
     all_types = {
         each.type_name: each
@@ -76,7 +76,9 @@ def register_descriptions(name: str, descriptions: Iterable[Description]) -> lis
         for each in (description.type_description, *description.referenced_type_descriptions)
     }
     added = []
-    for each in sorted({name, *all_types}):
+    package, kind, base = registry.split_name(name)
+    whole = name if kind == 'msg' else f'{package}/{kind}/{base.partition("_")[0]}'
+    for each in sorted({whole, *all_types}):
         package, kind, base = registry.split_name(each)
         if '_' in base or _is_known(each):
             continue  # a part of a service or an action comes with that

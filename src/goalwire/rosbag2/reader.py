@@ -250,7 +250,7 @@ class Reader:
         for message in self.messages(topics, start, stop):
             decode = made.get(message.topic)
             if decode is None:
-                decode = made[message.topic] = decoder_of(decoders[message.topic])
+                decode = made[message.topic] = decoder_of(decoders[message.topic], self.topics)
             yield message, decode(message.data)
 
     def check(self) -> Iterator[str]:

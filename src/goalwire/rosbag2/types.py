@@ -5,7 +5,7 @@ Those that are known here, else those that the bag itself defines.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from goalwire.cdr.codec import decoder
@@ -15,20 +15,22 @@ from goalwire.rosbag2.definitions import ENCODING
 from goalwire.rosbag2.model import Topic
 
 _RULE = '=' * 80
+_PARTS = {'srv': ('Request', 'Response'), 'action': ('Goal', 'Result', 'Feedback')}
+"""The parts that the file of a service or an action defines."""
 
 
-def class_of(topic: Topic) -> type:
+def class_of(topic: Topic, topics: Iterable[Topic] = ()) -> type:
     """Return the message class of a topic.
 
-    Raises InterfaceError if its type is neither known here nor defined in the bag, and where it was
-    another type under the same name that was recorded.
+    `topics` are those of its bag: of an action each defines a part. Raises InterfaceError if the type is
+    neither known here nor defined in the bag, and if another type under the same name was recorded.
     """
     try:
         cls = get_interface(topic.type_name)
     except InterfaceError:
         if topic.schema.encoding != ENCODING:
             raise
-        _define(topic)
+        _define(topic, topics)
         cls = get_interface(topic.type_name)
     if topic.type_hash and type_hash(cls) != topic.type_hash:
         raise InterfaceError(
@@ -37,26 +39,53 @@ def class_of(topic: Topic) -> type:
     return cls
 
 
-def decoder_of(topic: Topic) -> Callable[[bytes], Any]:
+def decoder_of(topic: Topic, topics: Iterable[Topic] = ()) -> Callable[[bytes], Any]:
     """Return a function that decodes a topic's messages; raises as `class_of`."""
-    return decoder(class_of(topic))
+    return decoder(class_of(topic, topics))
 
 
-def _define(topic: Topic) -> None:
-    """Register the unknown definitions in a topic's schema."""
-    parts = topic.schema.text.split(f'{_RULE}\nMSG: ')
-    _register(topic.type_name, parts[0])
-    for part in parts[1:]:
-        name, _, text = part.partition('\n')
-        package, _, kind = name.strip().partition('/')
-        _register(f'{package}/msg/{kind.rpartition("/")[2]}', text)
+def _define(topic: Topic, topics: Iterable[Topic]) -> None:
+    """Register the unknown definitions in a topic's schema, and of a service or action in those of the bag."""
+    package, kind, name = topic.type_name.split('/')
+    texts = _texts_of(topic)
+    for each, text in texts.items():
+        _register_message(each, text)
+    if kind == 'msg':
+        return
+    for other in topics:
+        if other.schema.encoding == ENCODING and other.type_name.startswith(f'{package}/'):
+            texts = _texts_of(other) | texts
+    whole = name.partition('_')[0]
+    text = texts[f'{package}/{name}']
+    if '---' not in text.splitlines():  # rosbag2 stores the whole file of a service
+        parts = [f'{package}/{whole}_{part}' for part in _PARTS[kind]]
+        missing = [part for part in parts if part not in texts]
+        if missing:
+            raise UnknownInterfaceError(
+                f'{topic.type_name}: neither this machine nor the bag has {missing[0]}'
+            )
+        text = '---\n'.join(texts[part] for part in parts)
+    register_definitions(package, {f'{kind}/{whole}': text})
 
 
-def _register(type_name: str, text: str) -> None:
-    package, kind, name = type_name.split('/')
-    if kind != 'msg' or '_' in name:
-        raise UnknownInterfaceError(f'{type_name}: a part of a service or action cannot be taken from a bag')
+def _texts_of(topic: Topic) -> dict[str, str]:
+    """Return the definitions in a topic's schema by their names, as `pkg/Name`."""
+    package, _, name = topic.type_name.split('/')
+    root, *parts = topic.schema.text.split(f'{_RULE}\nMSG: ')
+    texts = {f'{package}/{name}': root}
+    for part in parts:
+        head, _, text = part.partition('\n')
+        package, _, rest = head.strip().partition('/')
+        texts[f'{package}/{rest.rpartition("/")[2]}'] = text
+    return texts
+
+
+def _register_message(name: str, text: str) -> None:
+    """Make a message known, if it is not; parts of services and actions come with these."""
+    package, _, base = name.partition('/')
+    if '_' in base:
+        return
     try:
-        get_interface(type_name)
+        get_interface(f'{package}/msg/{base}')
     except InterfaceError:
-        register_definitions(package, {f'msg/{name}': text})
+        register_definitions(package, {f'msg/{base}': text})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Collection
 from contextlib import suppress
 from typing import Any
 
@@ -11,11 +11,10 @@ from goalwire.aio import ActionClient, Node
 from goalwire.aio.action.client import Run
 from goalwire.apps.bag.selection import action_of
 from goalwire.apps.bag.service_requests import STEPS
-from goalwire.cdr.codec import decoder
 from goalwire.errors import CallError, DecodeError
 from goalwire.idl import get_action
 from goalwire.rosbag2.model import SERVICE_EVENT, Message, Topic
-from goalwire.rosbag2.types import class_of
+from goalwire.rosbag2.types import decoder_of
 
 _ALL_GOALS = bytes(16)
 
@@ -26,7 +25,7 @@ class GoalRequests:
     A goal gets a new id, for a server refuses one that it knows.
     """
 
-    def __init__(self, node: Node, topics: Iterable[Topic], source: str) -> None:
+    def __init__(self, node: Node, topics: Collection[Topic], source: str) -> None:
         """Make the clients; raises InterfaceError for an action that is unknown here."""
         self._node = node
         self._step = STEPS[source]
@@ -41,7 +40,7 @@ class GoalRequests:
             part = topic.name.removesuffix(SERVICE_EVENT).rpartition('/')[2]
             if part not in {'send_goal', 'cancel_goal'}:
                 continue
-            self._decoders[topic.name] = decoder(class_of(topic))
+            self._decoders[topic.name] = decoder_of(topic, topics)
             action = action_of(topic.name)
             if part == 'send_goal':
                 kind = get_action(topic.type_name.removesuffix('_SendGoal_Event'))

@@ -258,7 +258,9 @@ class Recorder:
             return
 
         async def find() -> None:
-            await fetch_type(self.node, whole_type(asked))
+            is_found = await fetch_type(self.node, whole_type(asked))
+            if not is_found and '/srv/' in asked and asked.endswith('_Event'):
+                await fetch_type(self.node, asked)  # DDS shows no hash of a service, but that of its events
             self._define(topic, qos)
 
         search = asyncio.create_task(find())

@@ -38,9 +38,9 @@ def is_hidden(name: str) -> bool:
 
 
 def whole_type(name: str) -> str:
-    """Return the type that a service's type is part of: the action's for a service of an action."""
+    """Return the type that a type is part of: a service's for its events, an action's for its services."""
     package, kind, part = name.split('/')
-    return f'{package}/{kind}/{part.partition("_")[0]}' if kind == 'action' else name
+    return name if kind == 'msg' else f'{package}/{kind}/{part.partition("_")[0]}'
 
 
 @record

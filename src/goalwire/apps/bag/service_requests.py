@@ -8,11 +8,10 @@ from typing import Any
 
 from goalwire.aio import Client, Node
 from goalwire.apps.bag.selection import service_of
-from goalwire.cdr.codec import decoder
 from goalwire.errors import CallError, DecodeError
 from goalwire.idl import get_service
 from goalwire.rosbag2.model import Message, Topic
-from goalwire.rosbag2.types import class_of
+from goalwire.rosbag2.types import decoder_of
 
 ANSWER_S = 10.0
 """How long an answer may take; nobody waits for it meanwhile."""
@@ -34,8 +33,8 @@ class ServiceRequests:
         """How many requests were sent."""
         for topic in topics:
             service = service_of(topic.name)
+            self._decoders[topic.name] = decoder_of(topic)
             kind = get_service(topic.type_name.removesuffix('_Event'))
-            self._decoders[topic.name] = decoder(class_of(topic))
             self._clients[topic.name] = node.client(kind, service)
 
     def send(self, message: Message) -> None:

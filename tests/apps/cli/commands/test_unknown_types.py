@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 from helpers.away import STRANGER, knowing_away
 from helpers.command_line import Begin, CommandLine, executable
+from helpers.isolation import isolated_env
 from helpers.processes import Program
 from helpers.wires import DDS
 
 from goalwire.rosbag2.reader import Reader
+
+_SILENT = ('--ros-args', '-r', '__ns:=/silent', '-p', 'start_type_description_service:=false')
 
 
 @pytest.fixture(scope='module')
@@ -32,8 +37,7 @@ def stranger(away: dict[str, str]) -> Iterator[Program]:
 @pytest.fixture(scope='module')
 def silent(away: dict[str, str]) -> Iterator[Program]:
     """The same under /silent; it does not describe its types, as no node does before ROS 2 Jazzy."""
-    words = ('--ros-args', '-r', '__ns:=/silent', '-p', 'start_type_description_service:=false')
-    with Program(STRANGER, *words, env=away) as program:
+    with Program(STRANGER, *_SILENT, env=away) as program:
         program.expect('^ready$')
         yield program
 
@@ -80,6 +84,22 @@ def test_a_delay_is_that_of_headers(ros2: CommandLine) -> None:
     assert "the messages of '/gauge' have no header" in said
 
 
+def test_a_delay_needs_no_definition_if_the_header_is_the_first_field(
+    world: dict[str, str], tmp_path: Path
+) -> None:
+    """In a world of its own: there is no node that describes the type."""
+    alone = isolated_env(world['RMW_IMPLEMENTATION'])
+    with ExitStack() as stack:
+        node = stack.enter_context(Program(STRANGER, *_SILENT, env=knowing_away(alone, tmp_path)))
+        node.expect('^ready$')
+        command = ('topic', 'delay', '/silent/stamped')
+        delay = stack.enter_context(Program(executable(), *command, env=alone))
+        delay.expect("the type 'away_interfaces/msg/Stamped' is not known here")
+        delay.expect(r'^average delay: 0\.\d{3}$')
+        other = stack.enter_context(Program(executable(), 'topic', 'delay', '/silent/gauge', env=alone))
+        other.expect("the messages of '/silent/gauge' have no header")
+
+
 def test_a_message_is_published(ros2: CommandLine) -> None:
     published = ros2.ok(
         'topic', 'pub', '--once', '-w', '0', '/gauge', 'away_interfaces/msg/Gauge', '{name: water}'
@@ -115,6 +135,33 @@ def test_a_bag_has_the_definition(
         assert 'MSG: away_interfaces/Needle' in topic.schema.text
         _, gauge = next(iter(read.decoded()))
         assert (gauge.name, gauge.needle.angle) == ('oil', 0.5)
+
+
+def test_calls_and_goals_of_a_bag_are_read_where_their_types_are_unknown(
+    ros2: CommandLine, world: dict[str, str], stranger: Program, tmp_path: Path
+) -> None:
+    """The nodes tell the recorder what the types are, and the bag tells its readers."""
+    _need_hashes_of_services(world)
+    bag = tmp_path / 'bag'
+    names = ('--services', '/tune', '--actions', '/sweep')
+    with Program(executable(), 'bag', 'record', *names, '-o', str(bag), env=world) as recorder:
+        recorder.expect_each(*(f"recording '{name}/_service_event'" for name in _SERVICES))
+        ros2.ok('service', 'call', '/tune', '{wanted: 1.5}')
+        ros2.ok('action', 'send_goal', '/sweep', '{sweeps: 3}', '--feedback')
+        recorder.send_signal(signal.SIGINT)
+        assert recorder.wait() == 0
+    lines = [
+        json.loads(line) for line in ros2.ok('bag', 'export', str(bag), '--format', 'jsonl').splitlines()
+    ]
+    said = {topic: [line['message'] for line in lines if line['topic'] == topic] for topic in _TOPICS}
+    assert any(event['response'] == [{'reached': 3.0}] for event in said['/tune/_service_event'])
+    requests = [event['request'] for event in said['/sweep/_action/send_goal/_service_event']]
+    assert any(request and request[0]['goal'] == {'sweeps': 3} for request in requests)
+    assert said['/sweep/_action/feedback'][0]['feedback'] == {'part': 0.5}
+
+
+_SERVICES = ('/tune', '/sweep/_action/send_goal', '/sweep/_action/get_result')
+_TOPICS = (*(f'{name}/_service_event' for name in _SERVICES), '/sweep/_action/feedback')
 
 
 def _need_hashes_of_services(world: dict[str, str]) -> None:

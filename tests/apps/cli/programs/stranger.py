@@ -2,7 +2,7 @@
 
 import rclpy
 from away_interfaces.action import Sweep
-from away_interfaces.msg import Gauge
+from away_interfaces.msg import Gauge, Stamped
 from away_interfaces.srv import Tune
 from rclpy.action import ActionServer
 from rclpy.node import Node
@@ -12,7 +12,15 @@ with rclpy.init():
     publisher = node.create_publisher(Gauge, 'gauge', 10)
     gauge = Gauge(name='oil')
     gauge.needle.angle = 0.5
-    node.create_timer(0.1, lambda: publisher.publish(gauge))
+    stamped_publisher = node.create_publisher(Stamped, 'stamped', 10)
+    stamped = Stamped(value=1.0)
+
+    def publish():
+        publisher.publish(gauge)
+        stamped.header.stamp = node.get_clock().now().to_msg()
+        stamped_publisher.publish(stamped)
+
+    node.create_timer(0.1, publish)
 
     def tune(request, response):
         response.reached = request.wanted * 2

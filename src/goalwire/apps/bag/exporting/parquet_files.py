@@ -110,7 +110,7 @@ def write_parquet(bag: Reader, topics: Collection[str], start: int, folder: Path
             file = files.get(message.topic)
             if file is None:
                 path = folder / f'{stems[message.topic]}.parquet'
-                file = files[message.topic] = _File(path, class_of(described[message.topic]))
+                file = files[message.topic] = _File(path, class_of(described[message.topic], bag.topics))
                 stack.callback(file.close)
             file.add(message, decoded)
     return [Written(file.path, file.count) for file in files.values()]

@@ -86,7 +86,7 @@ class Decoders:
         try:
             if topic not in self._made:
                 self._made[topic] = None
-                self._made[topic] = decoder_of(self._topics[topic])
+                self._made[topic] = decoder_of(self._topics[topic], self._topics.values())
             decode = self._made[topic]
             return None if decode is None else decode(data)
         except UNREADABLE as error:

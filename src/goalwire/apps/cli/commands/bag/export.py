@@ -66,7 +66,7 @@ def _readable(bag: Reader, chosen: Selection) -> tuple[list[str], bool]:
         if not chosen.wants(topic.name, topic.type_name):
             continue
         try:
-            class_of(topic)
+            class_of(topic, bag.topics)
         except InterfaceError as error:
             has_unknown = True
             tell(f"'{topic.name}' is left out: {error}")

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import goalwire
 from goalwire.apps.cli.commands.topic.rates import Window, report, spread_text
-from goalwire.apps.cli.commands.topic.reading import source, window_argument
+from goalwire.apps.cli.commands.topic.reading import raw_source, window_argument
+from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.discovery import add_graph_arguments
 from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.output import tell
+from goalwire.observe.headers import stamp_of_first_field
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -26,15 +29,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Print the delay until Ctrl-C."""
-    topic = source(arguments, arguments.topic_name)
-    if topic.cls.get_fields_and_field_types().get('header') != 'std_msgs/Header':
-        raise CommandError(
-            Outcome.BAD_VALUE,
-            f"the messages of '{topic.name}' have no header",
-            'see: ros2 topic hz, for the rate',
-        )
+    """Print the delay until Ctrl-C.
 
+    If neither this machine nor a node knows the type, its first field is taken for the header.
+    """
+    topic = raw_source(arguments, arguments.topic_name)
+    cls = _class_of(topic.type.type_name)
+    if cls is not None and cls.get_fields_and_field_types().get('header') != 'std_msgs/Header':
+        raise _without_header(topic.name)
     window = Window(arguments.window)
 
     def show() -> None:
@@ -46,10 +48,39 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
     async def follow(node: goalwire.Node) -> None:
         def note(message: Any) -> bool:
-            stamp = message.header.stamp
-            window.values.append(node.clock.now().nanoseconds / 1e9 - stamp.sec - stamp.nanosec / 1e9)
+            stamp = stamp_of_first_field(message) if cls is None else _stamp(message)
+            if stamp is None:
+                raise _without_header(topic.name)
+            window.values.append(node.clock.now().nanoseconds / 1e9 - stamp)
             return True
 
-        await report(node.subscription(topic.cls, topic.name, qos=topic.qos), note, show)
+        subscription: goalwire.Subscription[Any] = (
+            node.subscription(topic.type, topic.name, qos=topic.qos, raw=True)
+            if cls is None
+            else node.subscription(cls, topic.name, qos=topic.qos)
+        )
+        await report(subscription, note, show)
 
     return live(follow, use_sim_time=arguments.use_sim_time)
+
+
+def _class_of(type_name: str) -> Any:
+    """Return the class of a type; None, of which it tells, if nobody knows it."""
+    try:
+        return lookup.interface_in_use(type_name)
+    except CommandError as error:
+        if error.outcome is not Outcome.NOT_FOUND:
+            raise
+    tell(f"the type '{type_name}' is not known here: its first field is taken for the header")
+    return None
+
+
+def _stamp(message: Any) -> float:
+    stamp = message.header.stamp
+    return float(stamp.sec + stamp.nanosec / 1e9)
+
+
+def _without_header(topic: str) -> CommandError:
+    return CommandError(
+        Outcome.BAD_VALUE, f"the messages of '{topic}' have no header", 'see: ros2 topic hz, for the rate'
+    )
