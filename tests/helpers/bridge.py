@@ -79,6 +79,8 @@ class FoxgloveClient:
         self.socket: ClientConnection
         self.channels: dict[str, Any] = {}
         self.services: dict[str, Any] = {}
+        self.greeting: dict[str, Any] = {}
+        """The serverInfo."""
         self.feedback: list[bytes] = []
         """Messages that came while something else was waited for."""
         self._calls = 0
@@ -92,6 +94,8 @@ class FoxgloveClient:
         if isinstance(frame, bytes):
             return frame
         found = json.loads(frame)
+        if found['op'] == 'serverInfo':
+            self.greeting = found
         for each in found.get('channels', ()):
             self.channels[each['topic']] = each
         for each in found.get('services', ()):
@@ -122,7 +126,8 @@ class FoxgloveClient:
         channel = self.channel(topic)['id']
         self.send('subscribe', subscriptions=[{'id': number, 'channelId': channel}])
 
-    def _ask(self, service: str, request: bytes) -> int:
+    def ask(self, service: str, request: bytes) -> int:
+        """Begin to call a service; return the number of the call."""
         while service not in self.services:
             self._receive()
         self._calls += 1
@@ -132,7 +137,7 @@ class FoxgloveClient:
 
     def call(self, service: str, request: bytes) -> bytes:
         """Call a service; return the response."""
-        call = self._ask(service, request)
+        call = self.ask(service, request)
         while True:
             frame = self.receive_bytes()
             if frame[0] == 1:
@@ -142,7 +147,7 @@ class FoxgloveClient:
 
     def call_fails(self, service: str, request: bytes) -> str:
         """Call a service; return why it fails."""
-        self._ask(service, request)
+        self.ask(service, request)
         text: str = self.expect('serviceCallFailure')['message']
         return text
 

@@ -68,7 +68,7 @@ def register_descriptions(name: str, descriptions: Iterable[Description]) -> lis
 
     `name` is 'pkg/kind/Name', or an event of a service, which has all parts of that. `descriptions` have it
     and the types in it; of an action its parts suffice. The hash says whether the result is the type that was
-    asked for: compare `type_hash` afterwards. Raises InterfaceError if something is missing or cannot be read.
+    asked for: compare `type_hash` afterwards. Raises InterfaceError if something is missing or unreadable.
     """
     all_types = {
         each.type_name: each

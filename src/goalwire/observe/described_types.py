@@ -43,10 +43,28 @@ async def class_in_use(node: goalwire.Node, name: str) -> Any:
     return interface_class(name)
 
 
+def whole_type(name: str) -> str:
+    """Return the type that a type is part of: a service's for its events, an action's for its services."""
+    package, kind, part = name.split('/')
+    return name if kind == 'msg' else f'{package}/{kind}/{part.partition("_")[0]}'
+
+
 async def fetch_type(node: goalwire.Node, name: str) -> bool:
     """Make 'pkg/kind/Name' known by asking nodes that use it; return whether that worked.
 
-    An action is put together from its parts. If a node gives no right answer, the next one is asked.
+    The name may be that of a part of a service or action. If a node gives no right answer, the next one is
+    asked.
+    """
+    if await _fetch(node, whole_type(name)):
+        return True
+    # DDS shows no hash of a service, but that of its events, which have all parts of it.
+    return '/srv/' in name and name.endswith('_Event') and await _fetch(node, name)
+
+
+async def _fetch(node: goalwire.Node, name: str) -> bool:
+    """Fetch a message, service or action, or the events of a service.
+
+    An action is put together from its parts.
     """
     endpoints = await _endpoints_of(node, name)
     descriptions = [await _describe(node, parts) for parts in endpoints.values()]

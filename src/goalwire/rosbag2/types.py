@@ -45,7 +45,7 @@ def decoder_of(topic: Topic, topics: Iterable[Topic] = ()) -> Callable[[bytes], 
 
 
 def _define(topic: Topic, topics: Iterable[Topic]) -> None:
-    """Register the unknown definitions in a topic's schema, and of a service or action in those of the bag."""
+    """Register the unknown definitions of a topic's schema; those of an action stand in several of a bag."""
     package, kind, name = topic.type_name.split('/')
     texts = _texts_of(topic)
     for each, text in texts.items():

@@ -107,12 +107,26 @@ def test_an_action_is_services_and_topics(client: FoxgloveClient) -> None:
     assert (result.status, list(result.result.sequence)) == (4, [0, 1, 1, 2, 3])
 
 
-def _send_long_goal(client: FoxgloveClient, goal_id: int) -> None:
+def _long_goal(goal_id: int) -> bytes:
     from example_interfaces.action import Fibonacci
 
     request = Fibonacci.Impl.SendGoalService.Request(goal=Fibonacci.Goal(order=3000))
     request.goal_id.uuid = [goal_id] * 16
-    client.call('/fibonacci/_action/send_goal', codec.encode(request))
+    return codec.encode(request)
+
+
+def _send_long_goal(client: FoxgloveClient, goal_id: int) -> None:
+    client.call('/fibonacci/_action/send_goal', _long_goal(goal_id))
+
+
+def _cancelled(client: FoxgloveClient, goal_id: int) -> int:
+    """Cancel a goal; return how many are cancelled."""
+    from action_msgs.srv import CancelGoal
+
+    request = CancelGoal.Request()
+    request.goal_info.goal_id.uuid = [goal_id] * 16
+    answer = client.call('/fibonacci/_action/cancel_goal', codec.encode(request))
+    return len(codec.decode(answer, CancelGoal.Response).goals_canceling)
 
 
 def test_a_client_that_is_lost_means_stop(foxglove: str, robot: Program) -> None:
@@ -121,14 +135,23 @@ def test_a_client_that_is_lost_means_stop(foxglove: str, robot: Program) -> None
     robot.expect('cancelled')
 
 
-def test_a_goal_is_cancelled_while_it_runs(client: FoxgloveClient, robot: Program) -> None:
-    from action_msgs.srv import CancelGoal
+def test_a_client_that_sends_the_id_of_another_s_goal_does_not_cancel_it(
+    foxglove: str, client: FoxgloveClient, robot: Program
+) -> None:
+    """The server accepts no goal with an id that it knows; so the goal is not that client's."""
+    client.subscribe('/fibonacci/_action/feedback', 1)
+    _send_long_goal(client, 11)
+    with FoxgloveClient(foxglove) as other:
+        other.ask('/fibonacci/_action/send_goal', _long_goal(11))  # and is lost before the answer
+    for _ in range(100):  # a second of it
+        client.receive_bytes()
+    assert _cancelled(client, 11) == 1, 'it was running still'
+    robot.expect('cancelled')
 
+
+def test_a_goal_is_cancelled_while_it_runs(client: FoxgloveClient, robot: Program) -> None:
     _send_long_goal(client, 9)
-    request = CancelGoal.Request()
-    request.goal_info.goal_id.uuid = [9] * 16
-    answer = client.call('/fibonacci/_action/cancel_goal', codec.encode(request))
-    assert len(codec.decode(answer, CancelGoal.Response).goals_canceling) == 1
+    assert _cancelled(client, 9) == 1
     robot.expect('cancelled')
 
 

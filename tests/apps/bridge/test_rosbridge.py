@@ -275,6 +275,16 @@ def test_allow_lists_limit_each_class_of_names(bridge: Start, robot: Program) ->
         assert client.call('/rosapi/services')['values'] == {'services': []}
 
 
+@pytest.mark.parametrize('topic', ['/parameter_events', '/robot/get_parameters/_service_event'])
+def test_with_limited_parameters_no_topic_tells_of_the_others(
+    bridge: Start, robot: Program, topic: str
+) -> None:
+    with WebSocket(bridge('rosbridge', '--parameters', '/robot:s*').url) as client:
+        client.send('subscribe', topic=topic, type='rcl_interfaces/msg/ParameterEvent')
+        assert '--parameters' in client.expect('status')['msg']
+        assert '/parameter_events' not in client.call('/rosapi/topics')['values']['topics']
+
+
 def test_a_bridge_that_is_read_only_sends_nothing(bridge: Start, robot: Program) -> None:
     with WebSocket(bridge('rosbridge', '--read-only').url) as client:
         client.send('publish', topic='/say', msg={'data': 'x'})

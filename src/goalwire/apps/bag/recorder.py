@@ -13,7 +13,7 @@ from goalwire.aio import Node
 from goalwire.apps.bag.intake import Intake, Losses
 from goalwire.apps.bag.options import RecordOptions
 from goalwire.apps.bag.repeats import Repeats
-from goalwire.apps.bag.selection import Selection, wants_calls, whole_type
+from goalwire.apps.bag.selection import Selection, wants_calls
 from goalwire.apps.bag.snapshot import Snapshot
 from goalwire.apps.bag.topic_recording import Delivery, TopicRecording
 from goalwire.entities.recorded_calls import POSTFIX_FOR_RECORDERS
@@ -258,9 +258,7 @@ class Recorder:
             return
 
         async def find() -> None:
-            is_found = await fetch_type(self.node, whole_type(asked))
-            if not is_found and '/srv/' in asked and asked.endswith('_Event'):
-                await fetch_type(self.node, asked)  # DDS shows no hash of a service, but that of its events
+            await fetch_type(self.node, asked)
             self._define(topic, qos)
 
         search = asyncio.create_task(find())

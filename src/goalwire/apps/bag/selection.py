@@ -37,12 +37,6 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith('_') for part in name.split('/'))
 
 
-def whole_type(name: str) -> str:
-    """Return the type that a type is part of: a service's for its events, an action's for its services."""
-    package, kind, part = name.split('/')
-    return name if kind == 'msg' else f'{package}/{kind}/{part.partition("_")[0]}'
-
-
 @record
 class Names:
     """The chosen names of one kind: all, some or none, and those that are left out in any case."""

@@ -20,6 +20,8 @@ _OF_PARAMETERS = (
     'set_parameters',
     'set_parameters_atomically',
 )
+_EVENTS_OF_PARAMETERS = 'parameter_events'
+_SERVICE_EVENT = '/_service_event'
 
 
 @record
@@ -55,6 +57,12 @@ def check_pattern(pattern: str) -> None:
         raise ValueError(f"'{pattern}' is not a regular expression: {error}") from None
 
 
+def _tells_of_parameters(topic: str) -> bool:
+    """Return whether a topic tells of parameters: their events, and the calls of the services for them."""
+    name = topic.removesuffix(_SERVICE_EVENT).rsplit('/', 1)[-1]
+    return name == _EVENTS_OF_PARAMETERS or (topic.endswith(_SERVICE_EVENT) and name in _OF_PARAMETERS)
+
+
 @record
 class Permissions:
     """Who may do what, by classes of names. The parts of an action belong to the action."""
@@ -73,7 +81,12 @@ class Permissions:
         self._check(topic, self.publish)
 
     def check_subscribe(self, topic: str) -> None:
-        """Raise NotAllowedError if clients may not subscribe to a topic."""
+        """Raise NotAllowedError if clients may not subscribe to a topic.
+
+        With an allow list of parameters the topics that tell of any parameter are refused, as services are.
+        """
+        if self.parameters.patterns and _tells_of_parameters(topic):
+            raise self._limited(topic)
         self._check(topic, self.subscribe)
 
     def check_service(self, service: str) -> None:
@@ -84,10 +97,7 @@ class Permissions:
         """
         self._check_change()
         if self.parameters.patterns and service.rsplit('/', 1)[-1] in _OF_PARAMETERS:
-            raise NotAllowedError(
-                f"this bridge does not give access to '{service}', since its parameters are limited "
-                '(--parameters): use the operations for parameters'
-            )
+            raise self._limited(service)
         self._check(service, self.services)
 
     def check_action(self, action: str) -> None:
@@ -105,12 +115,21 @@ class Permissions:
         """Return whether clients may know of a topic."""
         if _HIDDEN in topic:
             return self.actions.allow(topic.partition(_HIDDEN)[0])
+        if self.parameters.patterns and _tells_of_parameters(topic):
+            return False
         return self.subscribe.allow(topic) or (not self.read_only and self.publish.allow(topic))
 
     def shows_service(self, service: str) -> bool:
         """Return whether clients may know of a service."""
         patterns = self.actions if _HIDDEN in service else self.services
         return patterns.allow(service.partition(_HIDDEN)[0])
+
+    @staticmethod
+    def _limited(name: str) -> NotAllowedError:
+        return NotAllowedError(
+            f"this bridge does not give access to '{name}', since its parameters are limited "
+            '(--parameters): use the operations for parameters'
+        )
 
     def _check(self, name: str, patterns: Patterns) -> None:
         if _HIDDEN in name:

@@ -6,6 +6,8 @@ is cancelled.
 
 from __future__ import annotations
 
+import asyncio
+from contextlib import suppress
 from itertools import count
 from typing import Any
 
@@ -39,8 +41,12 @@ class Services:
         self._numbers = count(1)
         self._services: dict[Shown, int] = {}
         self._asked: set[str] = set()
-        self._goals: set[tuple[str, bytes]] = set()
-        """Action and id of goals that this client sent, and whose result it does not have."""
+        self._goals: dict[tuple[str, bytes], asyncio.Task[Any]] = {}
+        """The calls that sent goals whose result this client does not have, by action and id.
+
+        They end with the server's answer, also if the client is lost before: a goal that was not accepted,
+        such as one with the id of another's, is not the client's to cancel.
+        """
 
     def update(self) -> None:
         """Tell the client of services that have come and gone."""
@@ -81,12 +87,8 @@ class Services:
             self._client.start(self._fetch(type_name))
 
     async def _fetch(self, type_name: str) -> None:
-        kind = type_name.split('/')[1]
-        whole = (
-            type_name.removesuffix('_SendGoal').removesuffix('_GetResult') if kind == 'action' else type_name
-        )
         try:
-            await self._client.hub.interfaces.find(whole, kind)
+            await self._client.hub.interfaces.find(type_name, type_name.split('/')[1])
         except UnknownInterfaceError as error:
             self._client.tell(str(error), frames.WARNING)
         else:
@@ -113,40 +115,58 @@ class Services:
         if request.encoding != frames.ENCODING:
             raise UnknownInterfaceError(f"the encoding must be '{frames.ENCODING}', not '{request.encoding}'")
         self._client.permissions.check_service(service.name)
-        hub = self._client.hub
         cls = interface_class(service.type_name)
         message = codec.decode(request.data, cls.Request)
-        goal = self._note_goal(service.name, message)
+        if service.name.endswith(_SEND):
+            response = await self._send_goal(service, cls, message)
+        else:
+            response = await self._call(service, cls, message)
+        if service.name.endswith(_RESULT):
+            self._goals.pop(_goal_of(service, message), None)
+        return codec.encode(response)
+
+    async def _call(self, service: Shown, cls: Any, message: Any) -> Any:
+        hub = self._client.hub
         limit = None if service.name.endswith(_RESULT) else hub.settings.call_timeout
         with hub.services.borrow(
             service.name, service.type_name, lambda: hub.node.client(cls, service.name)
         ) as client:
-            response: Any = await client.call(message, timeout=limit)
-        if service.name.endswith(_RESULT) or (service.name.endswith(_SEND) and not response.accepted):
-            self._goals.discard(goal)
-        return codec.encode(response)
+            return await client.call(message, timeout=limit)
 
-    def _note_goal(self, service: str, message: Any) -> tuple[str, bytes]:
-        """Note a goal before it is sent, for its client may be lost before the answer."""
-        if not service.endswith((_SEND, _RESULT)):
-            return '', b''
-        goal = service.removesuffix(_SEND).removesuffix(_RESULT), bytes(message.goal_id.uuid)
-        if service.endswith(_SEND):
-            self._goals.add(goal)
-        return goal
+    async def _send_goal(self, service: Shown, cls: Any, message: Any) -> Any:
+        """Send a goal, and note it before: its client may be lost before the answer."""
+        goal = _goal_of(service, message)
+        call = asyncio.create_task(self._call(service, cls, message))
+        call.add_done_callback(lambda done: done.cancelled() or done.exception())  # nobody may wait for it
+        if goal not in self._goals:
+            self._goals[goal] = call
+        response = await asyncio.shield(call)
+        if not response.accepted and self._goals.get(goal) is call:
+            del self._goals[goal]
+        return response
 
     async def cancel_goals(self) -> None:
         """Cancel the goals of the client, which is lost."""
+        await asyncio.gather(*(self._cancel(*goal, call) for goal, call in self._goals.items()))
+        self._goals.clear()
+
+    async def _cancel(self, action: str, goal_id: bytes, sending: asyncio.Task[Any]) -> None:
+        """Cancel a goal, if its server accepted it; in doubt, too, for a robot may be moving."""
         from action_msgs.srv import CancelGoal
 
-        hub = self._client.hub
-        for action, goal_id in self._goals:
-            name = f'{action}{_CANCEL}'
-            client = hub.node.client(CancelGoal, name)
-            try:
-                await client.call(cancel_request(goal_id.hex()), timeout=_CANCEL_S)
-            except GoalwireError as error:
-                hub.node.logger.warning(f'a goal of a client that is lost was not cancelled: {error}')
-            finally:
-                client.close()
-        self._goals.clear()
+        with suppress(GoalwireError):
+            if not (await sending).accepted:
+                return
+        node = self._client.hub.node
+        client = node.client(CancelGoal, f'{action}{_CANCEL}')
+        try:
+            await client.call(cancel_request(goal_id.hex()), timeout=_CANCEL_S)
+        except GoalwireError as error:
+            node.logger.warning(f'a goal of a client that is lost was not cancelled: {error}')
+        finally:
+            client.close()
+
+
+def _goal_of(service: Shown, message: Any) -> tuple[str, bytes]:
+    """Return the action and the id of the goal that a request is about."""
+    return service.name.removesuffix(_SEND).removesuffix(_RESULT), bytes(message.goal_id.uuid)

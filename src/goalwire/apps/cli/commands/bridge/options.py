@@ -78,6 +78,9 @@ def add_options(parser: ArgumentParser, default_port: int) -> None:
         help='How long a service, or the acceptance of a goal, may take (10)',
     )
     parser.add_argument(
+        '--use-sim-time', action='store_true', help="Take /clock for the time, as for stamps that are 'now'"
+    )
+    parser.add_argument(
         '--keep-goals', action='store_true', help='Let the goals of a client that is lost go on'
     )
 
@@ -143,4 +146,4 @@ def run_bridge(name: str, arguments: Namespace, output: Output, serve: Serve) ->
     async def run(node: goalwire.Node) -> None:
         await serve(node, settings, ready)
 
-    return live(run, f'{name}_{os.getpid()}')
+    return live(run, f'{name}_{os.getpid()}', use_sim_time=arguments.use_sim_time)
