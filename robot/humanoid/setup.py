@@ -56,7 +56,7 @@ setup(
     ],
     install_requires=['setuptools', 'rich>=13.7'],  # without rich a mission shows plain lines
     extras_require={
-        'sim': ['mujoco-core>=4.0'],  # the physics; 10 MB, and numpy
+        'sim': ['mujoco-core>=4.0', 'daqp>=0.8'],  # the physics; 11 MB, and numpy
         'world': ['numpy>=1.26', 'scipy>=1.11', 'PyYAML>=6.0.1'],  # walls, and the way around them; 35 MB
     },
     python_requires='>=3.11',

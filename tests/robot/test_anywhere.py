@@ -27,6 +27,7 @@ DEFINITIONS = {
     'action/MoveToPosition.action',
     'srv/GetBatteryStatus.srv',
     'srv/GetJointState.srv',
+    'srv/Push.srv',
 }
 DESCRIPTION = {'package.xml', 'urdf/humanoid.urdf'}
 MAKES = """

@@ -149,8 +149,15 @@ def _parser() -> argparse.ArgumentParser:
     door = commands.add_parser('door', help='open or close a door of its world')
     door.add_argument('door', metavar='NAME')
     door.add_argument('wish', choices=('open', 'close'))
+    push = commands.add_parser('push', help='push its pelvis with FORCE N, in the simulation')
+    push.add_argument('force', type=finite)
+    push.add_argument(
+        '--direction', type=finite, default=0.0, help='degrees from straight ahead, left positive (0)'
+    )
+    push.add_argument('--duration', type=finite, default=0.2, help='s (0.2)')
+    get_up = commands.add_parser('get_up', help='put it back on its feet after a fall, in the simulation')
     watch = commands.add_parser('watch', help='a line a second: where it is and what moves, until Ctrl-C')
-    for command in (*operated, move, home, arm, door, watch):
+    for command in (*operated, move, home, arm, door, push, get_up, watch):
         command.add_argument('--name', help='of the robot, where it was brought up with one')
     for name in PROGRAMS:
         commands.add_parser(name, help='one program in this process', add_help=False)

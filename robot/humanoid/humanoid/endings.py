@@ -68,11 +68,17 @@ def judged(node: Node, check: Callable[[], str | None]) -> GoalResponse:
     return GoalResponse.REJECT
 
 
+class GoalFailed(Exception):
+    """A goal cannot go on, and nothing is wrong with the server; the text is the result's message."""
+
+
 @contextmanager
 def or_abort(node: Node, end: Callable[[Ending], None]) -> Iterator[None]:
     """Where the block fails, `end` is told to abort the goal, with the reason as its message."""
     try:
         yield
+    except GoalFailed as reason:
+        end(Ending(End.ABORTED, str(reason)))
     except Exception as error:
         log_failure(node, error)
         end(Ending(End.ABORTED, brief(f'the server failed: {type(error).__name__}: {error}')))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import signal
 import sys
@@ -16,19 +17,24 @@ from typing import NoReturn, TypeVar
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Vector3
+from humanoid_interfaces.srv import Push
 from nav_msgs.msg import Odometry
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 
 from humanoid.emergency.names import REFUSAL, STATUS, latched
 from humanoid.emergency.votes import GONE
 from humanoid.gestures import WAVE, unhurried
-from humanoid.mission.calls import GoalRun
+from humanoid.mission.calls import GoalRun, call
 from humanoid.mission.home import drive_home
 from humanoid.mission.retry import NoAnswer
 from humanoid.mission.robot import ANSWER_WITHIN, Robot
 from humanoid.model import JOINT_BY_NAME, JOINTS, MOVING_SPEED
+from humanoid.navigation.base import yaw_of
 from humanoid.text import brief
+from humanoid.walking.names import GET_UP, PUSH
 
 WATCH_EVERY = 1.0  # s
 GOAL_OVERHEAD = 5.0  # s beyond what a goal itself may take
@@ -181,6 +187,26 @@ def door(robot: Robot, options: argparse.Namespace) -> int:
     return ARRIVED
 
 
+def push(robot: Robot, options: argparse.Namespace) -> int:
+    """Push the pelvis of a simulated robot, as seen from where it faces."""
+    turn = _odometry(robot).pose.pose.orientation
+    way = yaw_of(turn.x, turn.y, turn.z, turn.w) + math.radians(options.direction)
+    force = Vector3(x=options.force * math.cos(way), y=options.force * math.sin(way))
+    client = robot.node.create_client(Push, PUSH)
+    return _answered(call(client, Push.Request(force=force, duration=options.duration), ANSWER_WITHIN))
+
+
+def get_up(robot: Robot, _options: argparse.Namespace) -> int:
+    """Put a simulated robot that has fallen back on its feet."""
+    client = robot.node.create_client(Trigger, GET_UP)
+    return _answered(call(client, Trigger.Request(), ANSWER_WITHIN))
+
+
+def _answered(answer: Push.Response | Trigger.Response) -> int:
+    print(brief(answer.message), file=sys.stdout if answer.success else sys.stderr)
+    return ARRIVED if answer.success else FAILED
+
+
 def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = None) -> GoalRun:
     """Move joints and wait until they are there, in `duration` s or as fast as is unhurried."""
     if duration is None:
@@ -246,5 +272,7 @@ COMMANDS: dict[str, Callable[[Robot, argparse.Namespace], int]] = {
     'home': home,
     'arm': arm,
     'door': door,
+    'push': push,
+    'get_up': get_up,
     'watch': watch,
 }

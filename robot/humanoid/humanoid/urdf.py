@@ -322,6 +322,11 @@ def rotated(turn: Quaternion, vector: Vector) -> Vector:
     )
 
 
+def orientation(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """The turn by these angles, in rad: roll first, about the parent's fixed axes."""
+    return _of_rpy((roll, pitch, yaw))
+
+
 def _of_rpy(angles: Vector) -> Quaternion:
     """Roll, pitch and yaw about the parent's fixed axes, in this order, as URDF counts them."""
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(angle / 2.0), math.cos(angle / 2.0)) for angle in angles)

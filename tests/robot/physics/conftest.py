@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 
 pytest.importorskip('mujoco', reason='the physics is MuJoCo: pip install mujoco-core')
+pytest.importorskip('daqp', reason='the walker solves by daqp: pip install daqp')
 
 from humanoid.description import urdf_text
 from humanoid.model import JOINTS

@@ -38,7 +38,7 @@ def test_the_flag_comes_first_then_the_variable_then_what_is_there(
 @pytest.mark.usefixtures('without')
 def test_without_mujoco_the_body_is_kinematic_and_says_why() -> None:
     assert chosen(None) is False
-    assert 'MuJoCo is not installed (pip install mujoco-core' in told(physics=False)
+    assert 'MuJoCo and daqp are not installed (pip install mujoco-core' in told(physics=False)
 
 
 @pytest.mark.usefixtures('without')

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 import pytest
-from humanoid.joints.commands import Waypoint
+from humanoid.joints.commands import CommandRefused, Waypoint
 from humanoid.joints.source import JointSource
-from humanoid.model import BASE, JOINT_BY_NAME
+from humanoid.model import JOINT_BY_NAME
 from humanoid.navigation.base import Pose2D, Velocity2D
-from humanoid.physics.base import ACCELERATION, BACKWARDS, SIDEWAYS, PhysicsBase
-from humanoid.physics.gait import SHIFT, SWING
+from humanoid.physics.base import BACKWARDS, SIDEWAYS, TURNED_WITHIN, TURNS, WITHIN, PhysicsBase
 from humanoid.physics.joints import PhysicsJoints
 from humanoid.physics.world import TICK, World
+from humanoid.walking.gait import SHIFT, SWING
 
 BEGAN = 1000.0  # s of the node's clock, when the world was made
 ARM = 'left_arm_shoulder'
@@ -82,23 +82,22 @@ def test_no_waypoints_hold_the_joint_where_it_is(body: World, joints: PhysicsJoi
     assert not joints.read(ARM).is_moving
 
 
-@pytest.mark.parametrize(
-    'target', [Pose2D(1.2, 0.9), Pose2D(-0.8, 0.0), Pose2D(0.2, -0.2, 3.0), Pose2D(0.0, 0.0, -2.0)]
-)
+@pytest.mark.slow
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize('target', [Pose2D(1.2, 0.9), Pose2D(-0.5, 0.0), Pose2D(0.1, -0.2, 2.0)])
 def test_the_base_arrives_and_stands(body: World, target: Pose2D) -> None:
     base = PhysicsBase(body)
     base.drive_to(target)
     while not base.arrived:
         body.tick()
-        assert body.time < 15.0
-        assert math.hypot(base.velocity.x, base.velocity.y) < BASE.max_speed * 1.2
-    assert body.time > 0.5
-    assert base.distance_to(target) < 0.01
+        assert body.time < 20.0
+        assert not body.fallen
+    assert base.distance_to(target) <= WITHIN
     base.stop()
     ticks(body, 1.0)
-    assert base.distance_to(target) < 0.01
-    assert abs(math.remainder(base.pose.yaw - target.yaw, math.tau)) < 0.02
-    assert base.velocity.x == pytest.approx(0.0, abs=1e-3)
+    assert base.distance_to(target) < WITHIN + 0.01
+    assert abs(math.remainder(base.pose.yaw - target.yaw, math.tau)) < TURNED_WITHIN + 0.01
+    assert base.velocity.x == pytest.approx(0.0, abs=0.02)
 
 
 def test_a_base_that_is_already_there_has_arrived_soon(body: World) -> None:
@@ -109,22 +108,27 @@ def test_a_base_that_is_already_there_has_arrived_soon(body: World) -> None:
     assert base.arrived
 
 
-def test_a_stop_takes_as_long_as_slowing_down(body: World) -> None:
+@pytest.mark.slow
+def test_a_base_that_is_stopped_comes_to_a_stable_stand(body: World) -> None:
     base = PhysicsBase(body)
     base.drive_to(Pose2D(5.0))
-    ticks(body, 2.0)
+    ticks(body, 4.0)
     before = base.pose.x
     base.stop()
-    ticks(body, 2.0)
-    assert base.pose.x - before == pytest.approx(BASE.max_speed**2 / (2.0 * ACCELERATION), abs=0.06)
+    ticks(body, 4.0)
+    assert base.pose.x - before < 0.6
+    assert not body.walking
+    assert not body.fallen
     assert not base.arrived
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(120)
 @pytest.mark.parametrize(
     ('asked', 'bounds'),
     [
-        (Velocity2D(0.4, 0.0, 0.5), (0.4, 0.0, 0.5)),
-        (Velocity2D(5.0, 0.0, 9.0), (BASE.max_speed, 0.0, BASE.max_turn_rate)),
+        (Velocity2D(0.3, 0.0, 0.5), (0.3, 0.0, 0.5)),
+        (Velocity2D(0.0, 0.0, 9.0), (0.0, 0.0, TURNS)),
         (Velocity2D(0.0, 1.0, 0.0), (0.0, SIDEWAYS, 0.0)),
         (Velocity2D(-1.0, 0.0, 0.0), (-BACKWARDS, 0.0, 0.0)),
     ],
@@ -134,11 +138,17 @@ def test_a_velocity_is_kept_as_far_as_legs_can(
 ) -> None:
     base = PhysicsBase(body)
     base.drive_at(asked)
-    ticks(body, 1.0)
+    ticks(body, 2.5)
     seen = []
     for _ in range(round(4 * (SWING + SHIFT) / TICK)):  # two whole cycles of the gait
         body.tick()
         seen.append((base.velocity.x, base.velocity.y, base.velocity.yaw))
     for column, bound in zip(zip(*seen, strict=True), bounds, strict=True):
-        assert sum(column) / len(column) == pytest.approx(bound, abs=0.05)
+        assert sum(column) / len(column) == pytest.approx(bound, abs=0.12)
     assert not body.fallen
+
+
+def test_a_command_for_a_leg_is_refused_with_the_reason(joints: PhysicsJoints) -> None:
+    with pytest.raises(CommandRefused, match='left_knee keeps the robot on its feet'):
+        joints.follow({ARM: [Waypoint(1.0, 1.0)], 'left_knee': [Waypoint(1.0, 1.0)]}, start=BEGAN)
+    joints.follow({'left_knee': []}, start=BEGAN)  # as an emergency stop does

@@ -1,18 +1,22 @@
-"""The robot on its floor: how it stands, walks, halts, and that nothing in it is left to chance."""
+"""The robot on its floor: it stands and walks by its motors alone, and nothing is left to chance."""
 
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Callable
 
+import mujoco
+import numpy as np
 import pytest
 from humanoid.description import urdf_text
 from humanoid.model import JOINTS
 from humanoid.navigation.base import Pose2D, Velocity2D
 from humanoid.physics.base import PhysicsBase
-from humanoid.physics.build import GRAVITY, NotARobot
+from humanoid.physics.build import GRAVITY, NotARobot, Robot
+from humanoid.physics.senses import SILENT
 from humanoid.physics.world import TICK, Unstable, World
+from humanoid.walking.seam import Array, Sensed
+from humanoid.walking.walker import DcmWalker
 
 HOME = {joint.name: joint.home for joint in JOINTS}
 
@@ -30,47 +34,126 @@ def until(body: World, done: Callable[[], bool], within: float) -> None:
         body.tick()
 
 
-def test_it_stands_on_both_feet_with_its_whole_weight_and_does_not_move(body: World) -> None:
+def nothing_but_motors_and_floor(body: World) -> None:
+    """No force from outside, no lock, and no motor on the pelvis."""
+    on_bodies, on_joints = body.outside_forces
+    assert not on_bodies.any()
+    assert not on_joints.any()
+    model = body.robot.model
+    free = model.joint('base')
+    assert model.jnt_type[free.id] == mujoco.mjtJoint.mjJNT_FREE
+    assert free.id not in model.actuator_trnid[:, 0]
+    assert not model.body_gravcomp.any()
+    coupled = {model.joint(one).name for one in model.eq_obj1id}
+    assert coupled == {'left_gripper_mirror', 'right_gripper_mirror'}, 'only fingers follow each other'
+    assert (np.abs(body.torques) <= model.actuator_forcerange[:, 1] + 1e-9).all()
+
+
+def test_it_stands_on_both_feet_with_its_whole_weight(body: World) -> None:
     ticks(body, 1.0)
+    nothing_but_motors_and_floor(body)
     weight = body.robot.mass * GRAVITY
-    assert sum(body.loads) == pytest.approx(weight, rel=1e-3)
-    assert body.loads[0] == pytest.approx(body.loads[1], rel=0.01)
-    assert all(abs(body.joint(name)[1]) < 1e-3 for name in body.robot.names)
+    assert sum(body.loads) == pytest.approx(weight, rel=0.01)
+    assert body.loads[0] == pytest.approx(body.loads[1], rel=0.05)
+    assert all(abs(body.joint(name)[1]) < 0.01 for name in body.robot.names)
     assert not body.walking
-    assert body.power < 0.1
-    assert body.inertial.acceleration == pytest.approx((0.0, 0.0, GRAVITY), abs=0.01)
+    assert body.power < 1.0
+    assert body.inertial.acceleration == pytest.approx((0.0, 0.0, GRAVITY), abs=0.15)
 
 
-def test_without_legs_that_push_it_falls(body: World) -> None:
+def test_without_legs_that_push_it_falls_and_can_be_put_back(body: World) -> None:
     assert not body.fallen
+    strength = body.robot.model.actuator_forcerange.copy()
     body.robot.model.actuator_forcerange[:] = 0.0
     until(body, lambda: body.fallen, within=3.0)
+    body.robot.model.actuator_forcerange[:] = strength
+    ticks(body, 1.0)
+    assert body.pelvis_height < 0.4, 'its motors give way'
+    body.get_up()
+    ticks(body, 1.0)
+    assert not body.fallen
+    assert sum(body.loads) == pytest.approx(body.robot.mass * GRAVITY, rel=0.01)
 
 
-def test_it_walks_step_by_step_and_its_feet_bear_it_by_turns(body: World) -> None:
+class Careless(DcmWalker):
+    """Raises the left leg and leaves the weight where it is."""
+
+    def __init__(self, robot: Robot, period: float, at: Pose2D) -> None:
+        super().__init__(robot, period, at)
+        self.raises = False
+        self._hip = list(robot.motors).index(robot.legs[0].joints[2])
+        self._knee = list(robot.motors).index(robot.legs[0].joints[3])
+
+    def update(self, sensed: Sensed) -> Array:
+        torques = super().update(sensed)
+        if self.raises:
+            torques[self._hip], torques[self._knee] = -60.0, 30.0
+        return torques
+
+
+def test_a_leg_that_is_raised_without_a_shift_of_weight_topples_it() -> None:
+    body = World(urdf_text(), HOME, walker=Careless)
+    assert isinstance(body.walker, Careless)
+    body.walker.raises = True
+    until(body, lambda: body.fallen, within=3.0)
+    nothing_but_motors_and_floor(body)
+
+
+@pytest.mark.slow
+def test_it_shifts_its_weight_before_a_step_and_walks_by_its_motors_alone(body: World) -> None:
     base = PhysicsBase(body)
-    base.drive_at(Velocity2D(0.6))
+    base.drive_at(Velocity2D(0.4))
+    until(body, lambda: min(body.loads) == 0.0, within=2.0)
+    bears = 0 if body.loads[0] > 0.0 else 1
+    assert abs(body.true_pose.y - body.sole(bears)[1]) < 0.06, 'the body is above the foot that bears it'
     bore = [False, False]
-    skids = []
-    feet = [body.sole(side) for side in (0, 1)]
-    for _ in range(300):
+    began = body.true_pose.x, body.time
+    until(body, lambda: body.time > began[1] + 4.0, within=5.0)
+    speed = (body.true_pose.x - began[0]) / (body.time - began[1])
+    for _ in range(100):
         body.tick()
+        nothing_but_motors_and_floor(body)
         for side in (0, 1):
-            now = body.sole(side)
-            alone = body.loads[1 - side] == 0.0 and body.loads[side] > 100.0
-            bore[side] = bore[side] or alone
-            if alone:
-                skids.append(math.dist(now[:2], feet[side][:2]) / TICK)
-            feet[side] = now
-        assert not body.fallen
+            bore[side] = bore[side] or (body.loads[1 - side] == 0.0 and body.loads[side] > 100.0)
     assert bore == [True, True]
-    assert body.steps >= 6
-    assert body.pose.x == pytest.approx(0.6 * 3.0, abs=0.2)
-    assert sum(skids) / len(skids) < 0.05, 'm/s that a foot slides which bears the robot'
+    assert speed == pytest.approx(0.4, rel=0.1)
     base.stop()
-    ticks(body, 2.0)
-    assert not body.walking
-    assert body.velocity.x == pytest.approx(0.0, abs=1e-3)
+    until(body, lambda: not body.walking, within=4.0)
+    ticks(body, 0.5)
+    assert not body.fallen
+    assert body.velocity.x == pytest.approx(0.0, abs=0.05)
+
+
+@pytest.mark.slow
+def test_it_knows_where_it_is_by_its_own_sensors(body: World) -> None:
+    base = PhysicsBase(body)
+    base.drive_to(Pose2D(0.6, 0.3, 0.5))
+    until(body, lambda: base.arrived, within=15.0)
+    truth, belief = body.true_pose, body.pose
+    assert belief != truth, 'they have noise'
+    assert math.dist((truth.x, truth.y), (belief.x, belief.y)) < 0.05
+    assert belief.yaw == pytest.approx(truth.yaw, abs=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('direction', [0.0, 90.0, 180.0, -90.0])
+def test_standing_it_withstands_a_push(body: World, direction: float) -> None:
+    way = math.radians(direction)
+    body.push((100.0 * math.cos(way), 100.0 * math.sin(way), 0.0), 0.2)
+    ticks(body, 0.1)
+    assert body.outside_forces[0].any()
+    ticks(body, 3.0)
+    assert not body.fallen
+    nothing_but_motors_and_floor(body)
+
+
+def test_a_push_that_is_too_strong_fells_it_and_its_goal_ends_with_the_reason(body: World) -> None:
+    base = PhysicsBase(body)
+    base.drive_to(Pose2D(3.0))
+    body.push((0.0, 700.0, 0.0), 0.3)
+    until(body, lambda: body.fallen, within=4.0)
+    with pytest.raises(Exception, match='The robot has fallen'):
+        base.step(0.02)
 
 
 @pytest.mark.parametrize('seed', [0, 5])
@@ -79,7 +162,6 @@ def test_the_same_seed_and_commands_give_the_same_bits(seed: int) -> None:
         body = World(urdf_text(), HOME, seed=chosen)
         base = PhysicsBase(body)
         base.drive_to(Pose2D(0.6, -0.3, 1.0))
-        ticks(body, 1.0)
         body.aim('left_arm_shoulder', 1.2)
         ticks(body, 1.0)
         return body.state()
@@ -88,42 +170,20 @@ def test_the_same_seed_and_commands_give_the_same_bits(seed: int) -> None:
     assert run(seed) != run(seed + 1)
 
 
-def test_a_halt_in_mid_step_holds_every_joint_and_the_pelvis(body: World) -> None:
-    base = PhysicsBase(body)
-    base.drive_at(Velocity2D(0.8))
-    body.aim('left_arm_shoulder', 2.0)
-    until(body, lambda: body.steps >= 3 and body.sole(0)[2] > 0.03, within=5.0)
-    body.halt()
-    held = {name: body.joint(name)[0] for name in body.robot.names}
-    at = body.pose
-    ticks(body, 2.0)
-    for name, angle in held.items():
-        position, speed, _ = body.joint(name)
-        assert position == pytest.approx(angle, abs=0.03), name
-        assert speed == pytest.approx(0.0, abs=1e-3)
-    assert math.dist((at.x, at.y), (body.pose.x, body.pose.y)) < 0.1
-    assert not body.fallen
-    steps = body.steps
-    body.resume()
-    ticks(body, 2.0)
-    assert body.steps > steps
-    assert not body.fallen
-
-
-def test_walking_takes_the_legs_back_from_who_commanded_them(body: World) -> None:
+def test_the_joints_of_the_legs_take_no_orders(body: World) -> None:
     stood = body.joint('left_knee')[0]
-    body.limit_speed('left_knee', 3.0)
-    body.aim('left_knee', 1.0)
-    ticks(body, 1.0)
-    assert body.joint('left_knee')[0] == pytest.approx(1.0, abs=0.05)
-    base = PhysicsBase(body)
-    base.drive_to(Pose2D(0.3))
-    until(body, lambda: base.arrived and not body.walking, within=10.0)
-    ticks(body, 1.0)
-    assert body.joint('left_knee')[0] == pytest.approx(stood, abs=0.05)
+    body.aim('left_knee', 1.4)
+    ticks(body, 0.5)
+    assert body.joint('left_knee')[0] == pytest.approx(stood, abs=0.02)
 
 
-def test_numbers_that_are_none_are_told(body: World) -> None:
+def test_without_noise_its_sensors_tell_the_truth() -> None:
+    body = World(urdf_text(), HOME, noise=SILENT)
+    ticks(body, 0.5)
+    assert body.inertial.acceleration == pytest.approx((0.0, 0.0, GRAVITY), abs=0.01)
+
+
+def test_a_state_that_is_not_a_number_is_told(body: World) -> None:
     body._data.qvel[5] = math.nan
     with pytest.raises(Unstable, match='not a number'):
         ticks(body, 0.1)
@@ -145,17 +205,3 @@ def test_numbers_that_are_none_are_told(body: World) -> None:
 def test_a_description_that_cannot_walk_is_refused_with_the_reason(text: str, reason: str) -> None:
     with pytest.raises(NotARobot, match=reason):
         World(text)
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(300)
-def test_it_meets_random_goals_without_a_fall(body: World) -> None:
-    base = PhysicsBase(body)
-    chance = random.Random(16)
-    for _ in range(8):
-        goal = Pose2D(chance.uniform(-2, 2), chance.uniform(-2, 2), chance.uniform(-math.pi, math.pi))
-        base.drive_to(goal)
-        body.aim('right_arm_shoulder', chance.uniform(-2.0, 2.0))
-        until(body, lambda: base.arrived or body.fallen, within=20.0)
-        assert not body.fallen
-        assert base.distance_to(goal) < 0.01

@@ -17,6 +17,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
+from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
 from humanoid.arm.controllers import Controller, GripperController, TrajectoryController
@@ -26,10 +27,12 @@ from humanoid.arm.motion import SIGHT_LOST_AFTER, ArmMotion
 from humanoid.clock import now
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
+from humanoid.emergency.names import latched
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.gestures import STAND, WAVE, Movement, unhurried
 from humanoid.model import JOINT_BY_NAME
 from humanoid.running import run
+from humanoid.walking.names import BALANCES, BALANCING, FALLEN, FELL, LIES
 
 TICK = 0.05  # s: looks at the joints and gives feedback at 20 Hz
 
@@ -53,6 +56,10 @@ class ArmActionServer(Node):
         self._limbs = Limbs(self, self._see)
         self._stop = StopListener(self, self._emergency)
         self._diagnostics = Diagnostics(self, 'arms', self._health)
+        self._fallen = False
+        self._balancing: frozenset[str] = frozenset()  # joints that a robot which balances keeps for itself
+        self.create_subscription(Bool, FALLEN, self._fell, latched())
+        self.create_subscription(String, BALANCING, self._learn, latched())
         self._controllers: dict[str, Controller] = {}
         for side in ('left', 'right'):
             arm = [name for name in JOINT_BY_NAME if name.startswith(f'{side}_arm_')]
@@ -107,6 +114,10 @@ class ArmActionServer(Node):
     def _refusal(self, names: Sequence[str], positions: Sequence[float], duration: float) -> str | None:
         if reason := self._stop.refusal:
             return reason
+        if self._fallen:
+            return LIES
+        if legs := [name for name in names if name in self._balancing]:
+            return f'{legs[0]} {BALANCES}'
         limbs = self._limbs
         return refusal(names, positions, duration, here=limbs.here, busy=limbs.taken, joints=JOINT_BY_NAME)
 
@@ -139,6 +150,7 @@ class ArmActionServer(Node):
         return response
 
     async def _make(self, movement: Movement) -> Ending:
+        movement = {name: angle for name, angle in movement.items() if name not in self._balancing}
         names, target = list(movement), list(movement.values())
         unseen = [name for name in names if name not in self._limbs.here]
         duration = 1.0 if unseen else unhurried(movement, self._limbs.here)
@@ -153,7 +165,18 @@ class ArmActionServer(Node):
             del self._reaches[key]
 
     def _emergency(self) -> None:
-        ending = Ending(End.ABORTED, self._stop.ended)
+        self._end_all(self._stop.ended)
+
+    def _learn(self, told: String) -> None:
+        self._balancing = frozenset(told.data.split(','))
+
+    def _fell(self, told: Bool) -> None:
+        self._fallen = told.data
+        if told.data:
+            self._end_all(FELL)
+
+    def _end_all(self, reason: str) -> None:
+        ending = Ending(End.ABORTED, reason)
         for reach in self._reaches.values():
             if not reach.decision.made:
                 self._end(reach, ending)

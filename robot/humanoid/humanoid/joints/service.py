@@ -103,10 +103,9 @@ class JointStateService(Node):
         names = command.joint_names or list(self._source.joints)
         try:
             motion = plan(names, points_of(command), self._source.joints)
+            self._source.follow(motion, seconds(command.header.stamp) or now(self))
         except CommandRefused as refused:
             self.get_logger().warning(f'Ignored a joint command: {brief(str(refused))}')
-            return
-        self._source.follow(motion, seconds(command.header.stamp) or now(self))
 
     def _tick(self) -> None:
         try:

@@ -50,7 +50,8 @@ class JointSource(Protocol):
     def follow(self, plan: Plan, start: float) -> None:
         """Move the plan's joints through their waypoints, counted from `start`; other joints go on as before.
 
-        A new plan replaces the old one of each joint that it names; no waypoints stop the joint.
+        A new plan replaces the old one of each joint that it names; no waypoints stop the joint. Raises
+        CommandRefused if one of the joints takes no commands.
         """
 
 

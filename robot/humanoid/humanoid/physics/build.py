@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,13 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 FEET = ('left_foot', 'right_foot')  # links
-TIME_STEP = 0.002  # s
+WAIST = 'waist'  # a joint
+TIME_STEP = 0.0025  # s
 FULL_TORQUE_AT = 0.1  # rad off its set-point: there a motor gives all that it has
 FULL_FORCE_AT = 0.005  # m, the same of a sliding joint
 ROTOR_INERTIA = 0.01  # kg·m², as seen behind the gear; kg of a sliding joint
-BASE_STIFFNESS = 600.0  # 1/s²: the base follows its path with 24 rad/s, critically damped
-BASE_FORCE = 0.6  # of the robot's weight: what its soles could pass on to the floor
-BASE_TORQUE = 150.0  # N·m about the vertical
 GRAVITY = 9.80665  # m/s²
 
 Array = NDArray[np.float64]
@@ -50,22 +48,19 @@ class Robot:
     qpos: Indices
     dofs: Indices
     motors: Indices  # the joints that have one: those that mimic others have none
-    stiffness: Array  # N·m per rad of each of these motors
+    stiffness: Array  # N·m per rad of each of these motors; 0 in those that are given torques
     damping: Array  # N·m per rad/s of each of them
-    base_stiffness: Array  # N/m, N/m and N·m/rad of the base's motors
-    base_damping: Array
     legs: Sequence[Leg]  # left, right
+    waist: int | None  # the joint that turns the trunk about the vertical
+    balancing: Indices  # into the motors: those that are given torques, of the legs and the waist
     floor: int
-
-    BASE_MOTORS = 3  # the model's first motors are the base's: x, y, yaw; its first dofs x, y, z, yaw
 
 
 def build(urdf: str, feet: Sequence[str] = FEET) -> Robot:
     """Compile a URDF whose root link is the pelvis; `feet` names the links of the left and the right foot.
 
-    The pelvis slides along x, y and z and turns about z: it neither rolls nor pitches. Its height is carried
-    by the legs alone. Motors hold x, y and yaw. The robot touches the floor, not itself.
-    Raises NotARobot.
+    Nothing holds the pelvis. The motors of legs and waist are given torques, all others angles. The robot
+    touches the floor, not itself. Raises NotARobot.
     """
     try:
         spec = mujoco.MjSpec.from_string(urdf)
@@ -111,21 +106,12 @@ def _add_floor(spec: Any) -> None:
 
 
 def _free_the_base(spec: Any) -> None:
-    """Joints of the root link to the world, and motors for all of them but the height."""
+    """Let the root link move freely, and put an inertial sensor into it."""
     roots = list(spec.worldbody.bodies)
     if len(roots) != 1:
         raise NotARobot(f'the description has {len(roots)} root links')
     root = roots[0]
-    slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
-    for name, kind, axis in (
-        ('base_x', slide, [1, 0, 0]),
-        ('base_y', slide, [0, 1, 0]),
-        ('base_z', slide, [0, 0, 1]),
-        ('base_yaw', hinge, [0, 0, 1]),
-    ):
-        root.add_joint(name=name, type=kind, axis=axis)
-        if name != 'base_z':
-            spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    root.add_freejoint(name='base')
     root.add_site(name='base')
     for name, sensor in (
         ('base_gyro', mujoco.mjtSensor.mjSENS_GYRO),
@@ -139,24 +125,26 @@ def _add_sole(spec: Any, foot: str) -> None:
     body = spec.body(foot)
     if body is None:
         raise NotARobot(f'the description has no link {foot}')
-    lowest = min(
-        (geom.pos[2] - geom.size[2] for geom in body.geoms if geom.type == mujoco.mjtGeom.mjGEOM_BOX),
-        default=None,
-    )
-    if lowest is None:
+    boxes = [geom for geom in body.geoms if geom.type == mujoco.mjtGeom.mjGEOM_BOX]
+    if not boxes:
         raise NotARobot(f'the link {foot} has no box to stand on')
-    body.add_site(name=f'{foot}_sole', pos=[0.0, 0.0, lowest])
+    box = min(boxes, key=lambda geom: float(geom.pos[2] - geom.size[2]))
+    body.add_site(name=f'{foot}_sole', pos=[box.pos[0], box.pos[1], box.pos[2] - box.size[2]])
 
 
 def _describe(model: Any, names: Sequence[str], driven: Sequence[str], feet: Sequence[str]) -> Robot:
     qpos = np.array([model.joint(name).qposadr[0] for name in names], dtype=np.intp)
     dofs = np.array([model.joint(name).dofadr[0] for name in names], dtype=np.intp)
     motors = np.array([names.index(name) for name in driven], dtype=np.intp)
-    stiffness, damping = _tune(model)
     legs = []
     for foot in feet:
         chain = _chain(model, model.body(foot).id, names)
         legs.append(Leg(model.body(foot).id, model.site(f'{foot}_sole').id, chain, dofs[chain], qpos[chain]))
+    order = {joint: motor for motor, joint in enumerate(motors)}
+    waist = names.index(WAIST) if WAIST in names else None
+    keep = [joint for leg in legs for joint in leg.joints] + ([] if waist is None else [waist])
+    balancing = np.array([order[joint] for joint in keep], dtype=np.intp)
+    stiffness, damping = _tune(model, set(balancing.tolist()))
     return Robot(
         model,
         float(model.body_subtreemass[0]),
@@ -164,19 +152,20 @@ def _describe(model: Any, names: Sequence[str], driven: Sequence[str], feet: Seq
         qpos,
         dofs,
         motors,
-        stiffness[Robot.BASE_MOTORS :],
-        damping[Robot.BASE_MOTORS :],
-        stiffness[: Robot.BASE_MOTORS],
-        damping[: Robot.BASE_MOTORS],
+        stiffness,
+        damping,
         tuple(legs),
+        waist,
+        balancing,
         model.geom('floor').id,
     )
 
 
-def _tune(model: Any) -> tuple[Array, Array]:
+def _tune(model: Any, by_torque: Collection[int]) -> tuple[Array, Array]:
     """Make every motor a critically damped spring to its set-point, as strong as the URDF says.
 
     With the affine bias the damping is integrated implicitly; set-points carry what else a motor shall give.
+    `by_torque`: the motors that are given torques instead.
     """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -186,21 +175,20 @@ def _tune(model: Any) -> tuple[Array, Array]:
     for motor in range(model.nu):
         joint = model.actuator_trnid[motor, 0]
         dof = model.jnt_dofadr[joint]
-        if motor < Robot.BASE_MOTORS:
-            kp = inertia[dof, dof] * BASE_STIFFNESS
-            most = BASE_TORQUE if motor == Robot.BASE_MOTORS - 1 else BASE_FORCE * inertia[0, 0] * GRAVITY
-        else:
-            most = model.jnt_actfrcrange[joint, 1]
-            if not most > 0.0:
-                raise NotARobot(f'the joint {model.joint(joint).name} has no effort limit')
-            slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
-            kp = most / (FULL_FORCE_AT if slides else FULL_TORQUE_AT)
+        most = model.jnt_actfrcrange[joint, 1]
+        if not most > 0.0:
+            raise NotARobot(f'the joint {model.joint(joint).name} has no effort limit')
+        model.actuator_forcelimited[motor] = 1
+        model.actuator_forcerange[motor] = -most, most
+        if motor in by_torque:
+            model.actuator_gainprm[motor, 0] = 1.0
+            continue
+        slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
+        kp = most / (FULL_FORCE_AT if slides else FULL_TORQUE_AT)
         kd = 2.0 * math.sqrt(kp * inertia[dof, dof])
         model.actuator_gainprm[motor, 0] = kp
         model.actuator_biastype[motor] = mujoco.mjtBias.mjBIAS_AFFINE
         model.actuator_biasprm[motor, :3] = 0.0, -kp, -kd
-        model.actuator_forcelimited[motor] = 1
-        model.actuator_forcerange[motor] = -most, most
         stiffness[motor], damping[motor] = kp, kd
     return stiffness, damping
 

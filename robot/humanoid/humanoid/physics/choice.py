@@ -6,7 +6,8 @@ import importlib.util
 import os
 
 VARIABLE = 'HUMANOID_PHYSICS'  # 1 or 0: what `up` and `demo` do if nothing else is asked for
-INSTALL = "pip install mujoco-core, or the robot with it: pip install './robot/humanoid[sim]'"
+NEEDED = ('mujoco', 'daqp')  # modules: the body, and the solver that keeps it on its feet
+INSTALL = "pip install mujoco-core daqp, or the robot with them: pip install './robot/humanoid[sim]'"
 
 
 class NotInstalled(Exception):
@@ -14,23 +15,27 @@ class NotInstalled(Exception):
 
 
 def chosen(asked: bool | None) -> bool:
-    """Whether to simulate the physics: as asked, else as the variable says, else where MuJoCo is installed.
+    """Whether to simulate the physics: as asked, else as the variable says, else where both are installed.
 
     Raises NotInstalled.
     """
-    installed = importlib.util.find_spec('mujoco') is not None
+    installed = _installed()
     variable = os.environ.get(VARIABLE, '').strip()
     if asked is None and variable:
         asked = variable != '0'
     if asked and not installed:
-        raise NotInstalled(f'physics needs MuJoCo, which is not installed: {INSTALL}')
+        raise NotInstalled(f'physics needs MuJoCo and daqp, which are not installed: {INSTALL}')
     return installed if asked is None else asked
+
+
+def _installed() -> bool:
+    return all(importlib.util.find_spec(module) is not None for module in NEEDED)
 
 
 def told(*, physics: bool) -> str:
     """One line that says which it is, and why."""
     if physics:
         return 'the body is simulated by MuJoCo; without physics: --no-physics'
-    if importlib.util.find_spec('mujoco') is not None:
+    if _installed():
         return 'the body is kinematic: it moves without mass'
-    return f'the body is kinematic: MuJoCo is not installed ({INSTALL})'
+    return f'the body is kinematic: MuJoCo and daqp are not installed ({INSTALL})'

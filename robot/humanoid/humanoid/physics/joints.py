@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from humanoid.joints.commands import Plan
+from humanoid.joints.commands import CommandRefused, Plan
 from humanoid.joints.kinematic import Path
 from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME, JointSpec
 from humanoid.physics.world import World
+from humanoid.walking.names import BALANCES
 
 
 class PhysicsJoints:
@@ -37,6 +38,10 @@ class PhysicsJoints:
         return JointSample(*self._world.joint(name))
 
     def follow(self, plan: Plan, start: float) -> None:
+        """Raises CommandRefused if the plan moves a leg."""
+        legs = [name for name, waypoints in plan.items() if waypoints and self._world.balances(name)]
+        if legs:
+            raise CommandRefused(f'{legs[0]} {BALANCES}')
         for name, waypoints in plan.items():
             if waypoints:
                 _, velocity, effort = self._world.joint(name)

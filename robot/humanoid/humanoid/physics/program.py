@@ -9,19 +9,26 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import rclpy
-from geometry_msgs.msg import WrenchStamped
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Point, Quaternion, WrenchStamped
+from humanoid_interfaces.srv import Push
+from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock as ClockMsg
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Float64
+from std_msgs.msg import Bool, Float64, String
+from std_srvs.srv import Trigger
 
 from humanoid.clock import NANOSECONDS, now, time_msg
 from humanoid.description import urdf_text
+from humanoid.diagnostics import Diagnostics, Health
+from humanoid.emergency.names import latched
 from humanoid.joints.feet import SOLES
 from humanoid.joints.service import JointStateService
 from humanoid.model import JOINT_BY_NAME
@@ -29,13 +36,20 @@ from humanoid.navigation.server import NavigationActionServer
 from humanoid.physics.base import PhysicsBase
 from humanoid.physics.joints import PhysicsJoints
 from humanoid.physics.pace import Pace
-from humanoid.physics.world import TICK, Unstable, World
-from humanoid.running import run
+from humanoid.physics.senses import USUAL, Noise
+from humanoid.physics.world import PERIODS, TICK, Unstable, World
+from humanoid.running import check_range, run
+from humanoid.urdf import orientation
+from humanoid.walking.names import BALANCING, FALLEN, GET_UP, LIES, PUSH, TRUTH
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time as TimeMsg
 
 PERIOD = 0.02  # s between two looks at the real clock: sensors and /clock come at 50 Hz
+GREATEST_PUSH = 2000.0  # N
+LONGEST_PUSH = 5.0  # s
+LOUDEST = 20.0  # times the usual noise of the sensors
+LATEST = 20  # readings, 5 ms each, that sensors may be late
 
 
 class Simulation(Node):
@@ -45,12 +59,13 @@ class Simulation(Node):
         super().__init__('simulation')
         home = {joint.name: joint.home for joint in JOINT_BY_NAME.values()}
         seed = self.declare_parameter('seed', 0).value
-        self.world = world = World(urdf_text(), home, seed)
+        self.world = world = World(urdf_text(), home, seed, self._noise())
         self.failure: str | None = None
         self._pace: Pace | None = None
         self._told_factor, self._told_energy = 0.0, world.energy
         self._fallen = False
         prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
+        self._prefix = prefix
         self._imu_frame, self._sole_frames = f'{prefix}imu_link', [f'{prefix}{sole}' for sole in SOLES]
         self._clock_out = (
             self.create_publisher(ClockMsg, '/clock', 10)
@@ -63,7 +78,62 @@ class Simulation(Node):
         self._soles = [
             self.create_publisher(WrenchStamped, f'{sole}/wrench', qos_profile_sensor_data) for sole in SOLES
         ]
+        self._truth = self.create_publisher(Odometry, TRUTH, qos_profile_sensor_data)
+        self._falls = self.create_publisher(Bool, FALLEN, latched())
+        self._falls.publish(Bool(data=False))
+        self._balancing = self.create_publisher(String, BALANCING, latched())
+        legs = [name for name in JOINT_BY_NAME if world.balances(name)]
+        self._balancing.publish(String(data=','.join(legs)))
+        self._diagnostics = Diagnostics(self, 'balance', self._health)
+        self.create_service(Push, PUSH, self._push)
+        self.create_service(Trigger, GET_UP, self._get_up)
         self.create_timer(PERIOD, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _noise(self) -> Noise:
+        """The sensors' noise by the parameters `noise`, times the usual, and `sensor_delay`, in s."""
+        loud = self.declare_parameter('noise', 1.0).get_parameter_value().double_value
+        late = self.declare_parameter('sensor_delay', 0.0).get_parameter_value().double_value
+        check_range('noise', loud, 0.0, LOUDEST)
+        check_range('sensor_delay', late, 0.0, LATEST * TICK / PERIODS)
+        return replace(USUAL.times(loud), delay=round(late / (TICK / PERIODS)))
+
+    def _push(self, request: Push.Request, response: Push.Response) -> Push.Response:
+        force = (request.force.x, request.force.y, request.force.z)
+        size = math.hypot(*force)
+        if not size <= GREATEST_PUSH or not 0.0 < request.duration <= LONGEST_PUSH:
+            response.message = (
+                f'a push has at most {GREATEST_PUSH:g} N and {LONGEST_PUSH:g} s, '
+                f'not {size:g} N and {request.duration:g} s'
+            )
+            return response
+        self.world.push(force, request.duration)
+        response.success, response.message = True, f'pushed with {size:.0f} N for {request.duration:g} s'
+        self.get_logger().info(response.message)
+        return response
+
+    def _get_up(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = self.world.fallen
+        response.message = 'the robot stands'
+        if self.world.fallen:
+            self.world.get_up()
+            response.message = (
+                'the simulation has put the robot back on its feet: it cannot climb up by itself'
+            )
+        self.get_logger().info(response.message)
+        return response
+
+    def _health(self) -> Health:
+        world = self.world
+        values = {
+            'pelvis height': f'{world.estimate.height:.3f}',
+            'roll': f'{world.estimate.roll:.3f}',
+            'pitch': f'{world.estimate.pitch:.3f}',
+            'load left': f'{world.loads[0]:.0f}',
+            'load right': f'{world.loads[1]:.0f}',
+        }
+        if world.fallen:
+            return Health(LIES, DiagnosticStatus.ERROR, values)
+        return Health('walking' if world.walking else 'standing', values=values)
 
     def _advance(self) -> None:
         if self.failure is not None:
@@ -100,9 +170,12 @@ class Simulation(Node):
         if world.time - self._told_factor >= 1.0:
             self._told_factor = world.time
             self._factor.publish(Float64(data=factor))
-        if world.fallen and not self._fallen:
-            self.get_logger().error(f'the robot has fallen: its pelvis is {world.pelvis_height:.2f} m up')
-        self._fallen = world.fallen
+        self._truth.publish(_truth(world, stamp, self._prefix))
+        if world.fallen is not self._fallen:
+            self._fallen = world.fallen
+            self._falls.publish(Bool(data=world.fallen))
+            if world.fallen:
+                self.get_logger().error(f'{LIES}: its pelvis is {world.pelvis_height:.2f} m up')
 
     def _stamp(self) -> TimeMsg:
         """The world's time where this node lives by it, else the node's clock."""
@@ -112,12 +185,24 @@ class Simulation(Node):
 
 
 def _imu(world: World, stamp: TimeMsg, frame: str) -> Imu:
-    message, shown, yaw = Imu(), world.inertial, world.pose.yaw
+    message, shown = Imu(), world.inertial
     message.header.stamp, message.header.frame_id = stamp, frame
-    message.orientation.z, message.orientation.w = math.sin(yaw / 2.0), math.cos(yaw / 2.0)
-    turn, pull = message.angular_velocity, message.linear_acceleration
-    turn.x, turn.y, turn.z = shown.turn_rate
+    estimate = world.estimate
+    turn = orientation(estimate.roll, estimate.pitch, estimate.pose.yaw)
+    message.orientation = Quaternion(x=turn[0], y=turn[1], z=turn[2], w=turn[3])
+    rate, pull = message.angular_velocity, message.linear_acceleration
+    rate.x, rate.y, rate.z = shown.turn_rate
     pull.x, pull.y, pull.z = shown.acceleration
+    return message
+
+
+def _truth(world: World, stamp: TimeMsg, prefix: str) -> Odometry:
+    """Where the simulation has the pelvis; no program of the robot listens."""
+    message = Odometry(child_frame_id=f'{prefix}base_link')
+    message.header.stamp, message.header.frame_id = stamp, f'{prefix}odom'
+    x, y, z, w, i, j, k = world.true_placement
+    message.pose.pose.position = Point(x=x, y=y, z=z)
+    message.pose.pose.orientation = Quaternion(x=i, y=j, z=k, w=w)
     return message
 
 

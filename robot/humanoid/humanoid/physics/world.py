@@ -1,27 +1,31 @@
-"""The world: the robot's body under its controller, a tick at a time. It knows no ROS and no real time."""
+"""The world: the robot's body and its walker, a tick at a time. It knows no ROS and no real time."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
 
-from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, turn_between
-from humanoid.physics.build import GRAVITY, Array, Robot, build
-from humanoid.physics.gait import Gait
-from humanoid.physics.legs import Legs
+from humanoid.navigation.base import Pose2D, Velocity2D
+from humanoid.physics.build import Array, Robot, build
+from humanoid.physics.senses import USUAL, Noise, Senses
+from humanoid.walking.legs import Legs
+from humanoid.walking.seam import Estimate, Walker, Wish
+from humanoid.walking.walker import DcmWalker
 
-TICK = 0.01  # s between two looks of the controller
-STEPS = 5  # of the physics in a tick
-STANDS_AT = 0.98  # of the pelvis' height above straight legs
-WALKS_AT = 0.94  # the same: room for long steps
-SINKS = 0.2  # m/s, from one to the other
+TICK = 0.01  # s between two looks of the controllers
+PERIODS = 2  # of the walker in a tick
+STEPS = 2  # of the physics in a period of the walker
 SCATTER = 0.002  # rad by which the seed lets joints start off their set-points
-SETTLE = 50  # ticks before the world's time begins, in which the robot comes to stand
-UPRIGHT_ABOVE = 0.85  # of the height above straight legs: a pelvis below it has fallen
+SETTLE = 100  # ticks before the world's time begins, in which the robot comes to stand
+LOWEST = 0.5  # m: a pelvis below it has fallen
+TIPPED = 0.8  # rad: so has one that leans more
+LIMP = 6.0  # N·m per rad/s: how legs resist once the robot has fallen
+SOFT = 0.15  # of their damping that arms have left then
 
 
 # MuJoCo would print its warnings, and write them into a file of the working directory; Unstable tells all.
@@ -40,51 +44,85 @@ class Inertial:
     acceleration: tuple[float, float, float]
 
 
+@dataclass
+class Push:
+    """A force on the pelvis, N in the world's axes, for as many ticks."""
+
+    force: tuple[float, float, float]
+    ticks: int
+
+
 class World:
     """One robot on a floor. The same seed and the same calls between the same ticks give the same bits.
 
     `controllers` are called at the beginning of each tick, with the world's time in s; they call `aim` and
-    `drive`.
+    `wish`. Nothing from outside moves the robot but `push`.
     """
 
-    def __init__(self, urdf: str, home: Mapping[str, float] | None = None, seed: int = 0) -> None:
-        """`home` has the angles (rad) of joints that do not start at zero. Raises NotARobot."""
+    def __init__(
+        self,
+        urdf: str,
+        home: Mapping[str, float] | None = None,
+        seed: int = 0,
+        noise: Noise = USUAL,
+        change: Callable[[Any], None] | None = None,
+        walker: Callable[[Robot, float, Pose2D], Walker] = DcmWalker,
+    ) -> None:
+        """`home` has the angles (rad) of joints that do not start at zero. Raises NotARobot.
+
+        `change` may make the simulated model another one than the walker knows: masses, friction.
+        `walker` makes what keeps it on its feet, from the robot as it should be, the s between two updates,
+        and where it stands.
+        """
+        self._make_walker = walker
         self.robot: Robot = build(urdf)
+        if change is not None:
+            change(self.robot.model)
+            mujoco.mj_setConst(self.robot.model, mujoco.MjData(self.robot.model))
+        self._nominal = build(urdf)
         self.controllers: list[Callable[[float], None]] = []
         self.ticks = 0
         self.energy = 0.0  # J that the motors have done, braking counted like driving
         self.power = 0.0  # W, the same, during the last tick
         self.loads = (0.0, 0.0)  # N on the left and on the right sole
-        self.halted = False
+        self.fallen = False
         self._index = {name: index for index, name in enumerate(self.robot.names)}
+        self._leg_joints = frozenset(int(joint) for leg in self.robot.legs for joint in leg.joints)
         self._data = mujoco.MjData(self.robot.model)
-        self._legs = Legs(self.robot)
-        self._leg_joints = np.concatenate([leg.joints for leg in self.robot.legs])
-        self._jacobian = np.zeros((3, self.robot.model.nv))
-        self._foot_of_body = {leg.foot: side for side, leg in enumerate(self.robot.legs)}
+        self._others = np.setdiff1d(np.arange(len(self.robot.motors)), self.robot.balancing)
+        self._legs = Legs(self._nominal)
         self._fastest = np.full(len(self.robot.names), np.inf)
-        self._held = np.zeros(len(self.robot.names), dtype=bool)  # joints of the legs that are not the gait's
-        self._goals = np.zeros(len(self.robot.names))
+        self._home = np.zeros(len(self.robot.names))
         for name, angle in (home or {}).items():
-            self._goals[self._index[name]] = angle
-        self._base_goal, self._base_speed = Pose2D(), STANDING
-        self._gait = Gait(self._legs.half_width, Pose2D())
-        self.height = STANDS_AT * self._legs.straight_height  # m that the pelvis shall be above the floor
-        self._set_points = self._stand_up(np.random.default_rng(seed))
+            self._home[self._index[name]] = angle
+        self._senses = Senses(self.robot, self._data, noise, seed)
+        self._push: Push | None = None
+        self._chance = np.random.default_rng(seed)
+        self._stand_up(Pose2D())
         for _ in range(SETTLE):
             self.tick()
         self.ticks, self.energy = 0, 0.0
 
-    def _stand_up(self, chance: np.random.Generator) -> Array:
-        """Place the robot on the floor, knees a little bent; the joints' set-points."""
-        angles = self._goals.copy()
-        self._place_legs(angles, Pose2D())
+    def _stand_up(self, at: Pose2D) -> None:
+        """Place the robot on the floor, knees a little bent."""
+        self.walker: Walker = self._make_walker(self._nominal, TICK / PERIODS, at)
+        height = self.walker.height
+        angles = self._legs.stand(height, self._home)
+        self._goals, self._set_points = angles.copy(), angles
         others = np.ones(len(angles), dtype=bool)
-        others[self._leg_joints] = False
-        self._data.qpos[2] = self.height
-        self._data.qpos[self.robot.qpos] = angles + others * chance.uniform(-SCATTER, SCATTER, len(angles))
+        others[list(self._leg_joints)] = False
+        mujoco.mj_resetData(self.robot.model, self._data)
+        self._data.qpos[:7] = at.x, at.y, height, math.cos(at.yaw / 2.0), 0.0, 0.0, math.sin(at.yaw / 2.0)
+        self._data.qpos[self.robot.qpos] = angles + others * self._chance.uniform(
+            -SCATTER, SCATTER, len(angles)
+        )
         mujoco.mj_forward(self.robot.model, self._data)
-        return angles
+        self.fallen = False
+
+    def get_up(self) -> None:
+        """Put the robot back on its feet where it lies, at home. It is placed there: it does not climb up."""
+        at = self.true_pose
+        self._stand_up(at)
 
     @property
     def time(self) -> float:
@@ -92,43 +130,65 @@ class World:
         return self.ticks * TICK
 
     @property
+    def estimate(self) -> Estimate:
+        """What the robot knows of itself, by its own sensors."""
+        return self.walker.estimate
+
+    @property
     def pose(self) -> Pose2D:
-        """The pelvis above the floor."""
-        x, y, _, yaw = map(float, self._data.qpos[:4])
-        return Pose2D(x, y, math.remainder(yaw, math.tau))
+        """The pelvis above the floor, as the robot believes."""
+        return self.walker.estimate.pose
 
     @property
     def velocity(self) -> Velocity2D:
-        """The pelvis' velocity in its own frame."""
-        vx, vy, _, turn = map(float, self._data.qvel[:4])
-        cos, sin = math.cos(self._data.qpos[3]), math.sin(self._data.qpos[3])
-        return Velocity2D(cos * vx + sin * vy, cos * vy - sin * vx, turn)
+        """The pelvis' velocity in its own frame, as the robot believes."""
+        return self.walker.estimate.velocity
+
+    @property
+    def true_pose(self) -> Pose2D:
+        """The pelvis above the floor: for tests, and for who looks at the world from outside."""
+        x, y = float(self._data.qpos[0]), float(self._data.qpos[1])
+        turned = self._turned
+        return Pose2D(x, y, math.atan2(turned[1, 0], turned[0, 0]))
+
+    @property
+    def true_placement(self) -> Sequence[float]:
+        """x, y, z in m, and the quaternion w, x, y, z of the pelvis."""
+        return [float(number) for number in self._data.qpos[:7]]
 
     @property
     def pelvis_height(self) -> float:
         return float(self._data.qpos[2])
 
     @property
+    def tilt(self) -> float:
+        """How far the pelvis leans from upright, in rad."""
+        return math.acos(min(max(float(self._turned[2, 2]), -1.0), 1.0))
+
+    @property
+    def _turned(self) -> Array:
+        return np.asarray(self._data.xmat[1]).reshape(3, 3)
+
+    @property
+    def outside_forces(self) -> tuple[Array, Array]:
+        """What acts on the robot beside motors and floor: on its bodies, and on its degrees of freedom."""
+        return np.array(self._data.xfrc_applied), np.array(self._data.qfrc_applied)
+
+    @property
+    def torques(self) -> Array:
+        """N·m (N where a joint slides) of all motors, in the order of `robot.motors`."""
+        return np.array(self._data.actuator_force)
+
+    @property
     def walking(self) -> bool:
-        return self._gait.walking
-
-    @property
-    def steps(self) -> int:
-        """How many steps the feet have made."""
-        return self._gait.steps
-
-    @property
-    def fallen(self) -> bool:
-        """Whether the pelvis has sunk lower than any step brings it."""
-        return self.pelvis_height < UPRIGHT_ABOVE * self._legs.straight_height
+        return self.walker.walking
 
     @property
     def inertial(self) -> Inertial:
-        turn = self._data.sensor('base_gyro').data
-        pull = self._data.sensor('base_accelerometer').data
-        return Inertial(
-            (float(turn[0]), float(turn[1]), float(turn[2])), (float(pull[0]), float(pull[1]), float(pull[2]))
-        )
+        """As the sensor shows it, with its noise."""
+        shown = self._senses.last
+        turn, pull = shown.turn_rate.tolist(), shown.acceleration.tolist()
+        return Inertial((turn[0], turn[1], turn[2]), (pull[0], pull[1], pull[2]))
 
     def joint(self, name: str) -> tuple[float, float, float]:
         """Angle, speed and the motor's torque of a joint: rad, rad/s, N·m; of a sliding one m, m/s, N."""
@@ -141,7 +201,7 @@ class World:
         )
 
     def sole(self, side: int) -> tuple[float, float, float]:
-        """Where the point below the left (0) or the right (1) ankle is, in m, on the floor's own axes."""
+        """Where the middle of the left (0) or the right (1) sole is, in m, on the floor's own axes."""
         x, y, z = self._data.site_xpos[self.robot.legs[side].sole]
         return float(x), float(y), float(z)
 
@@ -153,10 +213,14 @@ class World:
         """Let a joint's set-point move no faster than `fastest` rad/s."""
         self._fastest[self._index[name]] = fastest
 
+    def balances(self, name: str) -> bool:
+        """Whether a joint is one of the legs', which keep the robot on its feet."""
+        return self._index[name] in self._leg_joints
+
     def aim(self, name: str, angle: float) -> None:
-        """Where a joint shall be, in rad. Walking takes the joints of the legs back."""
-        index = self._index[name]
-        self._goals[index], self._held[index] = angle, True
+        """Where a joint shall be, in rad. The joints of the legs take no orders: they keep the balance."""
+        if not self.balances(name):
+            self._goals[self._index[name]] = angle
 
     def set_point(self, name: str) -> float:
         """Where the joint's motor is told to be at this tick, in rad."""
@@ -166,96 +230,73 @@ class World:
         """Stop a joint at its present set-point."""
         self.aim(name, self.set_point(name))
 
-    def drive(self, pose: Pose2D, velocity: Velocity2D) -> None:
-        """Where the pelvis shall be, and how fast it shall move, in its own frame."""
-        self._base_goal, self._base_speed = pose, velocity
+    def wish(self, wish: Wish) -> None:
+        """How the robot shall walk."""
+        self.walker.wish(wish)
 
-    def halt(self) -> None:
-        """Hold every joint and the pelvis where they are, in mid-step too, until `resume`."""
-        self.halted = True
-        self._set_points = np.array(self._data.qpos[self.robot.qpos])
-        self._goals = self._set_points.copy()
-        self._base_goal, self._base_speed = self.pose, STANDING
-
-    def resume(self) -> None:
-        """Let the joints and the pelvis be moved again, from where they are."""
-        self.halted = False
+    def push(self, force: tuple[float, float, float], seconds: float) -> None:
+        """Push the pelvis with a force (N, in the world's axes) for so long, beginning with the next tick."""
+        self._push = Push(force, max(round(seconds / TICK), 1))
 
     def tick(self) -> None:
         """Let TICK seconds pass. Raises Unstable."""
-        if not self.halted:
-            for control in self.controllers:
-                control(self.time)
-        self._command(self._next_set_points())
-        mujoco.mj_step(self.robot.model, self._data, STEPS)
+        for control in self.controllers:
+            control(self.time)
+        self._apply_push()
+        before, wanted = self._set_points, self._goals
+        most = self._fastest * TICK
+        self._set_points = before + np.minimum(np.maximum(wanted - before, -most), most)
+        speeds = (self._set_points - before) / TICK
+        for part in range(1, PERIODS + 1):
+            self._command(before + (self._set_points - before) * (part / PERIODS), speeds)
+            mujoco.mj_step(self.robot.model, self._data, STEPS)
         self.ticks += 1
         self._check()
         self._measure()
 
-    def _next_set_points(self) -> Array:
-        if self.halted:
-            return self._set_points
-        base, wanted = self.pose, self._goals.copy()
-        self._gait.update(TICK, base, self._base_speed)
-        if self._gait.walking:
-            self._held[:] = False
-        wanted_height = (WALKS_AT if self._gait.walking else STANDS_AT) * self._legs.straight_height
-        self.height += min(max(wanted_height - self.height, -SINKS * TICK), SINKS * TICK)
-        self._place_legs(wanted, base)
-        most = self._fastest * TICK
-        return self._set_points + np.minimum(np.maximum(wanted - self._set_points, -most), most)
+    def _command(self, set_points: Array, speeds: Array) -> None:
+        """Give the balancing motors what the walker wants, and the others their set-points."""
+        robot, data, others = self.robot, self._data, self._others
+        if self.fallen:
+            self._give_way()
+            return
+        if robot.waist is not None:
+            self.walker.turn_waist(float(set_points[robot.waist]))
+        torques = self.walker.update(self._senses.read())
+        data.ctrl[robot.balancing] = torques[robot.balancing]
+        joints = robot.motors[others]
+        extra = (robot.damping[others] * speeds[joints] + torques[others]) / robot.stiffness[others]
+        data.ctrl[others] = set_points[joints] + extra
 
-    def _place_legs(self, angles: Array, base: Pose2D) -> None:
-        """Set the angles of those joints of the legs that are the gait's."""
-        solved = self._legs.solve(base, self.height, self._gait.feet)
-        for leg, own in zip(self.robot.legs, solved, strict=True):
-            for joint, angle in zip(leg.joints, own, strict=True):
-                if not self._held[joint]:
-                    angles[joint] = angle
+    def _give_way(self) -> None:
+        """Only damp: each motor of a robot that has fallen follows what moves it."""
+        robot, data, others = self.robot, self._data, self._others
+        speeds, angles = data.qvel[robot.dofs], data.qpos[robot.qpos]
+        self._set_points = np.array(angles)
+        self._goals = self._set_points.copy()
+        data.ctrl[robot.balancing] = -LIMP * speeds[robot.motors[robot.balancing]]
+        joints = robot.motors[others]
+        stiff, damping = robot.stiffness[others], robot.damping[others]
+        data.ctrl[others] = angles[joints] + (1.0 - SOFT) * damping * speeds[joints] / stiff
 
-    def _command(self, set_points: Array) -> None:
-        """Give the motors their set-points, with speeds, and the torques that carry the robot's weight."""
-        robot, data = self.robot, self._data
-        speeds = (set_points - self._set_points) / TICK
-        self._set_points = set_points
-        weights = self._weights()[robot.dofs]
-        extra = (robot.damping * speeds[robot.motors] + weights[robot.motors]) / robot.stiffness
-        data.ctrl[robot.BASE_MOTORS :] = set_points[robot.motors] + extra
-        goal, speed = self._base_goal, self._base_speed
-        yaw = float(data.qpos[3])
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        ahead = robot.base_damping / robot.base_stiffness
-        data.ctrl[0] = goal.x + ahead[0] * (cos * speed.x - sin * speed.y)
-        data.ctrl[1] = goal.y + ahead[1] * (sin * speed.x + cos * speed.y)
-        data.ctrl[2] = yaw + turn_between(yaw, goal.yaw) + ahead[2] * speed.yaw
-
-    def _weights(self) -> Array:
-        """The torques that carry the links, and through the standing legs the whole robot."""
-        robot, data = self.robot, self._data
-        torques = np.array(data.qfrc_bias)
-        for leg, foot in zip(robot.legs, self._gait.feet, strict=True):
-            if foot.load > 0.0:
-                mujoco.mj_jacSite(robot.model, data, self._jacobian, None, leg.sole)
-                torques[leg.dofs] -= self._jacobian[2, leg.dofs] * (foot.load * robot.mass * GRAVITY)
-        return torques
+    def _apply_push(self) -> None:
+        force = self._data.xfrc_applied[1]
+        force[:] = 0.0
+        if self._push is not None:
+            force[:3] = self._push.force
+            self._push.ticks -= 1
+            if self._push.ticks <= 0:
+                self._push = None
 
     def _check(self) -> None:
         data = self._data
         if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()):
             raise Unstable(f'after {self.time:.2f} s the state of the robot is not a number')
+        self.fallen = self.fallen or self.pelvis_height < LOWEST or self.tilt > TIPPED
 
     def _measure(self) -> None:
         robot, data = self.robot, self._data
         motors = robot.dofs[robot.motors]
         self.power = float(np.abs(data.qfrc_actuator[motors] * data.qvel[motors]).sum())
         self.energy += self.power * TICK
-        loads, force = [0.0, 0.0], np.zeros(6)
-        geoms = data.contact.geom
-        for number in range(data.ncon):
-            one, other = geoms[number]
-            body = robot.model.geom_bodyid[one if other == robot.floor else other]
-            side = self._foot_of_body.get(int(body))
-            if side is not None:
-                mujoco.mj_contactForce(robot.model, data, number, force)
-                loads[side] += float(force[0])
-        self.loads = (loads[0], loads[1])
+        self.loads = self._senses.loads()

@@ -1,0 +1,85 @@
+"""Where the feet go: the middle between them moves as wished, and each foot belongs to its side of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from humanoid.navigation.base import Pose2D, turn_between
+from humanoid.walking.seam import Array, Wish
+
+WIDTH = 0.18  # m between the middles of the soles
+FARTHEST = 0.5  # m that a foot comes down before or behind the other
+WIDEST, NARROWEST = 0.45, 0.13  # m beside the other
+MOST_TURN = 0.55  # rad between two feet
+NEAR = 0.3  # m from its place: from there on steps go to it, and not by the velocity
+LITTLE = (0.12, 0.12, 0.4)  # m ahead, m aside and rad: the largest steps near the place
+LEFT, RIGHT = 0, 1
+
+
+def seen_from(pose: Pose2D, place: Pose2D) -> Pose2D:
+    """A place in the frame of a pose."""
+    ahead, left = in_frame(np.array((place.x - pose.x, place.y - pose.y)), pose.yaw)
+    return Pose2D(float(ahead), float(left), turn_between(pose.yaw, place.yaw))
+
+
+def in_frame(way: Array, yaw: float) -> Array:
+    """A vector on the floor, as a frame that is turned by `yaw` has it."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return np.array((cos * way[0] + sin * way[1], cos * way[1] - sin * way[0]))
+
+
+def moved(pose: Pose2D, ahead: float, left: float, turn: float = 0.0) -> Pose2D:
+    """A pose after a way in its own frame, and a turn."""
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    return Pose2D(
+        pose.x + cos * ahead - sin * left,
+        pose.y + sin * ahead + cos * left,
+        math.remainder(pose.yaw + turn, math.tau),
+    )
+
+
+def middle_of(left: Pose2D, right: Pose2D) -> Pose2D:
+    yaw = left.yaw + turn_between(left.yaw, right.yaw) / 2.0
+    return Pose2D((left.x + right.x) / 2.0, (left.y + right.y) / 2.0, yaw)
+
+
+def beside(middle: Pose2D, side: int) -> Pose2D:
+    """The place of a foot beside the middle, or of the middle beside the other foot."""
+    return moved(middle, 0.0, WIDTH / 2.0 if side == LEFT else -WIDTH / 2.0)
+
+
+def next_place(stance: Pose2D, side: int, wish: Wish, seconds: float) -> Pose2D:
+    """Where the foot of `side` comes down beside a standing one, after a step of so many seconds.
+
+    Sideways, and where it turns, only the outer foot makes way; the other one follows.
+    """
+    middle = beside(stance, side)
+    ahead, left, turn = _stride(middle, wish, seconds)
+    left = 2.0 * left if side == (LEFT if left > 0.0 else RIGHT) else 0.0
+    turn = 2.0 * turn if side == (LEFT if turn > 0.0 else RIGHT) else 0.0
+    way = in_frame(np.array((ahead, left)), -turn / 2.0)
+    return within_reach(beside(moved(middle, float(way[0]), float(way[1]), turn), side), stance, side)
+
+
+def _stride(middle: Pose2D, wish: Wish, seconds: float) -> tuple[float, float, float]:
+    """What a step makes on average, in the middle's frame: m, m and rad."""
+    if wish.place is not None:
+        left = seen_from(middle, wish.place)
+        if math.hypot(left.x, left.y) < NEAR:
+            parts = zip((left.x, left.y, left.yaw), LITTLE, strict=True)
+            x, y, turn = (min(max(part, -most), most) for part, most in parts)
+            return x, y / 2.0, turn / 2.0
+    speed = wish.velocity
+    return speed.x * seconds, speed.y * seconds, speed.yaw * seconds
+
+
+def within_reach(foot: Pose2D, stance: Pose2D, side: int) -> Pose2D:
+    """The place that is nearest to `foot` of those where a leg can put it down beside the other foot."""
+    seen = seen_from(stance, foot)
+    outwards = seen.y if side == LEFT else -seen.y
+    outwards = min(max(outwards, NARROWEST), WIDEST)
+    ahead = min(max(seen.x, -FARTHEST), FARTHEST)
+    turn = min(max(seen.yaw, -MOST_TURN), MOST_TURN)
+    return moved(stance, ahead, outwards if side == LEFT else -outwards, turn)

@@ -1,0 +1,158 @@
+"""The forces under the feet, and the torques that make them: a small quadratic program.
+
+Legs have as many joints as a foot has ways to move, so what a foot shall do and what the pelvis does fix its
+leg. What is left to choose are the forces of the floor, six numbers a foot. They are chosen such that the
+centre of mass and the pelvis' orientation accelerate as asked, inside friction and soles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import product
+
+import daqp
+import numpy as np
+
+from humanoid.walking.body import Body
+from humanoid.walking.seam import Array
+
+FRICTION = 0.45  # that the floor is trusted with
+ROWS = 17  # of the conditions of one contact
+UNUSED = 1e30
+PUSH_WEIGHTS = np.array((2.0, 2.0, 4.0))  # of 1 m/s² of the centre of mass, squared
+WAIST_WEIGHT = 0.0001  # of 1 rad/s² of the waist
+TURN_WEIGHTS = np.array((0.05, 0.05, 0.01))  # of 1 rad/s² of the pelvis; a heading may wait
+DAMPED = 1e-3  # of the legs' Jacobians, squared: a leg that is nearly straight stays calm
+SPARING = (1e-6, 1e-6, 1e-8, 1e-4, 1e-4, 1e-4)  # of 1 N and of 1 N·m under a foot
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A sole that may bear load, between `least` and `most` N; `length` and `width`: halves of it, m."""
+
+    side: int
+    length: float
+    width: float
+    least: float
+    most: float
+
+
+@dataclass(frozen=True)
+class Aims:
+    """What to achieve: m/s² of the centre of mass, rad/s² of the pelvis in its frame, and of both soles."""
+
+    centre: Array
+    pelvis: Array
+    soles: Sequence[Array]
+    waist: float  # rad/s² that the trunk should turn, where balance leaves it free to
+
+
+class ForceControl:
+    """Computes the torques of the legs. It keeps the last forces, for those who want to look."""
+
+    def __init__(self, body: Body) -> None:
+        self._body = body
+        self.forces = np.zeros((2, 6))  # N and N·m on the left and the right sole, in its frame
+
+    def torques(self, aims: Aims, contacts: Sequence[Contact], gravity: float) -> Array:
+        """The torques (N·m) of all degrees of freedom; joints that are not the legs' keep their speed."""
+        body = self._body
+        freedom, given = self._motion(aims)
+        inertia = body.inertia
+        bias = inertia @ given + body.bias
+        whole = inertia @ freedom  # columns: the pelvis' six
+        pushes = [self._pushes(contact.side) for contact in contacts]
+        waist = self._waist()
+        force, turn = self._solve(aims, contacts, pushes, whole[:6], inertia[:6] @ waist, bias[:6], gravity)
+        bias = bias + inertia @ waist * turn
+        on_pelvis = sum(push[:, :6].T @ part for push, part in zip(pushes, force, strict=True))
+        pelvis = np.linalg.solve(whole[:6], on_pelvis - bias[:6])
+        torques = whole @ pelvis + bias
+        self.forces[:] = 0.0
+        for contact, push, part in zip(contacts, pushes, force, strict=True):
+            torques -= push.T @ part
+            self.forces[contact.side] = part
+        return torques
+
+    def _motion(self, aims: Aims) -> tuple[Array, Array]:
+        """All accelerations as a linear function of the pelvis': the legs follow from the soles."""
+        body = self._body
+        nv = len(body.inertia)
+        freedom, given = np.zeros((nv, 6)), np.zeros(nv)
+        freedom[:6] = np.eye(6)
+        for leg, jacobian, drift, aim in zip(
+            body.robot.legs, body.jacobians, body.drifts, aims.soles, strict=True
+        ):
+            right = np.column_stack((-jacobian[:, :6], aim - drift))
+            own = jacobian[:, leg.dofs]
+            solved = np.linalg.solve(own.T @ own + DAMPED * np.eye(6), own.T @ right)
+            freedom[leg.dofs], given[leg.dofs] = solved[:, :6], solved[:, 6]
+        return freedom, given
+
+    def _waist(self) -> Array:
+        """The direction of the waist among all degrees of freedom; zeros without one."""
+        robot = self._body.robot
+        direction = np.zeros(robot.model.nv)
+        if robot.waist is not None:
+            direction[robot.dofs[robot.waist]] = 1.0
+        return direction
+
+    def _pushes(self, side: int) -> Array:
+        """The sole's Jacobian in its own axes."""
+        turn, jacobian = self._body.sole_turn(side), self._body.jacobians[side]
+        return np.vstack((turn.T @ jacobian[:3], turn.T @ jacobian[3:]))
+
+    def _solve(
+        self,
+        aims: Aims,
+        contacts: Sequence[Contact],
+        pushes: Sequence[Array],
+        whole: Array,
+        waist: Array,
+        bias: Array,
+        gravity: float,
+    ) -> tuple[Array, float]:
+        """The forces on the soles, and how the waist accelerates."""
+        body, size = self._body, 6 * len(contacts) + 1
+        inverse = np.linalg.inv(whole)
+        push = np.column_stack([*(each[:, :6].T for each in pushes), -waist])
+        turn = inverse[3:] @ push
+        turn_aim = aims.pelvis + inverse[3:] @ bias
+        lift = np.zeros((3, size))
+        for number, contact in enumerate(contacts):
+            lift[:, 6 * number : 6 * number + 3] = body.sole_turn(contact.side) / body.mass
+        lift_aim = aims.centre + np.array((0.0, 0.0, gravity))
+        cost = lift.T * PUSH_WEIGHTS @ lift + turn.T * TURN_WEIGHTS @ turn
+        cost[np.diag_indices(size)] += (*SPARING * len(contacts), WAIST_WEIGHT)
+        linear = -lift.T @ (PUSH_WEIGHTS * lift_aim) - turn.T @ (TURN_WEIGHTS * turn_aim)
+        linear[-1] -= WAIST_WEIGHT * aims.waist
+        rows = np.zeros((ROWS * len(contacts), size))
+        upper, lower = np.zeros(len(rows)), np.full(len(rows), -UNUSED)
+        for number, contact in enumerate(contacts):
+            own = slice(ROWS * number, ROWS * (number + 1))
+            rows[own, 6 * number : 6 * number + 6] = _rows(contact.length, contact.width)
+            upper[own.stop - 1], lower[own.stop - 1] = contact.most, contact.least
+        found, _, flag, _ = daqp.solve(cost, linear, rows, upper, lower)
+        self.solved = flag == 1
+        return np.asarray(found[:-1]).reshape(-1, 6), float(found[-1])
+
+
+@cache
+def _rows(length: float, width: float) -> Array:
+    """What a sole can give, each row at most 0: friction, edges, twist. The last row is the force up.
+
+    The twist that friction can give shrinks as the force moves to an edge or is used up along the floor
+    (Caron, Pham, Nakamura: Stability of surface contacts for humanoid robots, 2015).
+    """
+    rows = np.zeros((ROWS, 6))
+    for number, (axis, share) in enumerate(((0, FRICTION), (1, FRICTION), (3, width), (4, length))):
+        rows[2 * number, axis], rows[2 * number, 2] = 1.0, -share
+        rows[2 * number + 1, axis], rows[2 * number + 1, 2] = -1.0, -share
+    for number, (way, one, other) in enumerate(product((1.0, -1.0), repeat=3)):
+        row = rows[8 + number]
+        row[0], row[1], row[2] = one * width, other * length, -FRICTION * (length + width)
+        row[3], row[4], row[5] = one * way * FRICTION, other * way * FRICTION, way
+    rows[-1, 2] = 1.0
+    return rows

@@ -1,0 +1,237 @@
+"""When which foot steps, and where to: the phases of standing and walking, without masses and motors.
+
+The DCM says where the body is going to (humanoid.walking.dcm). The steps that are wished for make a plan of
+it. If it is off the plan, the soles correct it; if they cannot, the foot in the air comes down elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from humanoid.navigation.base import STANDING, Pose2D
+from humanoid.walking.dcm import Segment, reference
+from humanoid.walking.footsteps import in_frame, middle_of, next_place, seen_from, within_reach
+from humanoid.walking.seam import Array, Wish
+from humanoid.walking.swing import Swing
+
+SHIFT = 0.08  # s that both feet stand between two steps
+SWING = 0.36  # s that a foot is in the air
+HURRIED = 0.28  # s, the same of a step that catches a fall
+SHORTEST = 0.22  # s, the same at the least
+FIRST_SHIFT = 0.5  # s in which the weight passes to one foot before a walk, and back to both after it
+GAIN = 3.0  # 1/s: how fast an error of the DCM dies
+LENGTH, WIDTH = 0.10, 0.042  # m: halves of the part of a sole that is used
+TRUNK = 0.02  # m beyond the soles that a turn of the trunk may push
+SPARED = 0.7  # of a sole that may correct an error before a step does
+AHEAD = 3  # steps in the plan
+BEARS = 100.0  # N: a foot with so much load tells by itself where it stands
+TOUCHES, EARLIEST = 60.0, 0.6  # N on a swinging foot, after this share of its way: it has come down
+LANDS = 15.0  # N, the same at the end of its way
+FIXED = 0.06  # s before it comes down, a foot's target no longer changes
+FALLS = (0.07, 0.10)  # m that the DCM of a standing body is before and beside the middle: it must step
+OFF = (0.015, 0.03)  # m and rad from its place: a body steps there
+UNEVEN = (0.03, 0.08)  # m and rad that the feet of a standing body are from their places
+CALM = 0.04  # m: the error of the DCM at which a walk may end
+
+
+class Phase(Enum):
+    STAND = 'stand'
+    SHIFT = 'shift'  # the weight passes to the foot that will bear it
+    SWING = 'swing'
+    SETTLE = 'settle'  # the weight passes back to both feet
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a gait decides by: soles and DCM on the floor (m), N on the soles, the pendulum's rate in 1/s."""
+
+    feet: tuple[Pose2D, Pose2D]
+    heights: tuple[float, float]  # m of the soles above the floor
+    loads: Array
+    dcm: Array
+    omega: float
+
+
+class Gait:
+    """Phases and footsteps of one body."""
+
+    def __init__(self, feet: tuple[Pose2D, Pose2D]) -> None:
+        self.wish = Wish()
+        self.phase = Phase.STAND
+        self.side = 0  # the foot that swings, or will next
+        self.swing: Swing | None = None
+        self.target = feet[0]
+        self.steps = 0
+        self.error = np.zeros(2)  # m that the DCM is off the plan
+        self._feet = list(feet)
+        self._elapsed = 0.0  # s since the phase began
+        self._duration = 0.0
+        self._from = np.zeros(2)  # where the floor pushed when the weight began to pass
+
+    @property
+    def bearing(self) -> Sequence[int]:
+        """The feet that bear the body."""
+        return (1 - self.side,) if self.phase is Phase.SWING else (0, 1)
+
+    @property
+    def heading(self) -> float:
+        """Where the pelvis should face, in rad."""
+        stance = self._feet[1 - self.side]
+        if self.swing is None:
+            return self._middle.yaw
+        return middle_of(stance, Pose2D(yaw=float(self.swing.place[2]))).yaw
+
+    @property
+    def _middle(self) -> Pose2D:
+        return middle_of(*self._feet)
+
+    def update(self, seen: Seen, elapsed: float) -> Array:
+        """Let `elapsed` s pass. Where the floor should push now, in m."""
+        for side in self.bearing:  # they may slip
+            if seen.loads[side] > BEARS:
+                self._feet[side] = seen.feet[side]
+        self._elapsed += elapsed
+        self._go_on(seen)
+        wanted, point = reference(self._plan(), self._elapsed, seen.omega)
+        self.error = seen.dcm - wanted
+        if self.swing is not None:
+            if self.swing.left > FIXED:
+                self._adjust(self.swing, seen.omega, elapsed)
+            self.swing.advance(elapsed, self.target)
+        return self._within_soles(point + (1.0 + GAIN / seen.omega) * self.error)
+
+    def _go_on(self, seen: Seen) -> None:
+        over = self._elapsed >= self._duration
+        if self.phase is Phase.STAND:
+            self._leave_stand(seen)
+        elif self.phase is Phase.SHIFT and over:
+            self._lift(seen, HURRIED if np.abs(self.error).max() > CALM else SWING)
+        elif self.phase is Phase.SETTLE and (over or self._falls(seen)):
+            self._enter(Phase.STAND)
+        elif self.swing is not None:
+            load, share = seen.loads[self.side], self.swing.share
+            if (share >= 1.0 and load > LANDS) or (share > EARLIEST and load > TOUCHES):
+                self._land(seen)
+
+    def _enter(self, phase: Phase, duration: float = 0.0) -> None:
+        self.phase, self._elapsed, self._duration = phase, 0.0, duration
+
+    def _leave_stand(self, seen: Seen) -> None:
+        """Begin to walk, if there is a reason to."""
+        if self._falls(seen):
+            off = in_frame(seen.dcm - _spot(self._middle), self._middle.yaw)
+            self.side = 0 if off[1] < 0.0 else 1  # the foot that bears less
+            self._shift(SHIFT)
+        elif self._wants_to_step():
+            speed = self.wish.velocity
+            self.side = 0 if speed.y > 0.0 or speed.yaw > 0.0 else 1
+            self._shift(FIRST_SHIFT)
+
+    def _falls(self, seen: Seen) -> bool:
+        middle = self._middle
+        off = in_frame(seen.dcm - _spot(middle), middle.yaw)
+        return bool(abs(off[0]) > FALLS[0] or abs(off[1]) > FALLS[1])
+
+    def _wants_to_step(self) -> bool:
+        wish, middle = self.wish, self._middle
+        if wish.place is not None:
+            left = seen_from(middle, wish.place)
+            if math.hypot(left.x, left.y) > OFF[0] or abs(left.yaw) > OFF[1]:
+                return True
+        elif wish.velocity != STANDING:
+            return True
+        left_foot, right_foot = self._feet
+        even = next_place(right_foot, 0, Wish(), 0.0)
+        off = seen_from(even, left_foot)
+        return math.hypot(off.x, off.y) > UNEVEN[0] or abs(off.yaw) > UNEVEN[1]
+
+    def _shift(self, duration: float) -> None:
+        self._from = _spot(self._middle)
+        self.target = self._next(self._feet[1 - self.side], self.side)
+        self._enter(Phase.SHIFT, duration)
+
+    def _next(self, stance: Pose2D, side: int) -> Pose2D:
+        return next_place(stance, side, self.wish, SHIFT + SWING)
+
+    def _lift(self, seen: Seen, duration: float) -> None:
+        side = self.side
+        self.swing = Swing(seen.feet[side], max(seen.heights[side], 0.0), duration)
+        self._enter(Phase.SWING, duration)
+
+    def _land(self, seen: Seen) -> None:
+        landed = self.side
+        self._feet[landed] = seen.feet[landed]
+        self._from = _spot(self._feet[1 - landed])
+        self.swing, self.side = None, 1 - landed
+        self.steps += 1
+        self.target = self._next(self._feet[landed], self.side)
+        if self._may_end():
+            self._enter(Phase.SETTLE, FIRST_SHIFT)
+        else:
+            self._enter(Phase.SHIFT, SHIFT)
+
+    def _may_end(self) -> bool:
+        """Whether the foot that would swing next is where it should be, and the body is calm."""
+        off = seen_from(self._feet[self.side], self.target)
+        there = math.hypot(off.x, off.y) < UNEVEN[0] and abs(off.yaw) < UNEVEN[1]
+        stops = self.wish.place is not None or self.wish.velocity == STANDING
+        return bool(there and stops and np.abs(self.error).max() < CALM)
+
+    def _plan(self) -> Sequence[Segment]:
+        """Where the floor shall push from the phase's begin on."""
+        middle, stance = _spot(self._middle), _spot(self._feet[1 - self.side])
+        if self.phase is Phase.STAND:
+            return [Segment(1.0, middle, middle)]
+        if self.phase is Phase.SETTLE:
+            return [Segment(self._duration, self._from, middle)]
+        if self.phase is Phase.SHIFT:
+            segments = [Segment(self._duration, self._from, stance), Segment(SWING, stance, stance)]
+        else:
+            lasts = max(self.swing.duration if self.swing is not None else SWING, self._elapsed)
+            segments = [Segment(lasts, stance, stance)]
+            if self.swing is None or self.swing.left > FIXED:
+                self.target = self._next(self._feet[1 - self.side], self.side)
+        before, place, side = stance, self.target, self.side
+        for _ in range(AHEAD):
+            spot = _spot(place)
+            segments += [Segment(SHIFT, before, spot), Segment(SWING, spot, spot)]
+            side = 1 - side
+            before, place = spot, self._next(place, side)
+        segments.append(Segment(SHIFT, before, (before + _spot(place)) / 2.0))
+        return segments
+
+    def _adjust(self, swing: Swing, omega: float, elapsed: float) -> None:
+        """Put the foot down where the DCM will need it: as much as the sole alone cannot correct.
+
+        All later steps go with it, and so does the plan.
+        """
+        stance = self._feet[1 - self.side]
+        growth = math.exp(omega * swing.left) * omega * SHIFT / (1.0 - math.exp(-omega * SHIFT))
+        shift = in_frame(self.error, stance.yaw) * growth
+        most = np.array((LENGTH, WIDTH)) * SPARED * (growth - 1.0)
+        shift = in_frame(shift - np.clip(shift, -most, most), -stance.yaw)
+        planned = self.target
+        wanted = Pose2D(planned.x + float(shift[0]), planned.y + float(shift[1]), planned.yaw)
+        self.target = within_reach(wanted, stance, self.side)
+        made = _spot(self.target) - _spot(planned)
+        missing = float(np.abs(shift - made).max())
+        if missing > CALM and swing.duration > SHORTEST:
+            swing.hurry(elapsed)
+        self.error = self.error - made / growth
+
+    def _within_soles(self, push: Array) -> Array:
+        """The nearest point that the soles, and a little swing of the trunk, can give."""
+        yaw = self._feet[self.bearing[0]].yaw
+        feet = [in_frame(_spot(self._feet[side]), yaw) for side in self.bearing]
+        margin = np.array((LENGTH + TRUNK, WIDTH + TRUNK))
+        least, most = np.min(feet, axis=0) - margin, np.max(feet, axis=0) + margin
+        return in_frame(np.clip(in_frame(push, yaw), least, most), -yaw)
+
+
+def _spot(pose: Pose2D) -> Array:
+    return np.array((pose.x, pose.y))

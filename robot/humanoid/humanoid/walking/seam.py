@@ -1,0 +1,74 @@
+"""The seam between a body and what keeps it on its feet: sensors in, torques of the legs out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from humanoid.navigation.base import STANDING, Pose2D, Velocity2D
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """What the sensors show at one moment: nothing about where the body is on the floor."""
+
+    turn_rate: Array  # rad/s, of the pelvis in its own frame
+    acceleration: Array  # m/s² in the same frame, gravity included
+    angles: Array  # rad (m), of all joints that move, in the URDF's order
+    speeds: Array  # rad/s (m/s)
+    loads: Array  # N on the left and on the right sole
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How the body shall walk: a velocity in its own frame, and a place to stop at if it comes near."""
+
+    velocity: Velocity2D = STANDING
+    place: Pose2D | None = None
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a walker believes about its body: the pelvis over the floor, in m, rad and s."""
+
+    pose: Pose2D
+    velocity: Velocity2D  # in the body's own frame
+    height: float
+    roll: float
+    pitch: float
+
+
+class Walker(Protocol):
+    """Keeps one body upright and walks. All calls come from one thread.
+
+    `DcmWalker` computes it; a policy that was learnt can stand here, too.
+    """
+
+    period: float  # s between two calls of `update`
+    height: float  # m of the pelvis above the floor, where it stands
+
+    @property
+    def estimate(self) -> Estimate:
+        """As of the last update."""
+
+    @property
+    def walking(self) -> bool:
+        """False once both feet stand and bear the body at rest."""
+
+    def wish(self, wish: Wish) -> None:
+        """Walk like this from the next step on, until told otherwise."""
+
+    def turn_waist(self, angle: float) -> None:
+        """Where the trunk should be turned to, in rad, as far as the balance lets it."""
+
+    def update(self, sensed: Sensed) -> Array:
+        """The torques (N·m) of all motors for the next period.
+
+        The motors of legs and waist give these. The others follow set-points of their own; what is told here
+        comes on top and carries the weight of their links. Zeros will do.
+        """

@@ -1,0 +1,63 @@
+"""The way of a foot through the air, to a place that may still change."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from humanoid.navigation.base import Pose2D, turn_between
+from humanoid.walking.seam import Array
+
+CLEARANCE = 0.05  # m
+NEAREST_END = 0.05  # s: what is left of the way is never taken to be shorter
+DROPS = 0.2  # m/s: a foot that finds no floor where it should be goes on down
+
+
+class Swing:
+    """Minimum jerk from wherever the foot is to x, y (m) and yaw (rad); up and down on the way."""
+
+    def __init__(self, start: Pose2D, height: float, duration: float) -> None:
+        """`height`: of the sole above the floor, in m."""
+        self.duration, self.elapsed = duration, 0.0
+        self.place = np.array((start.x, start.y, start.yaw))
+        self.speed, self.pull = np.zeros(3), np.zeros(3)
+        self._lift = height
+
+    @property
+    def left(self) -> float:
+        """s until it should touch the floor."""
+        return max(self.duration - self.elapsed, 0.0)
+
+    @property
+    def share(self) -> float:
+        return self.elapsed / self.duration
+
+    def hurry(self, seconds: float) -> None:
+        """Be down so much sooner, as far as that can be."""
+        self.duration = max(self.duration - seconds, self.elapsed + NEAREST_END)
+
+    def advance(self, elapsed: float, target: Pose2D) -> None:
+        self.elapsed += elapsed
+        left = max(self.left, NEAREST_END)
+        yaw = float(self.place[2])
+        way = np.array((target.x, target.y, yaw + turn_between(yaw, target.yaw))) - self.place
+        jerk = 60.0 * way / left**3 - 36.0 * self.speed / left**2 - 9.0 * self.pull / left
+        self.pull = self.pull + jerk * elapsed
+        self.speed = self.speed + self.pull * elapsed
+        self.place = self.place + self.speed * elapsed
+
+    def height(self) -> Array:
+        """z of the sole above the floor, its speed and its acceleration: m, m/s, m/s²."""
+        late = self.elapsed - self.duration
+        if late > 0.0:
+            return np.array((-DROPS * late, -DROPS, 0.0))
+        rate = 1.0 / self.duration
+        angle = math.tau * self.share
+        return np.array(
+            (
+                self._lift * (1.0 - self.share) + CLEARANCE * (1.0 - math.cos(angle)) / 2.0,
+                CLEARANCE * math.pi * rate * math.sin(angle) - self._lift * rate,
+                CLEARANCE * math.pi * math.tau * rate**2 * math.cos(angle),
+            )
+        )
