@@ -9,7 +9,7 @@ empty :=
 with = $(if $(strip $(1)),[$(subst $(empty) ,$(comma),$(strip $(1)))])
 EXTRA := $(call with,$(if $(filter rmw_cyclonedds_cpp,$(RMW)),dds) $(if $(VIEW),console))
 
-.PHONY: demo set-up test test-again quick long fuzz lint types bench bench-curves bench-short clean reliability zenoh-versions
+.PHONY: dist site demo set-up test test-again quick long fuzz lint types bench bench-curves bench-short clean reliability zenoh-versions
 
 # Two at once share one set-up: the second waits for the first, where there is flock.
 LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
@@ -85,6 +85,15 @@ zenoh-versions: $(VENV)/.dev
 
 reliability: $(VENV)/.dev
 	$(BIN)/python tests/reliability/report.py
+
+# The documentation as web pages, in build/site/html: no internet is needed once .venv is there.
+site: $(VENV)/.dev
+	$(BIN)/python -m tools.site
+
+# Wheel and sdist, bit for bit the same from the same files.
+dist: $(VENV)/.dev
+	rm -rf dist
+	$(BIN)/python -m build --quiet --no-isolation
 
 clean:
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache

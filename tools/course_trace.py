@@ -9,6 +9,7 @@ the same. An observer hears each step of each call, as a recorder does, and also
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -27,6 +28,10 @@ EVENTS = '/_service_event_for_recorders'
 REQUEST_SENT, RESPONSE_SENT = 0, 2
 A_MOMENT = 0.5
 """s of virtual time in which programs find each other, and all that they have begun comes to its end."""
+
+
+ORDER = ('send_goal', 'cancel_goal', 'accepted', 'goals_canceling', 'get_result', 'feedback', 'result')
+"""The order of an action's messages that have the same virtual time, as each causes the next."""
 
 
 class Message(NamedTuple):
@@ -154,7 +159,6 @@ def trace_action(duration: float, cancel_after: float | None = None) -> list[Mes
                 super().goal_response_callback(future)
 
         implementation, action = MoveToPosition.Impl, '/move_to_position/_action'
-        trace.watch_log('navigation_action_server')
         trace.watch_service(implementation.SendGoalService, f'{action}/send_goal', _show_goal)
         trace.watch_service(implementation.GetResultService, f'{action}/get_result', _show_result)
         trace.watch_service(implementation.CancelGoalService, f'{action}/cancel_goal', _show_cancel)
@@ -169,7 +173,11 @@ def trace_action(duration: float, cancel_after: float | None = None) -> list[Mes
             sleep(cancel_after)
             client.goal_handle.cancel_goal_async()
         sleep(duration + A_MOMENT)
-        return trace.messages
+        return sorted(trace.messages, key=lambda message: (message.at, ORDER.index(_kind(message))))
+
+
+def _kind(message: Message) -> str:
+    return re.split('[:=]', message.text)[0]
 
 
 def _show_joint(message: Any) -> str:

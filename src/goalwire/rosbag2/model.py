@@ -31,7 +31,7 @@ class Topic:
     type_name: str
     """The type, as 'std_msgs/msg/String'."""
     type_hash: str = ''
-    """'RIHS01_…', '' if it is unknown."""
+    """Its type's hash, `RIHS01_…`; '' if it is unknown."""
     qos: tuple[QoS, ...] = ()
     """The QoS that its publishers offered, each different one once."""
     schema: Schema = Schema()
