@@ -9,6 +9,7 @@ one is its mirror image.
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -84,6 +85,7 @@ class Joint:
     damping: float = 0.0
     prismatic: bool = False
     mimics: str = ''
+    turned: Vector = NOWHERE  # roll, pitch and yaw of the child in the parent
 
 
 def _box(x: float, y: float, z: float, at: Vector = NOWHERE, material: str = 'body') -> Shape:
@@ -146,6 +148,13 @@ TRUNK = (
         damping=0.4,
     ),
     Joint('camera_joint', 'head', Link('camera_link'), (0.085, 0.0, 0.11)),
+    Joint(  # as REP 103 wants it: z forward, x to the right, y down
+        'camera_optical_joint',
+        'camera_link',
+        Link('camera_optical_frame'),
+        NOWHERE,
+        turned=(-math.pi / 2.0, 0.0, -math.pi / 2.0),
+    ),
 )
 
 LEFT_ARM = (
@@ -405,7 +414,8 @@ def _joint(joint: Joint) -> Iterator[str]:
     yield f'  <joint name="{joint.name}" type="{kind}">'
     yield f'    <parent link="{joint.parent}"/>'
     yield f'    <child link="{joint.child.name}"/>'
-    yield f'    <origin xyz="{_numbers(joint.at)}"/>'
+    turned = f' rpy="{_numbers(joint.turned)}"' if any(joint.turned) else ''
+    yield f'    <origin xyz="{_numbers(joint.at)}"{turned}/>'
     if joint.axis is not None:
         lower, upper = joint.limits
         yield f'    <axis xyz="{_numbers(joint.axis)}"/>'

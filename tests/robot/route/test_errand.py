@@ -105,7 +105,7 @@ def test_without_a_pose_it_stands_and_gives_up(stage: Stage) -> None:
     errand = Errand([Pose2D(1.0, 1.0)], 0.0)
     assert errand.tick(stage.costmap, None, 0.5) == STANDING
     assert errand.ending is None
-    errand.tick(stage.costmap, None, 1.5)
+    errand.tick(stage.costmap, None, 10.5)
     assert errand.failure is Failure.LOST
 
 

@@ -9,28 +9,23 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
 
 from humanoid.clock import now, seconds
-from humanoid.navigation.base import MobileBase, Pose2D, Velocity2D, compose
+from humanoid.navigation.base import MobileBase, Pose2D, Velocity2D
 from humanoid.navigation.guard import Guard
 from humanoid.navigation.messages import odometry
-from humanoid.running import BadParameter
-from humanoid.world.file import load
-from humanoid.world.names import BadWorld
 
-MAP = 'map'
+TRUTH = 'ground_truth'
+HOME = 'home'  # the frame in which a world has the place where the robot was brought up
 
 
 class Surroundings:
     """The ears of the base for what is around it."""
 
-    def __init__(self, node: Node, world: str, prefix: str) -> None:
-        """`world`: a name or a file, which says where the base begins. Raises BadParameter."""
-        try:
-            self._start = Pose2D(*load(world).start)
-        except BadWorld as error:
-            raise BadParameter(str(error)) from None
+    def __init__(self, node: Node, prefix: str, *, is_kinematic: bool) -> None:
+        """`is_kinematic`: the base is its own truth. A simulation of the body may tell that itself."""
         self._node, self._prefix = node, prefix
         self._guard = Guard()
-        self._truth = node.create_publisher(Odometry, 'ground_truth', 10)
+        tells = is_kinematic or not node.count_publishers(TRUTH)
+        self._truth = node.create_publisher(Odometry, TRUTH, 10) if tells else None
         node.create_subscription(LaserScan, 'scan', self._guard.hear, qos_profile_sensor_data)
 
     def limit(self, wish: Velocity2D, pose: Pose2D) -> Velocity2D:
@@ -44,6 +39,10 @@ class Surroundings:
         return allowed
 
     def tell(self, base: MobileBase, stamp: TimeMsg) -> None:
-        """Publish where the base is in truth; only the simulated world and tests may listen."""
+        """Publish where the base is in truth, as seen from where it was brought up.
+
+        Only the simulated world and tests may listen.
+        """
         self._guard.note_pose(seconds(stamp), base.pose)
-        self._truth.publish(odometry(base, compose(self._start, base.pose), MAP, stamp, self._prefix))
+        if self._truth is not None:
+            self._truth.publish(odometry(base, base.pose, HOME, stamp, self._prefix))

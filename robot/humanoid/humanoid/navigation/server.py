@@ -81,8 +81,8 @@ class NavigationActionServer(Node):
         self._transforms = TransformBroadcaster(self)
         self._map = self._told_place()
         world = self.declare_parameter('world', '').get_parameter_value().string_value
-        self._surroundings = _surroundings(self, world, self._prefix) if world else None
-        drift = self._three('odometry_drift', DRIFT if world else [0.0, 0.0, 0.0], 1.0)
+        self._surroundings = _surroundings(self, self._prefix, base) if world else None
+        drift = self._three('odometry_drift', DRIFT if world and base is None else [0.0, 0.0, 0.0], 1.0)
         self._drift = Drift(DriftSpec(*drift), self._base.pose)
         # Physics and real bases have a sensor of their own.
         self._imu = self.create_publisher(Imu, 'imu', qos_profile_sensor_data) if base is None else None
@@ -281,10 +281,10 @@ class NavigationActionServer(Node):
             drive.decision.make(ending)
 
 
-def _surroundings(node: Node, world: str, prefix: str) -> Surroundings:
+def _surroundings(node: Node, prefix: str, base: MobileBase | None) -> Surroundings:
     from humanoid.navigation.in_world import Surroundings  # it needs numpy, and only a world does
 
-    return Surroundings(node, world, prefix)
+    return Surroundings(node, prefix, is_kinematic=base is None)
 
 
 def main(args: Sequence[str] | None = None) -> int:

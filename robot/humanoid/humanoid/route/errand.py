@@ -26,7 +26,7 @@ BACKS_UP, BACKS_UP_AT = 1.5, 0.15  # s and m/s, the second
 MOST_RECOVERIES = 10  # and the goal is given up
 PASSED_WITHIN = 0.3  # m: so near, a goal on the way is passed
 CRUISES_AT = 0.45  # m/s, for the time that is left
-LATEST_POSE = 1.0  # s without a pose, and the robot stops for good
+LOST_AFTER = 10.0  # s without a pose, in which the robot stands; then the goal is given up
 
 
 class Failure(Enum):
@@ -64,7 +64,7 @@ class Errand:
     def tick(self, costmap: Costmap, pose: Pose2D | None, now: float) -> Velocity2D:
         """How to move now; once `ending` is set, it is over."""
         if pose is None:
-            if now - self._seen_at > LATEST_POSE:
+            if now - self._seen_at > LOST_AFTER:
                 self._give_up(Failure.LOST, 'The robot does not know where it is: no transform from the map')
             return STANDING
         self._seen_at = now

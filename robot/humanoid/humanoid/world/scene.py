@@ -79,6 +79,12 @@ class Scene:
         ranges: Array = np.where((reach >= LEAST_RANGE) & (reach <= GREATEST_RANGE), reach, np.inf)
         return ranges
 
+    def depths(self, eye: Array, rays: Array) -> Array:
+        """How many times each ray (n, 3) from `eye` (m) fits until it meets something; inf if nothing."""
+        return np.minimum(
+            self._static.cast_in_space(eye, rays), Outlines(self.moving).cast_in_space(eye, rays)
+        )
+
     def _tall(self, height: float) -> Outlines:
         """Those of the things at rest that a scanner at this height sees; it sways, so centimetres count."""
         key = round(height, 2)

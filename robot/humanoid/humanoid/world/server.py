@@ -5,6 +5,7 @@ It stands in for walls and a scanner, as the kinematic base stands in for legs. 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -12,7 +13,7 @@ import numpy as np
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan, PointCloud2
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 from tf2_ros import StaticTransformBroadcaster
@@ -21,9 +22,11 @@ from visualization_msgs.msg import MarkerArray
 from humanoid.clock import now, stamp
 from humanoid.emergency.names import latched
 from humanoid.model import DESCRIPTION
-from humanoid.navigation.base import Pose2D
+from humanoid.navigation.base import Pose2D, compose
 from humanoid.navigation.messages import placed, target_of
 from humanoid.running import BadParameter, check_range, run
+from humanoid.urdf import Transform
+from humanoid.world import camera
 from humanoid.world.file import load
 from humanoid.world.messages import FRAME as MAP
 from humanoid.world.messages import laser_scan, marker_array, occupancy
@@ -33,6 +36,8 @@ from humanoid.world.scene import Scene
 STEP = 0.05  # s between two steps of people: 20 Hz
 MARKERS_EVERY = 4  # steps: 5 Hz while somebody walks
 SCAN_EVERY = 2  # steps: 10 Hz
+LOOK_EVERY = 4  # steps: 5 Hz
+HEAD = ('waist', 'head_pan', 'head_tilt')  # the joints that turn the camera
 LASER = DESCRIPTION.pose('laser', {}).translation
 
 
@@ -57,7 +62,15 @@ class WorldServer(Node):
         self._map = self.create_publisher(OccupancyGrid, 'map', latched())
         self._scan = self.create_publisher(LaserScan, 'scan', qos_profile_sensor_data)
         self._clearance = self.create_publisher(Float64, 'clearance', 10)
-        self.create_subscription(Odometry, 'ground_truth', self._hear, 10)
+        self._camera_noise = self._number('camera_noise', 0.002, 0.0, 1.0)
+        self._joints: dict[str, float] = {}
+        self._depth = self.create_publisher(Image, 'camera/depth/image_raw', qos_profile_sensor_data)
+        self._depth_info = self.create_publisher(
+            CameraInfo, 'camera/depth/camera_info', qos_profile_sensor_data
+        )
+        self._points = self.create_publisher(PointCloud2, 'camera/depth/points', qos_profile_sensor_data)
+        self.create_subscription(JointState, 'joint_states', self._hear_joints, qos_profile_sensor_data)
+        self.create_subscription(Odometry, 'ground_truth', self._hear, qos_profile_sensor_data)
         for door in self._scene.file.doors:
             self.create_service(SetBool, f'doors/{door.name}', partial(self._move_door, door.name))
         self._map.publish(occupancy(self._scene.file.solids, resolution, stamp(self)))
@@ -77,10 +90,18 @@ class WorldServer(Node):
 
     @property
     def _robot(self) -> Pose2D | None:
-        return None if self._truth is None else target_of(self._truth.pose.pose)
+        """Where the robot is in the world: truth is told as seen from where the robot was brought up."""
+        if self._truth is None:
+            return None
+        return compose(Pose2D(*self._scene.file.start), target_of(self._truth.pose.pose))
 
     def _hear(self, truth: Odometry) -> None:
         self._truth = truth
+
+    def _hear_joints(self, state: JointState) -> None:
+        self._joints = {
+            name: at for name, at in zip(state.name, state.position, strict=False) if name in HEAD
+        }
 
     def _move_door(self, name: str, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         """Open it (true) or close it; it does not close on somebody."""
@@ -102,25 +123,39 @@ class WorldServer(Node):
         moment = now(self)
         elapsed, self._stepped = max(moment - self._stepped, 0.0), moment
         self._steps += 1
-        self._scene.step(min(elapsed, 1.0), self._robot)
+        robot = self._robot
+        self._scene.step(min(elapsed, 1.0), robot)
         if self._steps % MARKERS_EVERY == 0 and any(walker.walks for walker in self._scene.walkers):
             self._show()
-        if self._truth is not None and self._steps % SCAN_EVERY == 0:
-            self._sense(self._truth)
+        if self._truth is not None and robot is not None and self._steps % SCAN_EVERY == 0:
+            self._sense(self._truth, robot)
+            if self._steps % LOOK_EVERY == 0:
+                self._look(self._truth, robot)
 
-    def _sense(self, truth: Odometry) -> None:
+    def _sense(self, truth: Odometry, robot: Pose2D) -> None:
         """Scan the world from where the robot is, upright: the scanner's own tilt is left out."""
-        robot = target_of(truth.pose.pose)
-        cos, sin = np.cos(robot.yaw), np.sin(robot.yaw)
-        laser = Pose2D(
-            float(robot.x + cos * LASER[0] - sin * LASER[1]),
-            float(robot.y + sin * LASER[0] + cos * LASER[1]),
-            robot.yaw,
-        )
+        laser = compose(robot, Pose2D(LASER[0], LASER[1]))
         height = truth.pose.pose.position.z + LASER[2]
         ranges = self._scene.scan(laser, height, self._noise, self._chance)
         self._scan.publish(laser_scan(ranges, f'{self._prefix}laser', truth.header.stamp, STEP * SCAN_EVERY))
         self._clearance.publish(Float64(data=self._scene.clearance(robot)))
+
+    def _look(self, truth: Odometry, robot: Pose2D) -> None:
+        """Publish what the camera sees, if somebody listens."""
+        outputs = (self._depth, self._depth_info, self._points)
+        if not any(output.get_subscription_count() for output in outputs):
+            return
+        turn = truth.pose.pose.orientation
+        half = (robot.yaw - target_of(truth.pose.pose).yaw) / 2.0
+        start = Transform(rotation=(0.0, 0.0, math.sin(half), math.cos(half)))
+        tilted = start @ Transform(rotation=(turn.x, turn.y, turn.z, turn.w))
+        pelvis = Transform((robot.x, robot.y, truth.pose.pose.position.z), tilted.rotation)
+        eye = pelvis @ DESCRIPTION.pose(camera.FRAME, self._joints)
+        depths = camera.look(self._scene, eye, self._camera_noise, self._chance)
+        frame, when = f'{self._prefix}{camera.FRAME}', truth.header.stamp
+        self._depth.publish(camera.image(depths, frame, when))
+        self._depth_info.publish(camera.camera_info(frame, when))
+        self._points.publish(camera.points(depths, frame, when))
 
 
 def main(args: Sequence[str] | None = None) -> int:

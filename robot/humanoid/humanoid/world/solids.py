@@ -58,6 +58,8 @@ class Outlines:
         blocks = [each for each in solids if isinstance(each, Block)]
         pillars = [each for each in solids if isinstance(each, Pillar)]
         self._frames = np.array([(b.x, b.y, math.cos(b.yaw), math.sin(b.yaw)) for b in blocks]).reshape(-1, 4)
+        self._heights = np.array([b.height for b in blocks])
+        self._round_heights = np.array([p.height for p in pillars])
         self._halves = np.array([(b.length / 2.0, b.width / 2.0) for b in blocks]).reshape(-1, 2)
         corners = np.array([b.corners() for b in blocks]).reshape(-1, 4, 2)
         self._starts = corners.reshape(-1, 2)
@@ -88,6 +90,51 @@ class Outlines:
             reach = np.minimum(reach, self._cast_at_edges(x, y, rays))
         if len(self._rounds):
             reach = np.minimum(reach, self._cast_at_rounds(x, y, rays))
+        return reach
+
+    def cast_in_space(self, start: Array, rays: Array) -> Array:
+        """How many times each of the rays (n, 3) from `start` (3,) fits until it meets a solid or the floor.
+
+        inf where it meets nothing.
+        """
+        with np.errstate(divide='ignore', invalid='ignore'):
+            reach = np.where(rays[:, 2] < 0.0, -start[2] / rays[:, 2], np.inf)
+            if len(self._frames):
+                reach = np.minimum(reach, self._cast_at_boxes(start, rays))
+            if len(self._rounds):
+                reach = np.minimum(reach, self._cast_at_cylinders(start, rays))
+        return reach
+
+    def _cast_at_boxes(self, start: Array, rays: Array) -> Array:
+        """A ray is within a box while it is between each pair of its opposite sides."""
+        cos, sin = self._frames[:, 2], self._frames[:, 3]
+        offset = start[:2] - self._frames[:, :2]
+        begins = np.full((len(rays), len(cos)), 0.0)
+        ends = np.full((len(rays), len(cos)), np.inf)
+        x, y, z = rays[:, :1], rays[:, 1:2], rays[:, 2:]
+        half = self._heights / 2.0
+        sides = (
+            (offset[:, 0] * cos + offset[:, 1] * sin, x * cos + y * sin, self._halves[:, 0]),
+            (offset[:, 1] * cos - offset[:, 0] * sin, y * cos - x * sin, self._halves[:, 1]),
+            (start[2] - half, np.broadcast_to(z, begins.shape), half),
+        )
+        for at, along, half in sides:
+            one, other = (-half - at) / along, (half - at) / along
+            begins = np.fmax(begins, np.fmin(one, other))
+            ends = np.fmin(ends, np.fmax(one, other))
+        reach: Array = np.where(begins <= ends, begins, np.inf).min(axis=1)
+        return reach
+
+    def _cast_at_cylinders(self, start: Array, rays: Array) -> Array:
+        """Their round sides; a cylinder that is seen from above has no lid."""
+        offset = start[:2] - self._rounds[:, :2]
+        a = (rays[:, :2] ** 2).sum(axis=1)[:, None]
+        b = rays[:, :1] * offset[:, 0] + rays[:, 1:2] * offset[:, 1]
+        c = (offset**2).sum(axis=1) - self._rounds[:, 2] ** 2
+        t = (-b - np.sqrt(b**2 - a * c)) / a
+        z = start[2] + t * rays[:, 2:]
+        hits = (t >= 0.0) & (z >= 0.0) & (z <= self._round_heights)  # False where NaN
+        reach: Array = np.where(hits, t, np.inf).min(axis=1)
         return reach
 
     def _cast_at_edges(self, x: float, y: float, rays: Array) -> Array:
