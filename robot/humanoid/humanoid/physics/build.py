@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,11 +56,11 @@ class Robot:
     floor: int
 
 
-def build(urdf: str, feet: Sequence[str] = FEET) -> Robot:
+def build(urdf: str, feet: Sequence[str] = FEET, around: Callable[[Any], None] | None = None) -> Robot:
     """Compile a URDF whose root link is the pelvis; `feet` names the links of the left and the right foot.
 
     Nothing holds the pelvis. The motors of legs and waist are given torques, all others angles. The robot
-    touches the floor, not itself. Raises NotARobot.
+    touches the floor, not itself. `around` adds the things of a world. Raises NotARobot.
     """
     try:
         spec = mujoco.MjSpec.from_string(urdf)
@@ -74,6 +74,8 @@ def build(urdf: str, feet: Sequence[str] = FEET) -> Robot:
             spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         for foot in feet:
             _add_sole(spec, foot)
+        if around is not None:
+            around(spec)
         model = spec.compile()
     except (ValueError, KeyError) as error:
         raise NotARobot(f'MuJoCo cannot take the robot description: {error}') from error

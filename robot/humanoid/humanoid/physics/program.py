@@ -10,6 +10,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import rclpy
@@ -24,6 +25,7 @@ from rosgraph_msgs.msg import Clock as ClockMsg
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
 
 from humanoid.clock import NANOSECONDS, now, time_msg
 from humanoid.description import urdf_text
@@ -32,6 +34,7 @@ from humanoid.emergency.names import latched
 from humanoid.joints.feet import SOLES
 from humanoid.joints.service import JointStateService
 from humanoid.model import JOINT_BY_NAME
+from humanoid.navigation.messages import target_of
 from humanoid.navigation.server import NavigationActionServer
 from humanoid.physics.base import PhysicsBase
 from humanoid.physics.joints import PhysicsJoints
@@ -44,6 +47,8 @@ from humanoid.walking.names import BALANCING, FALLEN, GET_UP, LIES, PUSH, TRUTH
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time as TimeMsg
+
+    from humanoid.physics.surroundings import Surroundings
 
 PERIOD = 0.02  # s between two looks at the real clock: sensors and /clock come at 50 Hz
 GREATEST_PUSH = 2000.0  # N
@@ -59,7 +64,9 @@ class Simulation(Node):
         super().__init__('simulation')
         home = {joint.name: joint.home for joint in JOINT_BY_NAME.values()}
         seed = self.declare_parameter('seed', 0).value
-        self.world = world = World(urdf_text(), home, seed, self._noise())
+        self._surroundings = self._told_world()
+        around = None if self._surroundings is None else self._surroundings.add
+        self.world = world = World(urdf_text(), home, seed, self._noise(), around=around)
         self.failure: str | None = None
         self._pace: Pace | None = None
         self._told_factor, self._told_energy = 0.0, world.energy
@@ -88,6 +95,26 @@ class Simulation(Node):
         self.create_service(Push, PUSH, self._push)
         self.create_service(Trigger, GET_UP, self._get_up)
         self.create_timer(PERIOD, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _told_world(self) -> Surroundings | None:
+        """What is around the robot, by the parameter `world`; `world_markers` says where it is now."""
+        world = self.declare_parameter('world', '').get_parameter_value().string_value
+        if not world:
+            return None
+        from humanoid.physics.surroundings import surroundings_of  # it needs what only worlds need
+
+        self.create_subscription(MarkerArray, 'world_markers', self._arrange, latched())
+        return surroundings_of(world)
+
+    def _arrange(self, markers: MarkerArray) -> None:
+        """Put doors and people where the world has them now."""
+        if self._surroundings is None:
+            return
+        places = {}
+        for marker in markers.markers:
+            at = target_of(marker.pose)
+            places[f'{marker.ns} {marker.text}'] = at.x, at.y, at.yaw
+        self.world.arrange(partial(self._surroundings.arrange, places=places))
 
     def _noise(self) -> Noise:
         """The sensors' noise by the parameters `noise`, times the usual, and `sensor_delay`, in s."""

@@ -77,6 +77,8 @@ class Senses:
         geoms = data.contact.geom
         for number in range(data.ncon):
             one, other = geoms[number]
+            if robot.floor not in (one, other):
+                continue
             body = robot.model.geom_bodyid[one if other == robot.floor else other]
             side = self._foot_of_body.get(int(body))
             if side is not None:

@@ -67,15 +67,16 @@ class World:
         noise: Noise = USUAL,
         change: Callable[[Any], None] | None = None,
         walker: Callable[[Robot, float, Pose2D], Walker] = DcmWalker,
+        around: Callable[[Any], None] | None = None,
     ) -> None:
         """`home` has the angles (rad) of joints that do not start at zero. Raises NotARobot.
 
         `change` may make the simulated model another one than the walker knows: masses, friction.
         `walker` makes what keeps it on its feet, from the robot as it should be, the s between two updates,
-        and where it stands.
+        and where it stands. `around` adds the things of a world to the simulated model.
         """
         self._make_walker = walker
-        self.robot: Robot = build(urdf)
+        self.robot: Robot = build(urdf, around=around)
         if change is not None:
             change(self.robot.model)
             mujoco.mj_setConst(self.robot.model, mujoco.MjData(self.robot.model))
@@ -118,6 +119,10 @@ class World:
         )
         mujoco.mj_forward(self.robot.model, self._data)
         self.fallen = False
+
+    def arrange(self, move: Callable[[Any, Any], None]) -> None:
+        """Let `move` place what stands around the robot, in the model and its data."""
+        move(self.robot.model, self._data)
 
     def get_up(self) -> None:
         """Put the robot back on its feet where it lies, at home. It is placed there: it does not climb up."""

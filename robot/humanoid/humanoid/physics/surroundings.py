@@ -1,0 +1,87 @@
+"""The things of a world as bodies in MuJoCo: walls and furniture stand, doors and people are moved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import mujoco
+
+from humanoid.navigation.base import Pose2D, compose, invert
+from humanoid.running import BadParameter
+from humanoid.world.file import WorldFile, load
+from humanoid.world.names import BadWorld
+from humanoid.world.people import Walker
+from humanoid.world.solids import Block, Solid
+
+AWAY = -10.0  # m: below the floor, where an open door is
+
+Place = tuple[float, float, float]  # x and y in m and a turn in rad, on the map
+
+
+class Surroundings:
+    """A world's things in a model that begins where the robot starts. The robot bumps into them."""
+
+    def __init__(self, world: WorldFile) -> None:
+        self._world = world
+        self._home = invert(Pose2D(*world.start))
+        moving: list[Solid] = [door.panel for door in world.doors]
+        moving += [Walker(person).solid for person in world.people]
+        self._moving = {body_name(solid.kind, solid.name): solid for solid in moving}
+
+    def add(self, spec: Any) -> None:
+        """Add them to a model that is not compiled yet; what moves is away until it is placed."""
+        for solid in self._world.solids:
+            yaw = solid.yaw if isinstance(solid, Block) else 0.0
+            _add_geom(spec.worldbody, solid, compose(self._home, Pose2D(solid.x, solid.y, yaw)))
+        for name, solid in self._moving.items():
+            body = spec.worldbody.add_body(name=name, mocap=True, pos=[0.0, 0.0, AWAY])
+            _add_geom(body, solid, Pose2D())
+
+    def arrange(self, model: Any, data: Any, places: Mapping[str, Place]) -> None:
+        """Put doors and people where they are now, by the names of their bodies; others are put away."""
+        for name in self._moving:
+            mocap, place = int(model.body_mocapid[model.body(name).id]), places.get(name)
+            if place is None:
+                data.mocap_pos[mocap] = 0.0, 0.0, AWAY
+                continue
+            at = compose(self._home, Pose2D(*place))
+            data.mocap_pos[mocap] = at.x, at.y, 0.0
+            data.mocap_quat[mocap] = _turn(at.yaw)
+
+
+def surroundings_of(world: str) -> Surroundings:
+    """The things of a world, by its name or file. Raises BadParameter."""
+    try:
+        return Surroundings(load(world))
+    except BadWorld as error:
+        raise BadParameter(str(error)) from None
+
+
+def body_name(kind: str, name: str) -> str:
+    """What the body of a door or a person is called in the model."""
+    return f'{kind} {name}'
+
+
+def _add_geom(body: Any, solid: Solid, at: Pose2D) -> None:
+    """A geom of the solid's shape, standing on the floor of the body's frame."""
+    half = solid.height / 2.0
+    if isinstance(solid, Block):
+        kind, size = mujoco.mjtGeom.mjGEOM_BOX, [solid.length / 2.0, solid.width / 2.0, half]
+    else:
+        kind, size = mujoco.mjtGeom.mjGEOM_CYLINDER, [solid.radius, half, 0.0]
+    body.add_geom(
+        type=kind,
+        size=size,
+        pos=[at.x, at.y, half],
+        quat=_turn(at.yaw),
+        mass=0.0,
+        contype=1,
+        conaffinity=0,
+        friction=[0.6, 0.005, 0.0001],
+    )
+
+
+def _turn(yaw: float) -> Sequence[float]:
+    return [math.cos(yaw / 2.0), 0.0, 0.0, math.sin(yaw / 2.0)]
