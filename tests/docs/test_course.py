@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
+from pathlib import Path
 
 import pytest
+from helpers.isolation import NETWORK, isolated_env
 from helpers.markdown import DOCS, ROOT, blocks
 
 COURSE = DOCS / 'course'
@@ -28,3 +31,18 @@ def test_the_diagrams_show_what_the_programs_say_today() -> None:
 
     for file, text in pictures().items():
         assert file.read_text(encoding='utf-8') == text, 'run: python -m tools.course_trace'
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_the_cells_of_the_notebook_print_what_it_shows(tmp_path: Path) -> None:
+    pytest.importorskip('ipykernel')
+    from helpers.notebooks import Notebook
+
+    book = json.loads((COURSE / 'services-and-actions.ipynb').read_text(encoding='utf-8'))
+    cells = [cell for cell in book['cells'] if cell['cell_type'] == 'code']
+    assert len(cells) > 5
+    with Notebook(tmp_path, isolated_env(NETWORK)) as notebook:
+        for cell in cells:
+            shown = ''.join(line for output in cell['outputs'] for line in output['text'])
+            assert notebook.run(''.join(cell['source'])) == shown, cell['id']
