@@ -95,7 +95,7 @@ def report_failure(where: str, error: Exception) -> None:
     if not is_told(count):
         return
     from goalwire.logging import get_logger  # needed only when something is broken
-    from goalwire.logging.tracebacks import traceback_text
+    from goalwire.tracebacks import traceback_text
 
     times = '' if count == 1 else f' ({count} times by now)'
     get_logger(LOGGER).error(

@@ -109,7 +109,7 @@ class LoggedService(ServiceCore):
     def _log(self, error: Exception) -> None:
         if self.destroyed:
             return  # an answer that came too late
-        from goalwire.logging.tracebacks import traceback_text
+        from goalwire.tracebacks import traceback_text
 
         get_logger(self.node.logger_name).error(
             f"Service '{self.full_name}': its handler failed\n{traceback_text(error)}"

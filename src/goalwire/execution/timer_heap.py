@@ -217,7 +217,7 @@ class TimerThread:
                 self._timer_heap.call_due(now)
             except Exception as error:  # a mistake of ours: the other entries must be called all the same
                 from goalwire.logging import get_logger  # imported only if needed
-                from goalwire.logging.tracebacks import traceback_text
+                from goalwire.tracebacks import traceback_text
 
                 get_logger('goalwire.execution').error(
                     f'{self._name}: a timer failed\n{traceback_text(error)}'

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from goalwire.concurrency import exits
 from goalwire.errors import ClosedError, ExternalShutdownException
 from goalwire.execution import signals
-from goalwire.logging.tracebacks import is_library, is_standard, traceback_text
+from goalwire.tracebacks import excepthook, is_library, is_standard, show_uncaught
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 
 def install_excepthooks() -> None:
     """Take over from Python's own hooks, unless a program has replaced them: see the module."""
-    if sys.excepthook is sys.__excepthook__:
+    if sys.excepthook in {sys.__excepthook__, excepthook}:
         sys.excepthook = _excepthook
     if threading.excepthook is threading.__excepthook__:
         threading.excepthook = _thread_excepthook
 
 
-def _excepthook(kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
+def _excepthook(_kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
     """Print an uncaught exception; nothing if Ctrl-C or SIGTERM ended a wait of this library."""
     if not _ended_a_wait(error.with_traceback(traceback)):
-        _print(kind, error)
+        show_uncaught(error)
     if isinstance(error, KeyboardInterrupt):
         # Python remembers that Ctrl-C ends it, and forgets it when source is compiled and run, as modules
         # do that formatting a traceback imports. This reminds it, so that the exit status stays right.
@@ -50,18 +50,7 @@ def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
     if isinstance(error, ClosedError) and exits.has_begun():
         return  # the same, a moment later: in a callback
     name = threading.current_thread().name if arguments.thread is None else arguments.thread.name
-    _print(arguments.exc_type, error, f'Exception in thread {name}:\n')
-
-
-def _print(kind: type[BaseException], error: BaseException, title: str = '') -> None:
-    """Print in one piece: other threads log meanwhile."""
-    if sys.stderr is None:
-        return
-    try:
-        sys.stderr.write(f'{title}{traceback_text(error)}\n')
-        sys.stderr.flush()
-    except UnicodeEncodeError:
-        sys.__excepthook__(kind, error, error.__traceback__)
+    show_uncaught(error, f'Exception in thread {name}:\n')
 
 
 def _ended_a_wait(error: BaseException) -> bool:

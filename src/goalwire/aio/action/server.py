@@ -170,7 +170,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return self._on_failure(Goal(handle, self._feedback_type), error)
 
     def _log(self, what: str, error: Exception) -> None:
-        from goalwire.logging.tracebacks import traceback_text
+        from goalwire.tracebacks import traceback_text
 
         self._core.logger.error(f"Action '{self.name}': {what}\n{traceback_text(error)}")
 

@@ -97,7 +97,7 @@ class LifecycleCore:
         try:
             outcome = getattr(self._managed, callback)(before)
         except Exception as error:
-            from goalwire.logging.tracebacks import traceback_text
+            from goalwire.tracebacks import traceback_text
 
             told = f'Error raised in {callback}(): {peer_text(error)}'
             self._logger.error(f'{told}\n{traceback_text(error)}')

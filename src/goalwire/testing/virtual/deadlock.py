@@ -8,7 +8,7 @@ import sysconfig
 from traceback import StackSummary, walk_stack
 from typing import TYPE_CHECKING, Any
 
-from goalwire.logging.tracebacks import is_library, is_standard
+from goalwire.tracebacks import is_library, is_standard
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -8,20 +8,48 @@ characters are escaped, and their second and later lines are indented: none can 
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING
 
 from goalwire.errors import peer_text
+from goalwire.hints import hint_for
 
 if TYPE_CHECKING:
     from traceback import FrameSummary, StackSummary, TracebackException
+    from types import TracebackType
 
 VARIABLE = 'GOALWIRE_FULL_TRACEBACKS'
 
-_LIBRARY = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep  # noqa: PTH100, PTH120
+_LIBRARY = os.path.dirname(os.path.abspath(__file__)) + os.sep  # noqa: PTH100, PTH120
 _GENERATED = '<goalwire'
 _STANDARD = os.path.dirname(os.__file__) + os.sep  # noqa: PTH120
 _INSTALLED = tuple(os.path.join(_STANDARD, folder) for folder in ('site-packages', 'dist-packages'))  # noqa: PTH118
 _LINE_LIMIT = 5000
+
+
+def show_uncaught(error: BaseException, title: str = '') -> None:
+    """Print what ends a program or a thread, in one piece: other threads log meanwhile."""
+    if sys.stderr is None:
+        return
+    try:
+        sys.stderr.write(f'{title}{traceback_text(error)}\n')
+        sys.stderr.flush()
+    except UnicodeEncodeError:
+        sys.__excepthook__(type(error), error, error.__traceback__)
+
+
+def hide_own_frames() -> None:
+    """Have Python show uncaught errors without the library's frames, where nobody else has a say in that.
+
+    For errors before `rclpy.init`, which installs more: a definition that cannot be imported, say.
+    """
+    if sys.excepthook is sys.__excepthook__:
+        sys.excepthook = excepthook
+
+
+def excepthook(_kind: type[BaseException], error: BaseException, _traceback: TracebackType | None) -> None:
+    """Print an error that was not caught."""
+    show_uncaught(error)
 
 
 def traceback_text(error: BaseException) -> str:
@@ -35,7 +63,8 @@ def traceback_text(error: BaseException) -> str:
         frames = 'frame of goalwire is' if hidden == 1 else 'frames of goalwire are'
         first, _, rest = text.partition('\n')  # the last line still names the error
         text = f'{first}\n  ({hidden} {frames} not shown: {VARIABLE}=1 shows them)\n{rest}'
-    return text
+    hint = hint_for(error)
+    return f'{text}\n  {hint}' if hint else text
 
 
 def is_library(filename: str) -> bool:

@@ -1,0 +1,98 @@
+"""Adds what to write to errors of Python's own that programs of ROS 2 meet: they name no remedy.
+
+`traceback_text` asks for it, when an error is shown. Errors of goalwire's own say what to do themselves.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from typing import TYPE_CHECKING, Any
+
+from goalwire.errors import did_you_mean
+from goalwire.patterns import Pattern
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import FrameType
+
+
+def hint_for(error: BaseException) -> str:
+    """Return what to write instead, in one sentence; '' if nothing is known of it."""
+    if not isinstance(error, TypeError | AttributeError) or error.__traceback__ is None:
+        return ''
+    text = str(error)
+    for pattern, explain in _HINTS:
+        if found := pattern.search(text):
+            return explain(found, _innermost(error))
+    return ''
+
+
+def _innermost(error: BaseException) -> FrameType:
+    trace = error.__traceback__
+    assert trace is not None
+    while trace.tb_next is not None:
+        trace = trace.tb_next
+    return trace.tb_frame
+
+
+def _positional_field(found: re.Match[str], frame: FrameType) -> str:
+    cls = _named(frame, found[1])
+    fields = list(_fields_of(cls))
+    return f'give each field its name: write {found[1]}({fields[0]}=…)' if fields else ''
+
+
+def _unknown_field(found: re.Match[str], _frame: FrameType) -> str:
+    from difflib import get_close_matches
+
+    made = getattr(sys.modules.get('goalwire.idl.classes'), 'made_classes', None)
+    for fields in map(_fields_of, [] if made is None else made(found[1])):
+        near = get_close_matches(found[2].lower(), fields, n=1, cutoff=0.5)
+        return f'{found[1]} has the fields {", ".join(fields)}; {did_you_mean(near)}'.rstrip('; ')
+    return ''
+
+
+def _unfinished_future(_found: re.Match[str], frame: FrameType) -> str:
+    for name, value in {**frame.f_globals, **frame.f_locals}.items():
+        if getattr(value, 'completion_state', None) == 0 and hasattr(value, 'add_done_callback'):
+            return (
+                f"the answer that '{name}' stands for has not come yet, so {name}.result() is None: write "
+                f"rclpy.spin_until_future_complete(node, {name}) before, or in an 'async def' await {name}"
+            )
+    return ''
+
+
+def _said(sentence: str) -> Callable[[re.Match[str], FrameType], str]:
+    return lambda found, _: found.expand(sentence)
+
+
+def _named(frame: FrameType, name: str) -> object:
+    return frame.f_locals.get(name, frame.f_globals.get(name))
+
+
+def _fields_of(cls: Any) -> dict[str, str]:
+    fields = getattr(cls, 'get_fields_and_field_types', None)
+    return fields() if fields is not None and isinstance(cls, type) else {}
+
+
+_HINTS: tuple[tuple[Pattern, Callable[[re.Match[str], FrameType], str]], ...] = (
+    (Pattern(r'^(\w+)\.__init__\(\) takes 1 positional argument but'), _positional_field),
+    (
+        Pattern(r'^RcutilsLogger\.(\w+)\(\) takes 2 positional arguments but'),
+        _said(r"a log call takes one text: write \1(f'… {value}')"),
+    ),
+    (
+        Pattern(r"missing 1 required positional argument: 'qos_profile'$"),
+        _said('give the number of messages that are kept as the last argument, such as 10'),
+    ),
+    (
+        Pattern(r"^Node\.__init__\(\) missing 1 required positional argument: 'node_name'$"),
+        _said("give the node a name: write super().__init__('talker')"),
+    ),
+    (
+        Pattern(r"^unsupported operand type\(s\) for [+-]=?: 'Time' and '(?:int|float)'$"),
+        _said('write Duration(seconds=…), from rclpy.duration, in place of the number'),
+    ),
+    (Pattern(r"^'NoneType' object has no attribute '\w+'$"), _unfinished_future),
+    (Pattern(r"^'([A-Z]\w*)' object has no attribute '(\w+)'$"), _unknown_field),
+)

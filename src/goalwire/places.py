@@ -1,0 +1,89 @@
+"""Says where in a program something stands, in its own code: 'talker.py:12', as editors link it.
+
+A warning about a mistake names the line that the program has wrong, not that of the library that noticed.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from types import FunctionType, MethodType
+from typing import TYPE_CHECKING
+
+from goalwire.tracebacks import is_library, is_standard
+
+if TYPE_CHECKING:
+    from types import CodeType, FrameType
+
+
+def caller_place() -> str:
+    """Return the innermost line of the program that led here; '' if only the library and Python did."""
+    frame = program_frame(sys._getframe(1))
+    return '' if frame is None else place_of_frame(frame)
+
+
+def program_frame(frame: FrameType | None) -> FrameType | None:
+    """Return `frame`, or the first of its callers that is neither the library's nor Python's own."""
+    while frame is not None and _is_foreign(frame.f_code):
+        frame = frame.f_back
+    return frame
+
+
+def outermost_program_frame(frame: FrameType | None, below: CodeType) -> FrameType | None:
+    """Return the program's frame nearest to the call of `below` that led to `frame`; None if none led."""
+    found = None
+    while frame is not None and frame.f_code is not below:
+        if not _is_foreign(frame.f_code):
+            found = frame
+        frame = frame.f_back
+    return None if frame is None else found
+
+
+def place_of_frame(frame: FrameType) -> str:
+    """Return the line that a frame executes."""
+    return _shown(frame.f_code.co_filename, frame.f_lineno)
+
+
+def function_place(function: object) -> str:
+    """Return where a function or a method is defined; '' for one that is not the program's own."""
+    if isinstance(function, MethodType):
+        function = function.__func__
+    if not isinstance(function, FunctionType) or _is_foreign(function.__code__):
+        return ''
+    return _shown(function.__code__.co_filename, function.__code__.co_firstlineno)
+
+
+def dropping_place() -> str:
+    """Return the line that called the library if it throws away what that returns; '' if it does not."""
+    from dis import get_instructions
+
+    frame = program_frame(sys._getframe(1))
+    if frame is None:
+        return ''
+    following = (each for each in get_instructions(frame.f_code) if each.offset > frame.f_lasti)
+    after = next(following, None)
+    return place_of_frame(frame) if after is not None and after.opname == 'POP_TOP' else ''
+
+
+def is_in_constructor(made: object, frame: FrameType) -> bool:
+    """Whether `frame` is that of an `__init__` of the object `made`."""
+    code = frame.f_code
+    return (
+        code.co_name == '__init__'
+        and code.co_argcount > 0
+        and (frame.f_locals.get(code.co_varnames[0]) is made)
+    )
+
+
+def at(place: str) -> str:
+    """Return ' (place)' to end a sentence with; '' for no place."""
+    return f' ({place})' if place else ''
+
+
+def _is_foreign(code: CodeType) -> bool:
+    return is_library(code.co_filename) or is_standard(code.co_filename)
+
+
+def _shown(filename: str, line: int | None) -> str:
+    here = os.getcwd() + os.sep if os.path.isabs(filename) else ''  # noqa: PTH109, PTH117
+    return f'{filename.removeprefix(here) if here else filename}:{line}'
