@@ -166,9 +166,9 @@ def test_a_goal_handle_tells_about_its_goal(make_node: MakeNode, spin: Spin) -> 
 @pytest.mark.parametrize('wrong', [1, None, Result(), Goal], ids=repr)
 def test_only_goals_of_the_action_are_sent(make_node: MakeNode, wrong: Any) -> None:
     client = ActionClient(make_node(), Fibonacci, 'fib')
-    with pytest.raises(TypeError, match=r'^Expected .*Fibonacci_Goal'):
+    with pytest.raises(TypeError, match=r'^expected .*Fibonacci\.Goal'):
         _ = client.send_goal_async(wrong)
-    with pytest.raises(TypeError, match=r'^Expected .*Fibonacci_Goal'):
+    with pytest.raises(TypeError, match=r'^expected .*Fibonacci\.Goal'):
         client.send_goal(wrong)
 
 
@@ -359,7 +359,7 @@ def test_a_client_destroyed_while_it_waits_leaves_the_server_alone(arena: Arena,
 
 def test_wrong_arguments_are_refused_with_rclpys_exceptions(make_node: MakeNode) -> None:
     node = make_node()
-    with pytest.raises(AttributeError, match='_TYPE_SUPPORT'):
+    with pytest.raises(AttributeError, match='a class of a message, a service or an action is needed'):
         ActionClient(node, int, 'fib')  # type: ignore[arg-type]
     for wrong in (GoalStatusArray, CancelGoal):
         with pytest.raises(RuntimeError, match='action type provided is not valid'):

@@ -24,10 +24,16 @@ from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.requests import LATE_S, ActionRequests, CancelCall, GoalCall
 from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.call_context import CallContext, TimedCalls
-from goalwire.entities.graph_waiting import ServerWaitQueue, tell_near_misses, wait_for_graph
+from goalwire.entities.graph_waiting import (
+    ServerWaitQueue,
+    tell_near_misses,
+    tell_silence,
+    wait_for_graph,
+)
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import PENDING_LIMIT, unanswered
 from goalwire.entities.type_support import ActionSupport
+from goalwire.entities.wrong_message import explain_wrong_message
 from goalwire.errors import (
     ClosedError,
     InvalidHandle,
@@ -162,7 +168,7 @@ class ActionClientCore(TimedCalls):
         goal that is accepted too late is cancelled, unless `keep`.
         """
         if not isinstance(goal, self.goal_type):
-            raise TypeError(f'Expected {self.goal_type}, got {type(goal)}')
+            raise TypeError(explain_wrong_message(self.goal_type, goal))
         if self.destroyed:
             raise InvalidHandle
         self._make_room()
@@ -294,7 +300,8 @@ class ActionClientCore(TimedCalls):
 
         None waits without limit.
         """
-        if wait_for_graph(self.node.context, self.server_is_there, timeout_sec):
+        tell = partial(tell_silence, self.node, 'action', self.full_name)
+        if wait_for_graph(self.node.context, self.server_is_there, timeout_sec, tell):
             return True
         self._told = tell_near_misses(self.node, 'action', self.full_name, self._told)
         return False

@@ -9,6 +9,8 @@ from goalwire.execution.current import current_groups, why_it_cannot_answer
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future
 from goalwire.execution.monotonic import STEADY
+from goalwire.logging import get_logger
+from goalwire.places import at, caller_place
 from goalwire.rules.goals.client import ClientGoal
 
 if TYPE_CHECKING:
@@ -133,7 +135,17 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     def get_result_async(self) -> Future[ResultResponse[ResultT]]:
         """Ask for the result; the future gives status and result (the action's GetResult response)."""
+        if not self.accepted:
+            self._tell_refused()
         return self._action_client.get_result(self._goal.goal_id)
+
+    def _tell_refused(self) -> None:
+        """Say that no result will come; an answer comes, of default values."""
+        node = self._action_client.node
+        get_logger(node.logger_name).warning(
+            'the server refused this goal, so it has no result: write '
+            f"'if goal_handle.accepted:' before you ask for the result{at(caller_place())}"
+        )
 
 
 class ResultFuture(Future[Any]):

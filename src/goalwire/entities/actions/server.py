@@ -25,6 +25,7 @@ from goalwire.entities.actions.server_goal import (
 )
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
+from goalwire.entities.wrong_message import explain_wrong_message, python_name
 from goalwire.errors import (
     ClosedError,
     InvalidTransition,
@@ -38,6 +39,7 @@ from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.ready_queue import CallSoon
 from goalwire.execution.weak_methods import weakly
 from goalwire.logging import RcutilsLogger, get_logger
+from goalwire.places import at, function_place
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.goal_book import ServerGoal
@@ -49,6 +51,7 @@ from goalwire.rules.reasons import described
 from goalwire.transport.contract import Payload, Request
 
 if TYPE_CHECKING:
+    from goalwire.entities.actions.advice import ActionAdvice
     from goalwire.rules.statistics import ActionServerStatistics
 
 Effects = effect.ServerEffects[Request, bytes]
@@ -58,6 +61,9 @@ _USERS = (effect.AskGoal, effect.Accepted, effect.AskCancel, effect.StoppedBySer
 
 class ActionServerCore:
     """One action server, by the rules of the `reactor` that it is given."""
+
+    advice: ActionAdvice | None = None
+    """Tells what the program's callbacks got wrong, in an API whose callbacks can; set before `__init__`."""
 
     def __init__(
         self,
@@ -160,9 +166,8 @@ class ActionServerCore:
                         self.node.work_queue.post_first(execution)
                 case effect.WakeAt(time_ns):
                     self._alarm.set(time_ns)
-                case effect.AssumedAborted(goal_id):
-                    ints = list(goal_id)
-                    self.logger.warning(f'Goal state not set, assuming aborted. Goal ID: {ints}')
+                case effect.AssumedAborted():
+                    pass  # `finished` tells of it
         except ClosedError:
             return  # the context has ended: nothing can be sent
         except TransportError as error:
@@ -210,7 +215,7 @@ class ActionServerCore:
         Once the server is destroyed nobody hears it: an execute callback may outlive its server.
         """
         if not isinstance(feedback, self._feedback_class):
-            raise TypeError(f'Expected {self._feedback_class}, got {type(feedback)}')
+            raise TypeError(explain_wrong_message(self._feedback_class, feedback))
         if self.destroyed:
             return
         payload = wire.wrap(handle.goal_id_bytes, self._encode_feedback(feedback))
@@ -225,7 +230,12 @@ class ActionServerCore:
         try:
             self.dispatch(self.reactor.on_event, handle.goal_id_bytes, event, self.now())
         except InvalidTransition as error:
-            raise RCLError(str(error)) from None  # rclpy raises that, with this text
+            refused = RCLError(str(error))  # rclpy raises that, with this text
+            if not GoalStatus(error.status).is_active:
+                refused.add_note('the goal has ended already: call succeed(), abort() or canceled() once')
+            elif event is GoalEvent.CANCELED:
+                refused.add_note("call canceled() only behind 'if goal_handle.is_cancel_requested:'")
+            raise refused from None
 
     def finished(self, handle: ServerGoalHandle, outcome: object) -> None:
         """Take the outcome of a goal's execution.
@@ -240,6 +250,8 @@ class ActionServerCore:
                 result = wire.with_reason(result or self._default_result(), outcome.reason)
         else:
             result = self._encode_result(outcome, 'the execute callback returned')
+        if self.advice is not None and not self.destroyed:
+            self.advice.on_end(handle, self.callbacks, outcome)
         self.dispatch(self.reactor.on_result, handle.goal_id_bytes, result, self.now())
 
     def failure(self, handle: ServerGoalHandle, error: Exception) -> Failure:
@@ -262,8 +274,8 @@ class ActionServerCore:
         """
         if not isinstance(result, self._result_class):
             self.logger.error(
-                f"Action '{self.name}': {told} {type(result).__name__}; "
-                f'an empty result is sent; return a {self._result_class.__name__}'
+                f"Action '{self.name}': {told} {type(result).__name__}; an empty result is sent; "
+                f'return {python_name(self._result_class)}{at(function_place(self.callbacks.execute))}'
             )
             return None
         support = self.support.get_result

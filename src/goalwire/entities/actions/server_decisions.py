@@ -20,6 +20,7 @@ from goalwire.entities.coroutines import Enclosing
 from goalwire.rules.goals import effects as effect
 
 if TYPE_CHECKING:
+    from goalwire.entities.actions.advice import ActionAdvice
     from goalwire.entities.actions.endpoints import LostClients
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.goals.server import GoalServer
@@ -34,6 +35,8 @@ class DecidingServer(GoalServing, Protocol):
     now: Callable[[], int]
     lost_clients: LostClients | None
     """Clients that have gone; None if that makes no difference."""
+    advice: ActionAdvice | None
+    """Tells what the program's callbacks got wrong."""
 
     def dispatch(self, event: Callable[..., Any], *args: Any) -> effect.ServerEffects[Request, bytes]:
         """Feed the reactor, perform its effects on the wire, return those that call the user."""
@@ -79,8 +82,8 @@ class ServerDecisions:
 
     def _decide(self, goal_id: GoalId, message: Any, response: object) -> object:
         server = self._server
-        if not isinstance(response, GoalResponse):
-            server.logger.warning('Goal request callback did not return a GoalResponse type. Rejecting goal.')
+        if server.advice is not None and not isinstance(response, GoalResponse):
+            server.advice.no_response(server.callbacks.goal, response, GoalResponse)
         goal = server.reactor.deciding.get(goal_id)  # None: its client has gone, or the server was destroyed
         handle = None if goal is None else ServerGoalHandle(server, goal, message)
         is_accepted = response is GoalResponse.ACCEPT
@@ -119,6 +122,9 @@ class ServerDecisions:
     def _decide_cancel(self, ask: effect.AskCancel, answer: object) -> None:
         server = self._server
         is_accepted = answer is CancelResponse.ACCEPT
+        if server.advice is not None:
+            goal = server.reactor.goals.get(ask.goal_id)
+            server.advice.on_cancel_answer(None if goal is None else goal.handle, server.callbacks, answer)
         server.dispatch(
             server.reactor.on_cancel_decision, ask.cancellation, ask.goal_id, is_accepted, server.now()
         )

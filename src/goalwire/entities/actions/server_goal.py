@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from goalwire.entities.node import NodeCore
     from goalwire.execution.monotonic import SteadyClock
+    from goalwire.execution.timer_heap import TimerEntry
     from goalwire.logging import RcutilsLogger
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.latencies import Latencies
@@ -111,7 +112,18 @@ class GoalServing(Protocol):
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     """The goal handle that execute, cancel and handle_accepted callbacks get. It may outlive its goal."""
 
-    __slots__ = ('__dict__', '__weakref__', '_goal', '_server', '_uuid', 'goal_id_bytes', 'request')
+    __slots__ = (
+        '__dict__',
+        '__weakref__',
+        '_goal',
+        '_server',
+        '_uuid',
+        'cancel_alarm',
+        'executed_by',
+        'goal_id_bytes',
+        'looked_at_cancel',
+        'request',
+    )
 
     def __init__(
         self,
@@ -122,6 +134,12 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         """`goal_info` is the goal's record in the server's reactor, or its id and stamp as rclpy has them."""
         self._server = action_server
         self._uuid: UUID | None = None
+        self.executed_by: Callable[..., object] | None = None
+        """The execute callback that runs it."""
+        self.looked_at_cancel = False
+        """Whether the program has asked `is_cancel_requested`."""
+        self.cancel_alarm: TimerEntry | None = None
+        """Set when cancelling was accepted: some seconds later the program must have looked at that."""
         self._goal = (
             goal_info
             if isinstance(goal_info, ServerGoal)
@@ -157,6 +175,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     @property
     def is_cancel_requested(self) -> bool:
         """True once a cancel request was accepted, until the goal has ended."""
+        self.looked_at_cancel = True
         return self._goal.status is GoalStatus.CANCELING
 
     def execute(
@@ -218,7 +237,7 @@ class Execution(CallbackSource):
         super().__init__(server.node.work_queue, None)
         self._server = server
         self._handle = handle
-        self._callback = callback
+        self._callback = handle.executed_by = callback
         self._begun = 0
 
     def run(self) -> object:
@@ -259,7 +278,7 @@ class Execution(CallbackSource):
         if isinstance(error, ShutDownError) and not server.node.context.ok():
             server.logger.warning(f'A goal was stopped by the end of the context: {error}')
         else:
-            from goalwire.logging.tracebacks import traceback_text
+            from goalwire.tracebacks import traceback_text
 
             told = f'Error raised in execute callback: {peer_text(error)}'
             server.logger.error(f'{told}\n{traceback_text(error)}')

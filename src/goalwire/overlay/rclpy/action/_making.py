@@ -20,6 +20,17 @@ def action_qos(
     return ActionQoS(*(profile.to_core() for profile in (goal, result, cancel, feedback, status)))
 
 
+def check_node(node: object, what: str) -> None:
+    """Raise AttributeError for what is given in place of the node; `what` is the class that is made."""
+    if not hasattr(node, 'handle') or isinstance(node, type):
+        given = node.__name__ if isinstance(node, type) else repr(node)
+        raise AttributeError(
+            f'the first argument of {what} is the node, got {given}: '
+            f"write {what}(node, Fibonacci, 'fibonacci'"
+            f'{", execute" if what == "ActionServer" else ""})'
+        )
+
+
 @contextmanager
 def refusing_bad_names(what: str, action_name: str) -> Iterator[None]:
     """Raise rclpy's ValueError, with its words, for a bad name. `what` is 'client' or 'server'."""

@@ -22,7 +22,7 @@ from goalwire.execution.waitable import EventQueueWaitable
 from goalwire.rules.goals.cancel import read_stamp
 from goalwire.rules.goals.ids import NO_ID
 from rclpy._reexports import reexport
-from rclpy.action._making import action_qos, refusing_bad_names
+from rclpy.action._making import action_qos, check_node, refusing_bad_names
 from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import QoSProfile, qos_profile_action_status_default, qos_profile_services_default
 from rclpy.task import Future
@@ -60,6 +60,7 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         status_sub_qos_profile: QoSProfile = qos_profile_action_status_default,
     ) -> None:
         """Raises ValueError for a bad name."""
+        check_node(node, 'ActionClient')
         qos = action_qos(
             goal_service_qos_profile,
             result_service_qos_profile,

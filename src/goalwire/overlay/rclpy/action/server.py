@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Generic, TypeAlias
 
+from goalwire.entities.actions.advice import ActionAdvice
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.actions.server_goal import (
     ActionCallbacks,
@@ -22,7 +23,7 @@ from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
 from goalwire.rules.goals.server import GoalServer
 from goalwire.rules.goals.table import GoalEvent
 from rclpy._reexports import reexport
-from rclpy.action._making import action_qos, refusing_bad_names
+from rclpy.action._making import action_qos, check_node, refusing_bad_names
 from rclpy.callback_groups import CallbackGroup
 from rclpy.constants import S_TO_NS
 from rclpy.qos import QoSProfile, qos_profile_action_status_default, qos_profile_services_default
@@ -109,6 +110,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         ValueError for a bad name or an unknown `on_client_lost`. A callback with other parameters is told in
         the log, and raises TypeError when it is called.
         """
+        check_node(node, 'ActionServer')
         logger = node.get_logger()
         if execute_callback is not None:
             _check_callable(execute_callback, action_name, logger)
@@ -139,11 +141,13 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         group = node.default_callback_group if callback_group is None else check_group(callback_group)
         support = action_support(action_type)
         EventQueueWaitable.__init__(self, group)
+        self.advice = ActionAdvice(action_name, node.handle, default_cancel_callback)
         with refusing_bad_names('server', action_name):
             ActionServerCore.__init__(self, node.handle, support, action_name, callbacks, group, qos, reactor)
         self._node = node
         self._action_type = action_type
         node.add_waitable(self)
+        node.handle.note_callback('action server')
 
     def get_num_entities(self) -> NumberOfEntities:
         """Three services, and the timer that lets results expire."""

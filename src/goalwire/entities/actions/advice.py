@@ -1,0 +1,123 @@
+"""Tells what the callbacks of an action server got wrong, once, with the line that is to be changed."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from goalwire.entities.actions.server_goal import CancelResponse, Failure, GoalResponse
+from goalwire.errors import peer_text
+from goalwire.execution.timer_heap import TimerEntry
+from goalwire.logging import get_logger
+from goalwire.places import at, caller_place, function_place
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from enum import Enum
+
+    from goalwire.entities.actions.server_goal import ActionCallbacks, ServerGoalHandle
+    from goalwire.entities.node import NodeCore
+
+CANCEL_UNSEEN_S = 3.0
+"""How long an execute callback may run on, after its goal was cancelled, before it is told."""
+
+
+class ActionAdvice:
+    """What one action server has told; each sentence is told once."""
+
+    def __init__(self, name: str, node: NodeCore, no_cancel: Callable[..., object]) -> None:
+        """`no_cancel` is the cancel callback of servers that were given none."""
+        self._name = name
+        self._node = node
+        self._no_cancel = no_cancel
+        self._place = caller_place()
+        self._told: set[str] = set()
+
+    def _tell(self, key: str, text: str, place: str) -> None:
+        if key not in self._told:
+            self._told.add(key)
+            get_logger(f'{self._node.logger_name}.action_server').warning(
+                f"action '{self._name}': {text}{at(place)}"
+            )
+
+    def on_end(self, handle: ServerGoalHandle | None, callbacks: ActionCallbacks, outcome: object) -> None:
+        """Look at a goal whose execute callback has returned."""
+        if handle is None:
+            return
+        execute = handle.executed_by or callbacks.execute
+        if handle.is_active and not isinstance(outcome, Failure):
+            self.state_not_set(execute)
+        if handle.cancel_alarm is not None:
+            self._node.context.deadlines.discard(handle.cancel_alarm)
+            self._look_at_cancel(handle, callbacks)
+
+    def on_cancel_answer(
+        self, handle: ServerGoalHandle | None, callbacks: ActionCallbacks, answer: object
+    ) -> None:
+        """Look at the answer of a cancel callback, and some seconds later whether execute heeds it."""
+        if handle is None:
+            return
+        if callbacks.cancel is self._no_cancel:
+            self.no_cancel_callback(self._place)
+        elif not isinstance(answer, CancelResponse):
+            self.no_response(callbacks.cancel, answer, CancelResponse)
+        elif answer is CancelResponse.ACCEPT and handle.cancel_alarm is None:
+            deadlines = self._node.context.deadlines
+            handle.cancel_alarm = TimerEntry(partial(self._look_at_cancel, handle, callbacks))
+            now = self._node.context.shutdown_signal.clock.now()
+            deadlines.set(handle.cancel_alarm, now + int(CANCEL_UNSEEN_S * 1e9))
+
+    def _look_at_cancel(self, handle: ServerGoalHandle, callbacks: ActionCallbacks) -> None:
+        execute = handle.executed_by or callbacks.execute
+        if not handle.looked_at_cancel and execute is not None and self._node.context.ok():
+            self.cancel_unseen(execute)
+
+    def state_not_set(self, execute: object) -> None:
+        """Tell of an execute callback that returned and left the goal's state open."""
+        self._tell(
+            'state',
+            f'{_called(execute, "the execute callback")} returned and did not say how the goal ended, so it '
+            "counts as aborted: call goal_handle.succeed() before 'return', or abort() or canceled()",
+            function_place(execute),
+        )
+
+    def no_response(
+        self, callback: object, answer: object, expected: type[GoalResponse | CancelResponse]
+    ) -> None:
+        """Tell of a goal or cancel callback that returned neither ACCEPT nor REJECT."""
+        kind, refused = ('goal', 'the goal') if expected is GoalResponse else ('cancel', 'cancelling')
+        self._tell(
+            kind,
+            f'{_called(callback, f"the {kind} callback")} returned {peer_text(repr(answer), 60)}, '
+            f'so {refused} is refused: return {_either(expected)}',
+            function_place(callback),
+        )
+
+    def no_cancel_callback(self, place: str) -> None:
+        """Tell that a client wants to cancel a goal of a server that cancels none."""
+        self._tell(
+            'no cancel',
+            'a client asked to cancel a goal, and was refused, since the server has no cancel callback: to '
+            'allow it, write ActionServer(…, cancel_callback=…) with a function that returns '
+            'CancelResponse.ACCEPT',
+            place,
+        )
+
+    def cancel_unseen(self, execute: object) -> None:
+        """Tell of an execute callback that goes on after its goal was cancelled."""
+        self._tell(
+            'unseen',
+            f'the goal was cancelled, and {_called(execute, "the execute callback")} does not look at that: '
+            "write 'if goal_handle.is_cancel_requested:' in its loop, and there call goal_handle.canceled() "
+            'and return',
+            function_place(execute),
+        )
+
+
+def _called(callback: object, role: str) -> str:
+    name = getattr(callback, '__qualname__', None)
+    return f'{role} {name}()' if name else role
+
+
+def _either(expected: type[Enum]) -> str:
+    return f'{expected.__name__}.ACCEPT or {expected.__name__}.REJECT'
