@@ -44,7 +44,7 @@ def test_beyond_the_limit_requests_are_refused_counted_and_logged_once(
     assert client.pending == {}
     printed = capfd.readouterr().err
     assert printed.count("[node]: Service '/go': a request was refused (5 requests wait already)") == 1
-    assert printed.count("Service '/go': no server answered (refused: 5 requests wait already)") == 1
+    assert printed.count("Service '/go': the server gave no answer (refused: 5 requests wait already)") == 1
 
 
 def test_destroying_gives_up_what_waits(node: NodeCore) -> None:
@@ -138,6 +138,6 @@ def test_a_client_is_told_why_it_gets_no_answer(
         _ = client.call_async(SetBool.Request())
         with suppress(ValueError):
             service._server.work_off()
-    told = [line for line in capfd.readouterr().err.splitlines() if 'no server answered' in line]
-    assert [f"Service '/go': no server answered ({reason}" in line for line in told] == [True]
+    told = [line for line in capfd.readouterr().err.splitlines() if 'gave no answer' in line]
+    assert [f"Service '/go': the server gave no answer ({reason}" in line for line in told] == [True]
     assert client.unanswered == 2

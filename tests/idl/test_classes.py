@@ -102,7 +102,7 @@ def test_a_keyword_that_names_no_field_is_refused_with_the_near_one() -> None:
     [
         ('float64[] p', ['a'], TypeError, "must be real number, not str; p[0] is 'a'"),
         ('float64[] p', [1.0, 2.0, None], TypeError, 'must be real number, not NoneType; p[2] is None'),
-        ('float64[] p', 5, TypeError, "'int' object is not iterable; p is 5"),
+        ('float64[] p', 5, TypeError, 'a list is needed, got 5: write p=[5]'),
         ('float64[] p', 'abc', TypeError, "p is 'abc'"),
         ('float64[] p', (item for item in 'ab'), TypeError, 'must be real number, not str; p is <generator'),
         ('uint8[] p', [1, 300], OverflowError, 'unsigned byte integer is greater than maximum; p[1] is 300'),

@@ -70,6 +70,8 @@ def _judge(root: str, path: str, leaf: Leaf, value: object) -> None:
         return
     if not isinstance(value, Collection):
         raise EncodeTypeError(root, path, f'expected a sequence, got {_show(value)}')
+    if isinstance(value, str):
+        raise EncodeTypeError(root, path, f'expected a list, got {_show(value)} (write [{_brief(value)}])')
     size = int(getattr(value, 'size', len(value)))
     capacity = leaf.type.capacity
     if leaf.type.shape is Shape.ARRAY and size != capacity:
@@ -90,17 +92,13 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
     base = leaf.type.base
     if leaf.cls is not None:
         if not isinstance(value, leaf.cls):
-            raise EncodeTypeError(root, path, f'expected {leaf.cls.__name__}, got {_show(value)}')
+            text = f'expected {leaf.cls.__name__}, got {_show(value)} (write {_as_message(leaf.cls, value)})'
+            raise EncodeTypeError(root, path, text)
     elif leaf.type.is_string:
         _judge_text(root, path, leaf, value)
     elif base == 'bool':
         if not isinstance(value, bool):
-            hint = (
-                f' (write {value == 1})'
-                if hasattr(value, '__index__') or type(value).__module__ == 'numpy'
-                else ''
-            )
-            raise EncodeTypeError(root, path, f'expected bool, got {_show(value)}{hint}')
+            raise EncodeTypeError(root, path, f'expected bool, got {_show(value)} (write {_as_bool(value)})')
     elif base == 'byte':
         if not isinstance(value, bytes) or len(value) != 1:
             raise EncodeTypeError(root, path, f'expected bytes of length 1, got {_show(value)}')
@@ -110,9 +108,37 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
         _judge_integer(root, path, base, value)
 
 
+def _as_message(cls: type, value: object) -> str:
+    """Return what to write for a nested message."""
+    if hasattr(value, 'to_msg'):  # a Time or a Duration
+        return '….to_msg()'
+    fields = [leaf.name for leaf in layout.leaves(cls)]
+    if isinstance(value, dict) and value and set(value) <= set(fields):
+        return f'{cls.__name__}({", ".join(f"{name}={_brief(each)}" for name, each in value.items())})'
+    return f'{cls.__name__}({", ".join(f"{name}=…" for name in fields[:3])})'
+
+
+def _as_number(value: object, kind: type[int | float]) -> str:
+    """Return ' (write 5)' for a text or a float that stands for such a number; '' for anything else."""
+    try:
+        number = kind(value) if isinstance(value, str) else int(value) if isinstance(value, float) else None
+    except (ValueError, OverflowError):
+        return ''
+    return '' if number is None else f' (write {number!r})'
+
+
+def _as_bool(value: object) -> str:
+    """Return what to write for a bool: the one that a 0 or a 1 stands for, else both."""
+    is_number = hasattr(value, '__index__') or type(value).__module__ == 'numpy'
+    return str(bool(value == 1)) if is_number and value in {0, 1} else 'True or False'
+
+
 def _judge_text(root: str, path: str, leaf: Leaf, value: object) -> None:
     if not isinstance(value, str):
-        raise EncodeTypeError(root, path, f'expected str, got {_show(value)}')
+        if isinstance(value, bytes | bytearray):
+            raise EncodeTypeError(root, path, f'expected str, got {_show(value)} (write ….decode())')
+        written = "''" if value is None else repr(str(value)) if isinstance(value, int | float) else 'str(…)'
+        raise EncodeTypeError(root, path, f'expected str, got {_show(value)} (write {written})')
     try:
         data = value.encode()
     except UnicodeEncodeError as error:
@@ -133,6 +159,7 @@ def _judge_float(root: str, path: str, base: str, value: object) -> None:
     if not isinstance(value, float):
         number = hasattr(value, '__float__') and not isinstance(value, str)
         hint = f' (write {value!r}.0)' if type(value) is int else ' (write float(…))' if number else ''
+        hint = hint or _as_number(value, float)
         raise EncodeTypeError(root, path, f'expected float, got {_show(value)}{hint}')
     if base == 'float32' and math.isfinite(value) and abs(value) >= _FLOAT32_LIMIT:
         raise EncodeValueError(root, path, f'{value!r} is outside the range of float32')
@@ -140,11 +167,16 @@ def _judge_float(root: str, path: str, base: str, value: object) -> None:
 
 def _judge_integer(root: str, path: str, base: str, value: object) -> None:
     if not hasattr(value, '__index__'):
-        hint = f' (write {int(value)})' if isinstance(value, float) and value.is_integer() else ''
+        hint = _as_number(value, int)
         raise EncodeTypeError(root, path, f'expected int, got {_show(value)}{hint}')
     low, high = integer_range(base)
     if not low <= value.__index__() <= high:
         raise EncodeValueError(root, path, f'{value!r} is outside the range of {base}, [{low}, {high}]')
+
+
+def _brief(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 30 else '…'
 
 
 def _show(value: object) -> str:

@@ -69,6 +69,8 @@ def wide(text: str) -> bytes:
 
 def put_texts(texts: Iterable[str], add: Add, at: int, limit: int) -> int:
     """Add strings of at most `limit` bytes (0: any) and return the offset behind them."""
+    if texts.__class__ is str:
+        refuse()  # each letter of it would become a text
     most = limit + 1 if limit else 2**32
     for text in texts:
         if type(text) is not str:
@@ -85,6 +87,8 @@ def put_texts(texts: Iterable[str], add: Add, at: int, limit: int) -> int:
 
 def put_wide_texts(texts: Iterable[str], add: Add, at: int, limit: int) -> int:
     """Add wstrings of at most `limit` code units (0: any) and return the offset behind them."""
+    if texts.__class__ is str:
+        refuse()
     for text in texts:
         data = wide(text)
         units = len(data) >> 2

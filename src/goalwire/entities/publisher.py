@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Generic
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import MessageSupport, MsgT, message_support
+from goalwire.entities.wrong_message import explain_wrong_message
 from goalwire.errors import ClosedError, InvalidHandle, ShutDownError
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, PublisherPort
@@ -68,14 +69,21 @@ class PublisherCore(Generic[MsgT]):
             self._published[0] += 1
         except ClosedError:
             if self._port is None:
-                raise InvalidHandle from None
+                raise self._destroyed_error() from None
             raise ShutDownError(f"cannot publish on '{self.full_name}'") from None
+
+    def _destroyed_error(self) -> InvalidHandle:
+        """Make the error of a publication that comes too late."""
+        return InvalidHandle(
+            f"cannot publish on '{self.full_name}' because destruction was requested, of the publisher or "
+            'its node: publish before that'
+        )
 
     def _publish_other(self, msg: object) -> None:
         if self._port is None:
-            raise InvalidHandle
+            raise self._destroyed_error()
         if not isinstance(msg, self.msg_type):
-            raise TypeError(f'Expected {self.msg_type}, got {type(msg)}')
+            raise TypeError(explain_wrong_message(self.msg_type, msg))
         self._send(self._encode(msg))
 
     def subscription_count(self) -> int:

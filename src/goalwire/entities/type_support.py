@@ -165,10 +165,24 @@ def _what_to_give(given: object) -> str:
         names = [name for name in dir(given) if name[0].isupper() and not name.startswith('Metaclass_')]
         place = f'{package}.{rest.partition(".")[0]}' if rest else f'{package}.msg'
         example = f', such as {place}.{names[0]}' if names else ''
-        return f'since {given.__name__} is a module: give a class of it{example}'
+        return f'{given.__name__} is a module: give a class of it{example}'
     if isinstance(given, str) and '/' in given:
-        return f'since it is a str: give the class, as goalwire.idl.get_interface({given!r}) returns it'
-    return _ROS1_HINT
+        return f'{given!r} is a text: give the class, as goalwire.idl.get_interface({given!r}) returns it'
+    if isinstance(given, str):
+        return f'{given!r} is a text: the class stands before the name, as in (String, {given!r}, …)'
+    return f'got {given!r}. {_ROS1_HINT}'
+
+
+def _explain_kind(given: type, wanted: str) -> str:
+    """Say which kind of interface was given, and which calls take it."""
+    kind = 'action' if hasattr(given, 'Goal') else 'service' if hasattr(given, 'Request') else 'message'
+    name = given.__name__
+    calls = {
+        'message': f'create_publisher({name}, …) and create_subscription({name}, …)',
+        'service': f'create_service({name}, …) and create_client({name}, …)',
+        'action': f'ActionServer(node, {name}, …) and ActionClient(node, {name}, …)',
+    }
+    return f'{name} is a {kind}, and a {wanted} is needed; a {kind} goes into {calls[kind]}'
 
 
 def _refuse_instance(given: object) -> None:
@@ -187,7 +201,7 @@ def check_for_type_support(msg_or_srv_type: type) -> None:
     metaclass: Any = type(msg_or_srv_type)
     if not hasattr(metaclass, '_TYPE_SUPPORT'):
         advice = _what_to_give(msg_or_srv_type)
-        raise AttributeError(f"type object '{metaclass.__name__}' has no attribute '_TYPE_SUPPORT' {advice}")
+        raise AttributeError(f'a class of a message, a service or an action is needed: {advice}')
     if any(hasattr(msg_or_srv_type, name) for name in _OF_INTERFACES):
         return
     if _support_of(metaclass) is None:
@@ -200,18 +214,14 @@ def check_is_valid_msg_type(msg_type: type) -> None:
     """Raise RuntimeError for a service or action class, AttributeError for no interface class at all."""
     check_for_type_support(msg_type)
     if not hasattr(msg_type, 'get_fields_and_field_types'):
-        raise RuntimeError(
-            f'The message type provided is not valid ({msg_type}), this might be a service or action'
-        )
+        raise RuntimeError(f'The message type provided is not valid: {_explain_kind(msg_type, "message")}')
 
 
 def check_is_valid_srv_type(srv_type: type) -> None:
     """Raise RuntimeError for a message or action class, AttributeError for no interface class at all."""
     check_for_type_support(srv_type)
     if not (hasattr(srv_type, 'Request') and hasattr(srv_type, 'Response')):
-        raise RuntimeError(
-            f'The service type provided is not valid ({srv_type}), this might be a message or action'
-        )
+        raise RuntimeError(f'The service type provided is not valid: {_explain_kind(srv_type, "service")}')
 
 
 def message_support(cls: type) -> MessageSupport:
@@ -270,9 +280,7 @@ def _action_support(cls: type) -> ActionSupport:
     check_for_type_support(cls)
     impl = getattr(cls, 'Impl', None)
     if impl is None:
-        raise RuntimeError(
-            f'The action type provided is not valid ({cls}), this might be a message or service'
-        )
+        raise RuntimeError(f'The action type provided is not valid: {_explain_kind(cls, "action")}')
     return ActionSupport(
         cls,
         service_support(impl.SendGoalService),

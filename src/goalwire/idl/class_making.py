@@ -133,7 +133,10 @@ def make_holder_class(
     """Return a new class for a service or an action, which only holds the classes of its parts."""
 
     def refuse(self: object) -> None:
-        raise NotImplementedError(f'{kind} classes can not be instantiated')
+        name, part = type(self).__name__, 'Request' if kind == 'Service' else 'Goal'
+        raise NotImplementedError(
+            f'{kind} classes can not be instantiated: {name} only holds its parts; write {name}.{part}()'
+        )
 
     namespace = {
         **parts,

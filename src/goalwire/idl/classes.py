@@ -36,6 +36,11 @@ class _Part:
         return part
 
 
+def made_classes(name: str) -> list[type]:
+    """Return the message classes of this name, without its package, that have been made so far."""
+    return [cls for cls in list(_classes.values()) if cls.__name__ == name]
+
+
 def message_class(full_name: str) -> type:
     """Return the class of 'pkg/msg/Name' or of a message derived from a service or action.
 

@@ -29,6 +29,7 @@ from goalwire.records import record
 
 _PACKAGE = Pattern(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
 _TYPE_NAME = Pattern(r'[A-Z][A-Za-z0-9]*')
+_SPLIT = Pattern(r'([a-z0-9])([A-Z])')
 _FIELD_NAME = Pattern(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
 _CONSTANT_NAME = Pattern(r'[A-Z](?:_?[A-Z0-9])*')
 _LINE = Pattern(r'(\S++)(?:\s++([^\s=]++)\s*+(=?)\s*+(.*))?', re.DOTALL)
@@ -106,7 +107,9 @@ def _sections(
         parts = f' {_SEPARATOR} '.join(suffix.lower() for suffix in suffixes)
         at = cuts[wanted] + 1 if len(cuts) > wanted else max(len(lines), 1)
         raise _Source(where.name, at).error(
-            1, f'found {len(cuts)} separator lines {_SEPARATOR!r}, a .{kind} has {wanted}: {parts}'
+            1,
+            f'found {len(cuts)} separator lines {_SEPARATOR!r}, a .{kind} has {wanted}: {parts}; '
+            'write each on a line of its own',
         )
     starts = [0, *(cut + 1 for cut in cuts)]
     ends = [*cuts, len(lines)]
@@ -197,7 +200,10 @@ class _Message:
                 columns[0], f'constant {name}: only single values of primitive types can be constants'
             )
         if not _CONSTANT_NAME.fullmatch(name):
-            raise where.error(columns[1], f'{name!r} is not a constant name (A-Z, 0-9 and single _)')
+            hint = ''
+            if _FIELD_NAME.fullmatch(name):
+                hint = f"; for a field with a default value write a blank and no '=': {name} {value.strip()}"
+            raise where.error(columns[1], f'{name!r} is not a constant name (A-Z, 0-9 and single _){hint}')
         if name in _TAKEN_CONSTANTS:
             raise where.error(columns[1], f'{name!r} is taken by the generated class: rename the constant')
         if not value and not type_.is_string:
@@ -213,8 +219,11 @@ class _Message:
         self, type_: FieldType, name: str, value: str, where: _Source, columns: tuple[int, int]
     ) -> None:
         if not _FIELD_NAME.fullmatch(name):
+            better = _SPLIT.sub(r'\1_\2', name.rstrip(';,')).lower()
+            hint = f'; write {better}' if _FIELD_NAME.fullmatch(better) else ''
             raise where.error(
-                columns[0], f'{name!r} is not a field name (a-z, 0-9 and single _, starting with a letter)'
+                columns[0],
+                f'{name!r} is not a field name (a-z, 0-9 and single _, starting with a letter){hint}',
             )
         if iskeyword(name) or name in _TAKEN:
             owner = 'the generated class' if name in _TAKEN else 'Python'

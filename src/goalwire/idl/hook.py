@@ -47,7 +47,7 @@ _IMPORTERS = frozenset(
         os.path.join(os.path.dirname(os.__file__), 'importlib', '__init__.py'),
     }
 )
-TELLING_ENDINGS = ('_msgs', '_srvs', '_interfaces', '_actions')
+TELLING_ENDINGS = ('_msgs', '_srvs', '_interfaces', '_actions', '_interface')
 
 
 class InterfaceFinder:
@@ -74,7 +74,9 @@ class InterfaceFinder:
                 return None
             return _search_carefully(lambda name: self._kind_spec(name, path), fullname)
         found = self._module_spec(fullname, target)
-        if _is_regular(found):
+        if found is not None and found.loader is not None:
+            if found.origin is not None and os.path.basename(found.origin) == f'{fullname}.py':
+                _tell_hidden(fullname, found.origin)
             return found
         return _search_carefully(lambda name: self._package_spec(name, found), fullname) or found
 
@@ -185,6 +187,7 @@ def _search_carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -
     try:
         return search(name)
     except ImportError:
+        _hide_own_frames()
         raise
     except Warning as warning:  # the program has warnings raised: an import can fail in one way only
         if _asked_by_import_statement():
@@ -198,6 +201,20 @@ def _search_carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -
         except Warning:
             raise ImportError(text, name=name) from error
     return None
+
+
+def _tell_hidden(name: str, file: str) -> None:
+    """Say that a program's own file has the name of a package, which nobody can import then."""
+    shipped = os.path.join(os.path.dirname(OVERLAY), 'idl', 'share', name)
+    if name == 'rclpy' or os.path.isdir(shipped):
+        sys.stderr.write(f"goalwire: {file} hides the package '{name}': give this file another name\n")
+
+
+def _hide_own_frames() -> None:
+    """Have the error that goes up end the program with the program's own lines alone."""
+    from goalwire.tracebacks import hide_own_frames
+
+    hide_own_frames()
 
 
 def _overlay_finder() -> 'FileFinder | None':

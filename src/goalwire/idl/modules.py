@@ -14,9 +14,11 @@ from importlib import import_module
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
+from goalwire.errors import InterfaceError
 from goalwire.idl import classes, registry, search_path, workspace
 from goalwire.idl.model import ActionDefinition, MessageDefinition, ServiceDefinition, module_name
 from goalwire.idl.search_path import InterfacePackage
+from goalwire.tracebacks import hide_own_frames
 
 TYPE_CHECKING = False  # typing would cost 5 ms, importlib.abc 14 ms
 if TYPE_CHECKING:
@@ -218,13 +220,21 @@ def explain_unknown(fullname: str) -> str | None:
     overridden = search_path.explain_overridden(package)
     more = f'; {overridden}' if overridden else ''
     if not known:
-        return f'{package} has no {kind} types (its definitions are in {place}){more}'
+        elsewhere = ', '.join(other for other in workspace.KINDS if type_names(package, other))
+        hint = f'; it has some in {elsewhere}, so import from there' if elsewhere else ''
+        return f'{package} has no {kind} types (its definitions are in {place}){hint}{more}'
     if rest[0] in known:  # `import std_msgs.msg.String`: the from-import asks the module itself
         return f'{fullname} is a class, not a module; write: from {package}.{kind} import {rest[0]}'
     close = get_close_matches(rest[0], known, n=3)
     some = ', '.join(known[:_SHOWN]) + (f' and {len(known) - _SHOWN} more' if len(known) > _SHOWN else '')
     hint = (f'did you mean {" or ".join(close)}?' if close else f'it has {some}') + more
     file = f'{kind}/{rest[0]}.{kind}'
+    if close and close[0].replace('_', '').lower() == rest[0].lower():
+        return (
+            f'cannot import name {rest[0]!r} from {package}.{kind}: '
+            f'the name of a definition is in CamelCase; rename {kind}/{close[0]}.{kind} in {place} '
+            f'to {rest[0]}.{kind}'
+        )
     return f'cannot import name {rest[0]!r} from {package}.{kind}: there is no {file} in {place}; {hint}'
 
 
@@ -296,6 +306,14 @@ def folder_of(package: str, kind: str = 'msg') -> str | None:
 
 
 def _build(full_name: str) -> type:
+    try:
+        return _make(full_name)
+    except InterfaceError:
+        hide_own_frames()
+        raise
+
+
+def _make(full_name: str) -> type:
     defined = registry.definition(full_name)
     if isinstance(defined, MessageDefinition):
         return classes.message_class(full_name)

@@ -133,7 +133,33 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
     if overridden := search_path.explain_overridden(package):
         hint += f'; {overridden}'
     place = f' in {found.folder}' if found else ''
+    elsewhere = _elsewhere(name)
+    if elsewhere and not close:
+        hint = f'; write {elsewhere}' + hint
     raise UnknownInterfaceError(f'{package}/{key}: the package has no such type{place}{hint}')
+
+
+def _elsewhere(name: str) -> str:
+    """Return the full name of a shipped type that many mean by a name alone; '' for another name."""
+    return next((f'{package}/{name}' for package, names in _OFTEN_MEANT.items() if name in names), '')
+
+
+_OFTEN_MEANT = {
+    'std_msgs': ('Header', 'String', 'Bool', 'ColorRGBA'),
+    'builtin_interfaces': ('Time', 'Duration'),
+    'geometry_msgs': (
+        'Point',
+        'Pose',
+        'PoseStamped',
+        'Quaternion',
+        'Transform',
+        'Twist',
+        'Vector3',
+        'Wrench',
+    ),
+    'sensor_msgs': ('Image', 'Imu', 'JointState', 'LaserScan', 'PointCloud2'),
+    'nav_msgs': ('Odometry', 'OccupancyGrid', 'Path'),
+}
 
 
 def read_definition(file: str) -> str:
@@ -146,4 +172,6 @@ def read_definition(file: str) -> str:
         return data.decode('utf-8-sig')
     except UnicodeDecodeError as error:
         line = data.count(b'\n', 0, error.start) + 1
-        raise InterfaceSyntaxError(file, line, 1, 'this line is not UTF-8 text') from None
+        raise InterfaceSyntaxError(
+            file, line, 1, 'this line is not UTF-8 text: save the file as UTF-8'
+        ) from None

@@ -115,6 +115,14 @@ def _refusal(field: str, value: object, code: str, error: Exception) -> Exceptio
             except Exception:
                 place, wrong = f'{field}[{index}]', item
                 break
+    dimensions = getattr(value, 'ndim', 1)
+    if field and dimensions > 1:
+        return kind(
+            f"The '{field}' field: a list of numbers has one dimension, this array has {dimensions}: "
+            f'write {field}=….ravel()'
+        )
+    if field and isinstance(value, int | float):
+        return kind(f"The '{field}' field: a list is needed, got {value!r}: write {field}=[{value!r}]")
     shown = reprlib.repr(wrong)
     return kind(f"The '{field}' field: {error}; {place} is {shown}" if field else str(error))
 

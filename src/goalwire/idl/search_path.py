@@ -131,6 +131,7 @@ def explain_missing(package: str) -> str:
         found = ', '.join(sorted(here.packages)) or 'no interface package'
         lines.append(f'  below {root.place} {shown(here.root)}: {found}')
         lines += [f'    note: {remark}' for remark in _shorten(here)]
+        lines += [f'    note: {remark}' for remark in _explain_near(here, package)]
         unnamed = (workspace.explain_unnamed(folder, _name_for(folder, package)) for folder in here.unnamed)
         lines += [
             f'    note: {remark}' for remark, _ in zip(filter(None, unnamed), range(_NOTES), strict=False)
@@ -139,6 +140,25 @@ def explain_missing(package: str) -> str:
         lines.append(f'Did you mean {" or ".join(close)}?')
     lines.append(f'Start the program in its workspace, or name the folder of {package} in {INTERFACE_PATH}.')
     return '\n'.join(lines)
+
+
+def _explain_near(here: workspace.Workspace, package: str) -> list[str]:
+    """Return what keeps the folder of that name from being the package: its name, its definitions' place."""
+    remarks = []
+    for folder in here.manifests:
+        if os.path.basename(folder) != package:
+            continue
+        manifest = shown(os.path.join(folder, 'package.xml'))
+        remarks += [
+            f'{manifest} names the package {name}: write <name>{package}</name>'
+            for name, place in here.packages.items()
+            if place == folder
+        ]
+        for file in sorted(os.listdir(folder)):
+            kind = file.rpartition('.')[2]
+            if kind in workspace.KINDS:
+                remarks.append(f'{file} lies beside {manifest}: move it into a folder {kind}')
+    return remarks[:_NOTES]
 
 
 def _name_for(folder: str, package: str) -> str:
