@@ -189,6 +189,7 @@ class NotInitializedException(LocalError):
     def __init__(self, message: str | None = None) -> None:
         text = 'rclpy.init() has not been called'
         super().__init__(f'{text}. msg:{message}' if message else f'{text}.')
+        self.add_note('call rclpy.init() before; rclpy.shutdown() ends what it began')
 
 
 class ROSInterruptException(LocalError):
@@ -347,22 +348,26 @@ class InvalidServiceNameException(NameValidationException):
 class ParameterException(LocalError):
     """A parameter that may not be used like that."""
 
-    def __init__(self, error_msg: str, parameters: object) -> None:
+    def __init__(self, error_msg: str, parameters: object, advice: str = '') -> None:
         super().__init__(f'{error_msg}: {parameters}')
+        if advice:
+            self.add_note(advice)
 
 
 class ParameterNotDeclaredException(ParameterException):
     """A parameter that was never declared."""
 
-    def __init__(self, parameters: object) -> None:
-        super().__init__('Invalid access to undeclared parameter(s)', parameters)
+    def __init__(self, parameters: object, hint: str = '') -> None:
+        super().__init__('Invalid access to undeclared parameter(s)', parameters, hint)
 
 
 class ParameterAlreadyDeclaredException(ParameterException):
     """A parameter declared twice."""
 
     def __init__(self, parameters: object) -> None:
-        super().__init__('Parameter(s) already declared', parameters)
+        super().__init__(
+            'Parameter(s) already declared', parameters, "declare each once, or ask 'has_parameter()' before"
+        )
 
 
 class InvalidParameterException(ParameterException):
@@ -425,6 +430,7 @@ class InvalidQoSProfileException(LocalError):
 
     def __init__(self, *args: object) -> None:
         super().__init__('Invalid QoSProfile', *args)
+        self.add_note('give the number of messages that are kept: write QoSProfile(depth=10, …)')
 
 
 class UnknownPolicyError(LocalError, ValueError):

@@ -74,6 +74,7 @@ def test_a_record_says_what_it_holds() -> None:
             (
                 "New subscription discovered on topic 'chat', requesting incompatible QoS. "
                 'No messages will be sent to it. Last incompatible policy: RELIABILITY'
+                '; make the publisher RELIABLE, or the subscription BEST_EFFORT'
             ),
         ),
         (
@@ -81,6 +82,7 @@ def test_a_record_says_what_it_holds() -> None:
             (
                 "New publisher discovered on topic 'chat', offering incompatible QoS. "
                 'No messages will be received from it. Last incompatible policy: RELIABILITY'
+                '; make the publisher RELIABLE, or the subscription BEST_EFFORT'
             ),
         ),
     ],

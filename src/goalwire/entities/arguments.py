@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from goalwire.errors import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
+from goalwire.files import shown
 from goalwire.logging import get_logger
 from goalwire.rules.arguments import ArgumentError, Arguments, UnknownArguments, parse_arguments
 
@@ -18,11 +20,23 @@ def process_arguments(args: Sequence[str]) -> Arguments:
     if not _are_strings(args):
         raise TypeError(f'args must be a sequence of strings, as sys.argv is; got {args!r}')
     try:
-        return _complete(parse_arguments(args))
+        arguments = _complete(parse_arguments(args))
     except UnknownArguments as error:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
         raise RCLError(f'failed to initialize rcl: {error}') from None
+    _tell_outside(arguments.rest)
+    return arguments
+
+
+def _tell_outside(rest: Sequence[str]) -> None:
+    """Warn of a parameter before `--ros-args`, where ROS 2 does not look."""
+    for flag, value in pairwise(rest):
+        if flag in {'-p', '--param'} and ':=' in value:
+            get_logger('rcl').warning(
+                f"'{flag} {shown(value)}' has no effect: write --ros-args before it, as in "
+                f"'--ros-args {flag} {shown(value)}'"
+            )
 
 
 def node_arguments(cli_args: Sequence[str] | None) -> Arguments:

@@ -185,6 +185,12 @@ NOTHING_YET: dict[EventType, EventStatus] = {
 """The record of each kind of event before the first one."""
 
 
+_REMEDIES = {
+    PolicyKind.RMW_QOS_POLICY_RELIABILITY: '; make the publisher RELIABLE, or the subscription BEST_EFFORT',
+    PolicyKind.RMW_QOS_POLICY_DURABILITY: '; make the publisher TRANSIENT_LOCAL, or the subscriber VOLATILE',
+}
+
+
 def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *, wire: str | None) -> str:
     """Return ROS 2's words for an endpoint whose QoS does not go together with ours.
 
@@ -198,7 +204,7 @@ def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *
         consequence = 'No messages will be received from it. '
     reason = f'Last incompatible policy: {policy.policy}'
     note = '' if wire is None else f' (that is so on DDS; {wire} delivers them all the same)'
-    return f'{found}{consequence}{reason}{note}'
+    return f'{found}{consequence}{reason}{_REMEDIES.get(policy, "")}{note}'
 
 
 class SequenceGaps:

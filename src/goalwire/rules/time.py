@@ -211,7 +211,11 @@ class Time:
 
     def _refuse_other_clock(self, other: Time, verb: str) -> None:
         if self._clock_type is not other._clock_type:
-            raise TypeError(f"Can't {verb} times with different clock types")
+            error = TypeError(f"Can't {verb} times with different clock types")
+            error.add_note(
+                f'these are {self._clock_type.name} and {other._clock_type.name}: take both from one clock'
+            )
+            raise error
 
     def to_msg(self) -> TimeMessage:
         """Return a builtin_interfaces/Time; the kind of clock is lost."""

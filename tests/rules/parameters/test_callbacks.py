@@ -87,7 +87,7 @@ def test_a_callback_that_returns_nothing_is_named(callbacks: SetCallbacks) -> No
         CallbackError, match=r"forgetful' returned None: return the list of parameters to set"
     ):
         callbacks.prepare([A])
-    with pytest.warns(UserWarning, match='it should return SetParameterResult'):
+    with pytest.warns(UserWarning, match='so nothing is set; write .return SetParametersResult'):
         outcome = callbacks.judge([A])
     assert not outcome.successful
     assert outcome.reason.startswith('Callback returned an invalid type: ')

@@ -111,7 +111,7 @@ def test_values_are_read_as_arguments_are(parameters: str, values: object) -> No
 def test_a_shape_that_makes_no_sense_is_told_with_its_line(text: str, error: str) -> None:
     with pytest.raises(RuleSyntaxError) as raised:
         parse_parameter_file(text.encode())
-    assert str(raised.value) == error
+    assert str(raised.value).startswith(error)
 
 
 @pytest.mark.parametrize(

@@ -36,9 +36,9 @@ def test_the_type_is_the_value_s(value: Any, expected: Type) -> None:
 def test_numpy_s_float_is_a_float_and_its_integer_is_none() -> None:
     numpy = pytest.importorskip('numpy')
     assert Parameter('a', value=numpy.float64(1)).type_ is Type.DOUBLE
-    with pytest.raises(TypeError, match=r"^The given value is not one of the allowed types '1'\.$"):
+    with pytest.raises(TypeError, match=r"^The given value is not one of the allowed types '1'\.\n"):
         Parameter('a', value=numpy.int64(1))
-    with pytest.raises(TypeError, match=r"^The given value is not one of the allowed types '\[1\.\]'\.$"):
+    with pytest.raises(TypeError, match=r"^The given value is not one of the allowed types '\[1\.\]'\.\n"):
         Parameter('a', value=numpy.array([1.0]))
 
 

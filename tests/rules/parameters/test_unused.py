@@ -66,7 +66,8 @@ def test_a_file_for_none_of_the_nodes_is_told(tmp_path: Path) -> None:
     path.write_text('/arm:\n  ros__parameters: {speed: 1.0}\n/leg/*:\n  ros__parameters: {a: 1}\n')
     (text,) = use('--params-file', str(path)).describe_unused()
     assert text == (
-        f"nothing used '--params-file {path}': it is for /arm, /leg/*; this program made /robot, /ns/arm"
+        f"nothing used '--params-file {path}': it is for /arm, /leg/*; this program made /robot, /ns/arm: "
+        'give both the same name'
     )
 
 

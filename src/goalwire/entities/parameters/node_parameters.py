@@ -14,7 +14,10 @@ from goalwire.errors import (
     ParameterImmutableException,
     ParameterNotDeclaredException,
     ParameterUninitializedException,
+    did_you_mean,
 )
+from goalwire.logging import get_logger
+from goalwire.places import at, dropping_place
 from goalwire.rules.parameters import (
     RELATIVE_TOLERANCE,
     SEPARATOR,
@@ -27,7 +30,7 @@ from goalwire.rules.parameters import (
     Type,
     WrongType,
 )
-from goalwire.rules.parameters.callbacks import NOTHING_LEFT, After, Before, On
+from goalwire.rules.parameters.callbacks import NO_ANSWER, NOTHING_LEFT, After, Before, On
 from goalwire.rules.parameters.listing import list_names
 from goalwire.rules.parameters.messages import descriptor_message, result_message, value_of
 
@@ -61,13 +64,13 @@ class NodeParameters:
     def _ros_init_parameters(self, overrides: Iterable[Parameter], *, allow_undeclared: bool) -> None:
         values: dict[str, ParameterValue] = dict(self.handle.parameter_overrides())
         values.update({parameter.name: parameter.value for parameter in overrides})
-        self._parameters = ParameterTable(values, allow_undeclared=allow_undeclared)
+        self._ros_parameters = ParameterTable(values, allow_undeclared=allow_undeclared)
         self._ros_set_callbacks = SetCallbacks()
         if (use := self.handle.override_use) is not None:
             use.note_node(self.handle.name.qualified)
 
     def _ros_declare_overrides(self) -> None:
-        values = self._parameters.overrides.items()
+        values = self._ros_parameters.overrides.items()
         self.declare_parameters('', [(name, value, Descriptor()) for name, value in values])
 
     # -- declaring -----------------------------------------------------------------------------------------
@@ -117,8 +120,8 @@ class NodeParameters:
         return self._ros_declare(namespace, parameters, ignore_override)
 
     def _ros_declare(self, namespace: str, given: Sequence[Sequence[Any]], ignore: bool) -> list[Parameter]:
-        declared = declarations(namespace, given, {} if ignore else self._parameters.overrides)
-        known = [parameter.name for parameter, _ in declared if parameter.name in self._parameters]
+        declared = declarations(namespace, given, {} if ignore else self._ros_parameters.overrides)
+        known = [parameter.name for parameter, _ in declared if parameter.name in self._ros_parameters]
         if known:
             raise ParameterAlreadyDeclaredException(known)
         for parameter, descriptor in declared:
@@ -136,24 +139,33 @@ class NodeParameters:
 
     def undeclare_parameter(self, name: str) -> None:
         """Forget a parameter; raises ParameterNotDeclaredException, ParameterImmutableException."""
-        if name not in self._parameters:
-            raise ParameterNotDeclaredException(name)
+        if name not in self._ros_parameters:
+            raise self._ros_not_declared(name)
         self._ros_refuse_read_only(name)
-        self._parameters.undeclare(name)
+        self._ros_parameters.undeclare(name)
+
+    def _ros_not_declared(self, names: str | list[str]) -> ParameterNotDeclaredException:
+        """Make the error for names that nobody declared, with those that were probably meant."""
+        from difflib import get_close_matches
+
+        asked = [names] if isinstance(names, str) else names
+        known = [known for name in asked for known in get_close_matches(name, self._ros_parameters, n=1)]
+        hint = did_you_mean(known) or f'call declare_parameter({asked[0]!r}, …) before, with a default value'
+        return ParameterNotDeclaredException(names, hint)
 
     def has_parameter(self, name: str) -> bool:
         """True if the parameter is declared."""
-        return name in self._parameters
+        return name in self._ros_parameters
 
     # -- reading -------------------------------------------------------------------------------------------
 
     def get_parameter(self, name: str) -> Parameter:
         """Return a parameter; raises ParameterNotDeclaredException or ParameterUninitializedException."""
-        found = self._parameters.get(name)
+        found = self._ros_parameters.get(name)
         if found is None:
             self._ros_refuse_undeclared(name)
             return Parameter(name)
-        if self._parameters.is_uninitialized(found):
+        if self._ros_parameters.is_uninitialized(found):
             raise ParameterUninitializedException(name)
         return found
 
@@ -163,7 +175,7 @@ class NodeParameters:
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
         """Return a parameter, or the alternative if it is missing or has no value."""
-        found = self._parameters.get(name)
+        found = self._ros_parameters.get(name)
         if found is None or found.type_ is Type.NOT_SET:
             return alternative_value or Parameter(name)
         return found
@@ -173,7 +185,7 @@ class NodeParameters:
         start = f'{prefix}{SEPARATOR}' if prefix else ''
         return {
             parameter.name[len(start) :]: parameter
-            for parameter in self._parameters.values()
+            for parameter in self._ros_parameters.values()
             if parameter.name.startswith(start)
         }
 
@@ -182,7 +194,7 @@ class NodeParameters:
 
         Type.NOT_SET for one that is allowed to be undeclared. Raises ParameterNotDeclaredException.
         """
-        found = self._parameters.get(name)
+        found = self._ros_parameters.get(name)
         if found is not None:
             return found.type_.value
         self._ros_refuse_undeclared(name)
@@ -197,7 +209,7 @@ class NodeParameters:
 
         Raises ParameterNotDeclaredException.
         """
-        descriptor = self._parameters.descriptor(name)
+        descriptor = self._ros_parameters.descriptor(name)
         if descriptor is None:
             self._ros_refuse_undeclared(name)
             descriptor = Descriptor()
@@ -214,7 +226,7 @@ class NodeParameters:
         """
         from rcl_interfaces.msg import ListParametersResult
 
-        names, heads = list_names(list(self._parameters), prefixes, depth)
+        names, heads = list_names(list(self._ros_parameters), prefixes, depth)
         return ListParametersResult(names=names, prefixes=heads)
 
     # -- setting -------------------------------------------------------------------------------------------
@@ -225,11 +237,26 @@ class NodeParameters:
         A parameter without a value undeclares a dynamically typed one. Raises ParameterNotDeclaredException,
         TypeError for what is no Parameter.
         """
-        return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
+        outcomes = [self._ros_set([parameter]) for parameter in parameter_list]
+        self._ros_tell_dropped(outcomes)
+        return [result_message(outcome) for outcome in outcomes]
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """Set all parameters or none; raises as set_parameters does."""
-        return result_message(self._ros_set(list(parameter_list)))
+        outcome = self._ros_set(list(parameter_list))
+        self._ros_tell_dropped([outcome])
+        return result_message(outcome)
+
+    def _ros_tell_dropped(self, outcomes: Sequence[Outcome]) -> None:
+        """Say that a set was refused, if the line that asked for it throws the answer away."""
+        refused = next((outcome for outcome in outcomes if not outcome.successful), None)
+        if refused is None or refused.reason.startswith(NO_ANSWER):
+            return  # of a callback that gave no answer was told already
+        if place := dropping_place():
+            get_logger(self.handle.logger_name).warning(
+                f'a parameter was not set: {refused.reason}; look at .successful and .reason of what '
+                f'the call returns{at(place)}'
+            )
 
     def _ros_set(self, parameters: list[Parameter]) -> Outcome:
         _check_parameters(parameters)
@@ -238,10 +265,12 @@ class NodeParameters:
             _check_parameters(parameters)
             if not parameters:
                 return NOTHING_LEFT
-        undeclared = [parameter.name for parameter in parameters if parameter.name not in self._parameters]
-        if undeclared and not self._parameters.allow_undeclared:
-            raise ParameterNotDeclaredException(undeclared)
-        outcome = self._parameters.judge(parameters)
+        undeclared = [
+            parameter.name for parameter in parameters if parameter.name not in self._ros_parameters
+        ]
+        if undeclared and not self._ros_parameters.allow_undeclared:
+            raise self._ros_not_declared(undeclared)
+        outcome = self._ros_parameters.judge(parameters)
         return self._ros_change(parameters) if outcome.successful else outcome
 
     def _ros_change(
@@ -253,7 +282,7 @@ class NodeParameters:
             return outcome
         if self.handle.destroyed:
             raise InvalidHandle
-        changes = self._parameters.store(parameters, declared)
+        changes = self._ros_parameters.store(parameters, declared)
         if self._ros_parameter_events is not None:
             self._ros_parameter_events.publish(changes)
         self._ros_set_callbacks.tell(parameters)
@@ -272,11 +301,11 @@ class NodeParameters:
         InvalidParameterValueException.
         """
         parameter = self.get_parameter(name)
-        if name in self._parameters:
+        if name in self._ros_parameters:
             self._ros_refuse_read_only(name)
             wanted = described(descriptor)
             parameter = _suiting(wanted, parameter, alternative_value)
-            self._parameters.describe(wanted, parameter)
+            self._ros_parameters.describe(wanted, parameter)
         return parameter.get_parameter_value()
 
     # -- callbacks -----------------------------------------------------------------------------------------
@@ -320,11 +349,11 @@ class NodeParameters:
         return self._ros_set_callbacks.after
 
     def _ros_refuse_undeclared(self, name: str) -> None:
-        if not self._parameters.allow_undeclared:
-            raise ParameterNotDeclaredException(name)
+        if not self._ros_parameters.allow_undeclared:
+            raise self._ros_not_declared(name)
 
     def _ros_refuse_read_only(self, name: str) -> None:
-        descriptor = self._parameters.descriptor(name)
+        descriptor = self._ros_parameters.descriptor(name)
         if descriptor is not None and descriptor.read_only:
             raise ParameterImmutableException(name)
 
@@ -339,10 +368,15 @@ def _wrong_type(parameter: Parameter, wanted: Type) -> InvalidParameterTypeExcep
     return error
 
 
-def _check_parameters(parameters: list[Parameter]) -> None:
+def _check_parameters(parameters: Iterable[object]) -> None:
     for parameter in parameters:
         if not isinstance(parameter, Parameter):
-            raise TypeError(f"parameter must be instance of type '{Parameter!r}', got {parameter!r}")
+            example = "Parameter('speed', value=2.0)"
+            if isinstance(parameter, tuple) and len(parameter) == 2:
+                example = f'Parameter({parameter[0]!r}, value={parameter[1]!r})'
+            raise TypeError(
+                f"parameter must be instance of type '{Parameter!r}', got {parameter!r}; write {example}"
+            )
 
 
 def _suiting(

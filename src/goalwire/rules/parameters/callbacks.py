@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol, TypeAlias
 
 from goalwire.errors import CallbackError
+from goalwire.places import function_place
 from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, refused
 from goalwire.rules.parameters.parameter import Parameter
 
@@ -36,6 +37,10 @@ NOTHING_LEFT = refused(
     'parameter list cannot be empty, this might be due to pre_set_parameters_callback modifying the original '
     'parameters list.'
 )
+
+
+NO_ANSWER = 'Callback returned an invalid type'
+"""How the reason begins where a callback returned no SetParametersResult."""
 
 
 class SetCallbacks:
@@ -81,11 +86,25 @@ def _outcome(callback: On, parameters: list[Parameter]) -> Outcome:
     try:
         return Outcome(successful=verdict.successful, reason=verdict.reason)
     except AttributeError:
-        warnings.warn('Callback returned an invalid type, it should return SetParameterResult.', stacklevel=2)
+        _tell_no_answer(callback, verdict)
         return refused(
-            f"Callback returned an invalid type: '{_name(callback)}' returned {verdict!r}, "
+            f"{NO_ANSWER}: '{_name(callback)}' returned {verdict!r}, "
             'not an rcl_interfaces.msg.SetParametersResult'
         )
+
+
+def _tell_no_answer(callback: On, verdict: object) -> None:
+    """Warn at the line where the callback is written: it is to be changed there."""
+    text = (
+        f'{NO_ANSWER}: {_name(callback)}() returned {verdict!r}, so nothing is set; '
+        "write 'return SetParametersResult(successful=True)', from rcl_interfaces.msg"
+    )
+    place = function_place(callback)
+    if place:
+        file, _, line = place.rpartition(':')
+        warnings.warn_explicit(text, UserWarning, file, int(line))
+    else:
+        warnings.warn(text, stacklevel=3)
 
 
 def _name(callback: object) -> str:

@@ -110,7 +110,7 @@ def _read_nodes(events: Iterator[yaml.Event], namespace: str, where: yaml.Event,
         elif isinstance(value, yaml.SequenceStartEvent):
             _refuse('Sequences can only be values and not keys in params. Error', value)
         else:
-            _refuse(f'Cannot have a value before {KEY}', value)
+            _refuse(f'Cannot have a value before {KEY}', value, _MISSING_KEY)
 
 
 def _read_parameters(
@@ -122,7 +122,7 @@ def _read_parameters(
     if isinstance(value, yaml.MappingStartEvent):
         _read_values(events, '', values)
     elif not (isinstance(value, yaml.SequenceStartEvent) and isinstance(next(events), yaml.SequenceEndEvent)):
-        _refuse(f'Cannot have a value before {KEY}', value)
+        _refuse(f'Cannot have a value before {KEY}', value, _MISSING_KEY)
 
 
 def _read_values(events: Iterator[yaml.Event], prefix: str, values: dict[str, ParameterValue]) -> None:
@@ -170,8 +170,11 @@ def _node_name(name: str, where: yaml.Event) -> str:
     return name
 
 
-def _refuse(what: str, where: yaml.Event) -> NoReturn:
-    raise RuleSyntaxError(f'{what} at line {line_of(where)}')
+_MISSING_KEY = f"; write the line '{KEY}:' between the node's name and its parameters"
+
+
+def _refuse(what: str, where: yaml.Event, hint: str = '') -> NoReturn:
+    raise RuleSyntaxError(f'{what} at line {line_of(where)}{hint}')
 
 
 def _not_yaml(error: yaml.YAMLError, data: bytes) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Mapping
 from enum import Enum
-from typing import TYPE_CHECKING, Generic, TypeAlias
+from typing import TYPE_CHECKING, Generic, NoReturn, TypeAlias
 
 if TYPE_CHECKING:
     from typing import Any
@@ -51,8 +52,14 @@ class Type(Enum):
             for kind, sequence in _SEQUENCES.items():
                 if all(is_kind(element, kind) for element in value):
                     return sequence
-            raise TypeError(f"The given value is not a list of one of the allowed types '{value}'.")
-        raise TypeError(f"The given value is not one of the allowed types '{value}'.")
+            raise _noted(
+                f"The given value is not a list of one of the allowed types '{value}'.",
+                'give all items the same type, such as [1.0, 2.0] and not [1.0, 2]',
+            )
+        advice = 'a parameter is a bool, int, float or str, bytes, or a list of one of these'
+        if isinstance(value, Mapping):
+            advice += "; declare a parameter for each item, named with a dot as in 'gains.p'"
+        raise _noted(f"The given value is not one of the allowed types '{value}'.", advice)
 
     def check(self, value: object) -> bool:
         """True if `value` may be a parameter of this type."""
@@ -73,6 +80,12 @@ SCALARS: tuple[tuple[type, Type, Type], ...] = (
 """The Python type, the parameter's type for one value, and for several."""
 # By the type of an element. The first that fits wins: an empty sequence holds bytes, as in rclpy.
 _SEQUENCES: dict[type, Type] = {bytes: Type.BYTE_ARRAY} | {kind: several for kind, _, several in SCALARS}
+
+
+def _noted(text: str, advice: str) -> TypeError:
+    error = TypeError(text)
+    error.add_note(advice)
+    return error
 
 
 def is_kind(value: object, kind: type) -> bool:
@@ -172,6 +185,20 @@ class Parameter(Generic[ValueT_co]):
     def get_parameter_value(self) -> ParameterValueMessage:
         """Return its value as an rcl_interfaces/msg/ParameterValue."""
         return value_message(self._type, self._value)
+
+    if not TYPE_CHECKING:  # which find the mistake themselves
+
+        def _refuse_operator(self, _other: object) -> NoReturn:
+            """Stand for every operator: it is the value that is meant."""
+            raise TypeError(
+                f"this is the parameter '{self._name}' and not its value: write "
+                f'get_parameter({self._name!r}).value'
+            )
+
+        __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = (
+            _refuse_operator
+        )
+        __lt__ = __le__ = __gt__ = __ge__ = _refuse_operator
 
     def __repr__(self) -> str:
         return f'Parameter(name={self._name!r}, type_={self._type}, value={self._value!r})'

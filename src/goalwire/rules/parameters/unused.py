@@ -29,6 +29,7 @@ class OverrideUse:
         self._given = arguments.parameters
         self._declared: dict[str, set[str]] = {}
         self._lock = Lock()
+        self._told: set[str] = set()
 
     def note_node(self, full_name: str) -> None:
         """Note a node by its fully qualified name."""
@@ -49,7 +50,16 @@ class OverrideUse:
             found.update(
                 dict.fromkeys(self._of_file(item) if isinstance(item, ParameterFile) else self._of(item))
             )
-        return list(found)
+        return [told for told in found if told not in self._told]
+
+    def describe_misspelt(self) -> list[str]:
+        """Return the sentences about names that are nearly declared ones, and about files for other nodes.
+
+        Each is returned once, here or by `describe_unused`.
+        """
+        found = [told for told in self.describe_unused() if 'did you mean' in told or 'it is for' in told]
+        self._told.update(found)
+        return found
 
     def _of(self, item: ParameterOverride) -> Iterator[str]:
         rule = f'-p {item.node}:{item.name}:=…' if item.node else f'-p {item.name}:=…'
@@ -62,7 +72,11 @@ class OverrideUse:
     def _of_file(self, file: ParameterFile) -> Iterator[str]:
         meant = {pattern: self._meant(pattern) for pattern in file.nodes}
         if meant and not any(meant.values()):
-            yield f"nothing used '--params-file {shown(file.path)}': it is for {_some(meant)}{self._made()}"
+            made = self._made()
+            yield (
+                f"nothing used '--params-file {shown(file.path)}': it is for {_some(meant)}{made}: "
+                'give both the same name'
+            )
         for pattern, nodes in meant.items():
             missing = [name for name in file.nodes[pattern] if not self._is_declared(name, nodes)]
             if nodes and missing and '*' not in pattern:
