@@ -513,7 +513,7 @@ def test_a_run_is_entered_once_and_asked_in_its_block(play: Play) -> None:
                 await run_.result
                 with pytest.raises(ClosedError, match='entered before'):
                     await run_.__aenter__()
-            with pytest.raises(TypeError, match='Expected'):
+            with pytest.raises(TypeError, match='expected'):
                 await client.call(Fibonacci.Result(), timeout=5.0)  # type: ignore[arg-type]
 
     play(scenario)

@@ -103,7 +103,7 @@ def test_what_cannot_be_published_is_refused(play: Play) -> None:
                 publisher.publish(Int64(), data=1)
             with pytest.raises(EncodeError):
                 publisher.publish(data=2**63)
-            with pytest.raises(TypeError, match='Expected'):
+            with pytest.raises(TypeError, match='expected'):
                 publisher.publish(String())  # type: ignore[arg-type]
             with pytest.raises(DeadlineError, match="topic '/count': too few subscribers came; waited"):
                 await publisher.wait_for_subscribers(timeout=0.01)

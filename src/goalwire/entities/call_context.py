@@ -5,11 +5,10 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING, TypeVar
 
-from goalwire.entities.graph_waiting import await_graph
+from goalwire.entities.graph_waiting import await_graph, where
 from goalwire.errors import CallError, DeadlineError, NoServerError, ShutDownError
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.transport.contract import EndpointKind
-from goalwire.transport.registry import selected_identifier
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -39,11 +38,6 @@ class TimedCalls:
             if nearest is None:
                 return node.context.call_timeout
         return nearest
-
-
-def where(context: Context) -> str:
-    """Return where a context looks for servers, for error texts: its domain and its wire."""
-    return f'in domain {context.get_domain_id()} ({selected_identifier()})'
 
 
 class CallContext:

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.graph_waiting import ServerWaitQueue, await_graph, tell_near_misses, wait_for_graph
+from goalwire.entities.graph_waiting import (
+    ServerWaitQueue,
+    await_graph,
+    tell_near_misses,
+    tell_silence,
+    wait_for_graph,
+)
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import (
     NO_REASON,
@@ -19,6 +26,7 @@ from goalwire.entities.recorded_calls import watch_recorders
 from goalwire.entities.retrying import Retries
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.type_support import ServiceSupport
+from goalwire.entities.wrong_message import explain_wrong_message
 from goalwire.errors import (
     CallError,
     DeadlineError,
@@ -55,6 +63,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         self._reported: set[str] = set()
         self._told = ''
         """The hint about similar names and types that was logged last."""
+        self._has_called = False
         self._is_end_told = False
         """Whether it was logged that a call came after the end of the context."""
         self._request_class = support.request
@@ -72,6 +81,9 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         the context's end, which is logged once: destructors say goodbye in this way. With a `default_timeout`
         it ends with an error, and after the context's end ShutDownError is raised.
         """
+        if not self._has_called:
+            self._has_called = True
+            self.node.context.unspun.add_call(self)
         try:
             return self.begin(request, self.default_timeout)
         except ShutDownError as error:
@@ -90,7 +102,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         means. Raises as `call_async` does, and ValueError for a time that is not a number.
         """
         if request.__class__ is not self._request_class and not isinstance(request, self._request_class):
-            raise TypeError(f'Expected {self._request_class}, got {type(request)}')
+            raise TypeError(explain_wrong_message(self._request_class, request))
         port = self._port
         if port is None:
             raise InvalidHandle
@@ -183,7 +195,8 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
 
         Raises as server_is_there does.
         """
-        if wait_for_graph(self.node.context, self.server_is_there, timeout_sec):
+        tell = partial(tell_silence, self.node, 'service', self.full_name)
+        if wait_for_graph(self.node.context, self.server_is_there, timeout_sec, tell):
             return True
         self._told = tell_near_misses(self.node, 'service', self.full_name, self._told)
         return False
@@ -198,8 +211,11 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
             return
         self._reported.add(reason)
         get_logger(self.node.logger_name).warning(
-            f"Service '{self.full_name}': no server answered ({reason or NO_REASON}). The future stays "
-            'pending, as in ROS 2: call wait_for_service() first, and give calls a timeout'
+            f"Service '{self.full_name}': the server gave no answer ({reason}), so the future stays pending: "
+            'mend the server, and give calls a timeout'
+            if reason
+            else f"Service '{self.full_name}': no server answered ({NO_REASON}). The future stays pending, "
+            'as in ROS 2: call wait_for_service() first, and give calls a timeout'
         )
 
     def statistics(self) -> ClientStatistics:

@@ -19,11 +19,13 @@ from goalwire.concurrency.forks import ForkGuard, leak, reset_in_children
 from goalwire.entities.arguments import override_use, process_arguments
 from goalwire.entities.deadlock_detector import DeadlockDetector
 from goalwire.entities.rosout import Rosout
+from goalwire.entities.unspun import UnspunNodes, ends_early
 from goalwire.errors import NotInitializedException, RCLError
 from goalwire.execution import signals, uncaught
 from goalwire.execution.handle import handle_of
 from goalwire.execution.timer_heap import TimerThread
 from goalwire.execution.waiting import ShutdownSignal
+from goalwire.execution.weak_methods import weakly
 from goalwire.graph.graph import Graph
 from goalwire.graph.mismatch import Mismatch
 from goalwire.rules import domain
@@ -61,6 +63,10 @@ class Context:
         """s that a call may take to which nobody nearer gives a time; None: without limit, as in ROS 2."""
         self.deadlines = TimerThread(self.shutdown_signal, 'goalwire-deadlines')
         """Ends calls at their deadlines. Its entries must not block."""
+        self.shutdown_signal.alarms = self.deadlines
+        self.unspun = UnspunNodes()
+        """The nodes that have callbacks, for those that nobody spins to be told."""
+        self._are_mistakes_told = False
         self.sends = TimerThread(self.shutdown_signal, 'goalwire-sends')
         """Sends requests that had to wait. Its entries may block on the wire."""
         reset_in_children(self)
@@ -91,6 +97,7 @@ class Context:
             self.call_timeout = call_timeout_from_environment()
         if initialize_logging:
             self._configure_logging()
+        self.shutdown_signal.early_looks.append(weakly(self._look_early))
         uncaught.install_excepthooks()
         signals.register(self.shutdown_signal)
         _contexts.add(self)
@@ -147,7 +154,30 @@ class Context:
     def end_at_exit(self) -> None:
         """Wake every waiter, since the interpreter ends. In a forked child they are the parent's."""
         if not self.is_inherited:
+            self._tell_mistakes()
             self.shutdown_signal.end(_AT_EXIT)
+
+    def _tell_mistakes(self) -> None:
+        """Tell once what can be told at the end alone: parameters that nothing used, nodes never spun."""
+        first, self._are_mistakes_told = not self._are_mistakes_told, True
+        if not first:
+            return
+        use = None if ends_early() else self.override_use
+        for complaint in use.describe_unused() if use else ():
+            logging.get_logger('rcl').warning(complaint)
+        for node in self.unspun.never_spun():
+            logging.get_logger(node.logger).warning(node.describe())
+        for complaint in self.unspun.unanswered():
+            logging.get_logger('rclpy').warning(complaint)
+
+    def _look_early(self) -> None:
+        """Tell what shows itself while one node is spun without end, and is not to wait for that end."""
+        may_grow = 'rclpy_components' in sys.modules  # nodes are loaded into it at any time
+        for complaint in self.override_use.describe_misspelt() if self.override_use and not may_grow else ():
+            logging.get_logger('rcl').warning(complaint)
+        for node in self.unspun.waiting(self.shutdown_signal.clock.now()):
+            node.is_told = True
+            logging.get_logger(node.logger).warning(node.describe(beside_others=True))
 
     def _end(self) -> None:
         with self._lock:
@@ -157,8 +187,7 @@ class Context:
         if self.is_inherited and self._session is not None:
             self._end_in_child()
             return
-        for complaint in self.override_use.describe_unused() if self.override_use else ():
-            logging.get_logger('rcl').warning(complaint)
+        self._tell_mistakes()
         try:
             self.shutdown_signal.end('shutdown')
             self._run_shutdown_callbacks()

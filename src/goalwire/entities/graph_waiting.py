@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.context import Context
 from goalwire.errors import ClosedError
-from goalwire.execution.monotonic import deadline_after
+from goalwire.execution.monotonic import STEADY, deadline_after
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind
+from goalwire.transport.registry import selected_identifier
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,24 +22,39 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import GraphEntity
 
 
-def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec: float | None) -> bool:
+SILENCE_S = 5.0
+"""How long a program waits for a server before it is told that there is none yet."""
+
+
+def wait_for_graph(
+    context: Context,
+    predicate: Callable[[], bool],
+    timeout_sec: float | None,
+    on_silence: Callable[[], object] | None = None,
+) -> bool:
     """Block until `predicate()` holds (True), or until the timeout or the context's end (False).
 
-    None and negative times wait without limit. Needs no executor.
+    None and negative times wait without limit. Needs no executor. `on_silence` is called once, if that takes
+    longer than SILENCE_S.
     """
     if predicate():
         return True
     shutdown_signal = context.shutdown_signal
     clock = shutdown_signal.clock
     deadline = deadline_after(clock, timeout_sec)
+    told_at = clock.now() + int(SILENCE_S * 1e9) if on_silence is not None and clock is STEADY else None
     waiter = shutdown_signal.new_waiter()
     changes = context.graph.on_change(waiter.wake)
     try:
         while shutdown_signal.alive:
             if predicate():
                 return True
-            if not clock.wait(waiter, deadline):
-                break
+            if told_at is None or (deadline is not None and deadline <= told_at):
+                if not clock.wait(waiter, deadline):
+                    break
+            elif not clock.wait(waiter, told_at) and on_silence is not None:
+                told_at = None
+                on_silence()
         return predicate()
     finally:
         changes.close()
@@ -57,6 +73,25 @@ def tell_near_misses(node: NodeCore, kind: str, name: str, told: str) -> str:
     if hint and hint != told:
         get_logger(node.logger_name).warning(f"{kind} '{name}': no server came; {hint}")
     return hint
+
+
+def where(context: Context) -> str:
+    """Return where a context looks for servers, for error texts: its domain and its wire."""
+    return f'in domain {context.get_domain_id()} ({selected_identifier()})'
+
+
+def tell_silence(node: NodeCore, kind: str, name: str) -> None:
+    """Say that no server has come yet, where it was looked for, and what in the graph is near."""
+    from goalwire.graph.near_misses import near_misses
+    from goalwire.places import at, caller_place
+
+    if not node.context.ok():
+        return
+    hint = near_misses(node.context.graph, name, is_action=kind == 'action')
+    get_logger(node.logger_name).warning(
+        f"still waiting for {kind} '{name}' after {SILENCE_S:g} s, no server is {where(node.context)}: "
+        f'{hint or "start the node that offers it, or correct the name"}{at(caller_place())}'
+    )
 
 
 async def await_graph(context: Context, predicate: Callable[[], bool], deadline: int | None = None) -> bool:

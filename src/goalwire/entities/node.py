@@ -19,12 +19,14 @@ from goalwire.entities.remains import Remains
 from goalwire.errors import InvalidHandle, ShutDownError
 from goalwire.execution.clock import ROSClock
 from goalwire.execution.ready_queue import NodeWorkQueue
+from goalwire.places import caller_place
 from goalwire.rules.arguments import Arguments
 from goalwire.rules.names import RemapRules
 
 if TYPE_CHECKING:
     from goalwire.entities.context import Context
     from goalwire.entities.standard_types import MakeService
+    from goalwire.entities.unspun import UnspunNode
     from goalwire.graph.graph import Graph
     from goalwire.rules.parameters import ParameterValue
     from goalwire.rules.parameters.unused import OverrideUse
@@ -71,6 +73,9 @@ class NodeCore:
         self._finalizer = finalize(self, self.remains.close_soon)
         self._finalizer.atexit = False
         self._owned: dict[int, Owned] = {}
+        self.place = caller_place()
+        """The line of the program that made the node."""
+        self._unspun: UnspunNode | None = None
 
     @property
     def port(self) -> NodePort:
@@ -133,6 +138,17 @@ class NodeCore:
         """Gets the names of declared parameters; None if the process's arguments override none."""
         takes_them = self._arguments[1] is self.context.arguments
         return self.context.override_use if takes_them else None
+
+    def note_callback(self, kind: str) -> None:
+        """Note that the program gave the node a callback, of a 'timer' for one: somebody has to spin it."""
+        if self._unspun is None:
+            self._unspun = self.context.unspun.add(self)
+        self._unspun.callbacks[kind] += 1
+
+    @property
+    def has_callbacks(self) -> bool:
+        """Whether the program gave it any, besides the services that every node has."""
+        return self._unspun is not None
 
     def own(self, entity: Owned) -> None:
         """Destroy `entity` together with the node."""

@@ -15,6 +15,7 @@ from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import InvalidHandle
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue
+from goalwire.places import at, function_place
 from goalwire.rules import reasons
 from goalwire.rules.latencies import Latencies
 from goalwire.rules.qos import QoS
@@ -90,7 +91,8 @@ class ServiceCore(Introspected):
         if response.__class__ is not expected and not isinstance(response, expected):
             raise TypeError(
                 f"Service '{self.full_name}': the callback returned {type(response).__name__}; "
-                f'return the {expected.__name__} that it was given'
+                f"return the {expected.__name__} that it was given: write 'return response'"
+                f'{at(function_place(self.callback))}'
             )
         introspection = self.introspection  # read before replying: the client may make it change at once
         header.reply(self.support.encode_response(response))

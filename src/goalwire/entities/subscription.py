@@ -219,13 +219,14 @@ def _takes_info(callback: object) -> bool:
     for count in (1, 2):
         if callable(callback) and accepts(callback, count):
             return count == 2
-    error = RuntimeError(
-        'Subscription.__init__(): callback should be either be callable with one argument'
-        '(to get only the message) or two (to get message and message info)'
-    )
+    wanted = 'the callback of a subscription is a function that is callable with one argument, the message'
     if not callable(callback):
-        error.add_note(describe_given(callback))
-    raise error
+        raise RuntimeError(f'{wanted}: {describe_given(callback)}')  # noqa: TRY004 - rclpy's
+    name = getattr(callback, '__name__', repr(callback))
+    raise RuntimeError(
+        f'{wanted}, or with two, the message and its info; {name} takes another number: '
+        f"write 'def {name}(message):'"
+    )
 
 
 def wait_for_message(

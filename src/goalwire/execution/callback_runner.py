@@ -25,6 +25,8 @@ class CallbackRunner(CallbackChooser):
     """Runs callbacks on the calling thread. The executor decides which threads call."""
 
     _spread_runners = False
+    has_spun = False
+    """Whether a thread has ever run callbacks with it."""
 
     def __init__(self, shutdown_signal: ShutdownSignal) -> None:
         super().__init__(shutdown_signal)
@@ -76,6 +78,9 @@ class CallbackRunner(CallbackChooser):
             raise
         self._end(source, group)
         return True
+
+    PERFORM = _perform.__code__
+    """The code of every callback's call: by it the frame of a callback is found."""
 
     def _end(self, source: CallbackSource, group: CallbackGroup | None) -> None:
         """Note that a callback has ended."""

@@ -10,6 +10,8 @@ import sys
 from types import CoroutineType, FunctionType, MethodType
 from typing import TYPE_CHECKING
 
+from goalwire.places import at, caller_place, function_place
+
 if TYPE_CHECKING:
     from collections.abc import Callable
     from inspect import Signature
@@ -37,7 +39,7 @@ def advise_callback(callback: object, arguments: tuple[str, ...], what: str, log
     """
     problem = _problem(callback, arguments, what)
     if problem is not None:
-        logger.warning(f'{problem}; the call will fail')
+        logger.warning(f'{problem}; the call will fail{at(function_place(callback) or caller_place())}')
 
 
 def _problem(callback: object, arguments: tuple[str, ...], what: str) -> str | None:
@@ -47,7 +49,12 @@ def _problem(callback: object, arguments: tuple[str, ...], what: str) -> str | N
     if accepts(callback, len(arguments)):
         return None
     name = getattr(callback, '__qualname__', None) or repr(callback)
-    return f'{what} is called as {name}({", ".join(arguments)}), and does not take that'
+    _, bound = function_of(callback)
+    parameters = ', '.join((*('self',) * bound, *arguments))
+    return (
+        f'{what} is called as {name}({", ".join(arguments)}), and does not take that: '
+        f"write 'def {name.rpartition('.')[2]}({parameters}):'"
+    )
 
 
 def describe_given(callback: object) -> str:

@@ -27,6 +27,8 @@ from goalwire.execution.spinning import (
 )
 from goalwire.execution.task import Handler, Task, TaskSource
 from goalwire.execution.waiting import ContextLike, StopCondition, WireWaiter, default_context
+from goalwire.logging import get_logger
+from goalwire.places import at, caller_place
 
 if TYPE_CHECKING:
     from goalwire.execution.callback_groups import CallbackGroup
@@ -123,6 +125,7 @@ class Executor(CallbackRunner):
 
     def __init__(self, *, context: ContextLike | None = None) -> None:
         self._context = default_context() if context is None else context
+        self._is_nesting_told = False
         super().__init__(self._context.shutdown_signal)
         self._nodes: set[Any] = set()
         """Those that were added. They live on here, even if the program drops them."""
@@ -255,6 +258,7 @@ class Executor(CallbackRunner):
         `nodes` is not looked at: every node of this executor is waited for. Raises
         TimeoutException, ShutdownException, ExternalShutdownException, ConditionReachedException.
         """
+        self.has_spun = True
         deadline = self._deadline(timeout_sec)
         source = self._take(self._new_waiter(), StopWhen(condition), deadline)
         if source is not None:
@@ -321,6 +325,13 @@ class Executor(CallbackRunner):
 
     def _run_nested(self, stop: StopCondition, deadline: int | None, *, once: bool) -> None:
         """Spin inside a callback of this very executor, on its thread."""
+        if stop is NEVER and deadline is None and not once and not self._is_nesting_told:
+            self._is_nesting_told = True
+            get_logger('goalwire').warning(
+                'rclpy.spin() was called in a callback, and never returns: leave it out, for the spin that '
+                'runs this callback goes on when the callback has returned; to wait for one answer, write '
+                f"'await future' in an 'async def'{at(caller_place())}"
+            )
         with release_groups(self.work_queue, self._drive_until_free):
             self._drive(self._new_waiter(), stop, deadline, once=once)
 
@@ -344,6 +355,7 @@ class Executor(CallbackRunner):
         """
         executors = active_executors.executors
         depth, held = len(executors), held_groups.get()
+        self.has_spun = True
         try:
             executors.append(self)
             if stop is not NEVER:

@@ -142,6 +142,17 @@ class Future(Generic[T]):
         self._callbacks: list[Callable[[Future[T]], object]] = []
         self._work_queue = work_queue if executor is None else _work_queue_of(executor)
 
+    def __getattr__(self, name: str) -> Any:
+        """Called for what a future lacks: its result was meant."""
+        text = f'{type(self).__name__!r} object has no attribute {name!r}'
+        if name[:1] != '_':
+            text += (
+                ': this is a future, whose result comes later; wait for it, by '
+                "rclpy.spin_until_future_complete(node, future) or 'await', and then write "
+                f'future.result().{name}'
+            )
+        raise AttributeError(text, name=name, obj=self)
+
     # -- what rclpy offers
 
     def done(self) -> bool:

@@ -307,6 +307,7 @@ class MultiThreadedExecutor(Executor):
     # -- the thread that spins
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
+        self.has_spun = True
         stop = stop_condition_of(until)
         if stop.completion_state and self._has_nothing_left(once=once):
             return

@@ -322,6 +322,16 @@ class ReadyQueue:
         return taken
 
 
+class Home:
+    """Which executor had a node last. It may outlive the node."""
+
+    __slots__ = ('driver',)
+
+    def __init__(self) -> None:
+        self.driver: Callable[[], Driver | None] | None = None
+        """Returns that executor, None once it is gone; None if there never was one."""
+
+
 class NodeWorkQueue:
     """The address that all of a node's entities post to, whichever executor the node is in.
 
@@ -329,9 +339,10 @@ class NodeWorkQueue:
     adds and removes the node with every call.
     """
 
-    __slots__ = ('__weakref__', '_backlog', '_pollers', '_timer_entries', 'queue', 'timer_heap')
+    __slots__ = ('__weakref__', '_backlog', '_pollers', '_timer_entries', 'home', 'queue', 'timer_heap')
 
     def __init__(self) -> None:
+        self.home = Home()
         self.queue: ReadyQueue | None = None
         self.timer_heap: TimerHeap | None = None
         self._backlog: deque[CallbackSource] = deque()
@@ -372,10 +383,18 @@ class NodeWorkQueue:
         if self.queue is not queue:
             self._move_out(queue)  # detached by another thread meanwhile
 
+    def waits(self, due: int) -> bool:
+        """Whether messages wait here without an executor, or a timer has been due since `due` (steady ns)."""
+        entries = [reference() for reference in list(self._timer_entries)]
+        return bool(self._backlog) or any(
+            entry is not None and entry.due is not None and entry.due < due for entry in entries
+        )
+
     def attach(self, queue: ReadyQueue, timer_heap: TimerHeap) -> None:
         """From now on post to `queue`, and let timers follow `timer_heap`."""
         if self.queue is not None:
             self.detach()
+        self.home.driver = queue.driver
         self.timer_heap = timer_heap
         self.queue = queue
         if self._backlog:

@@ -41,7 +41,16 @@ class SingleThreadedExecutor(Executor):
             self._driver.clear()
 
     def spin(self) -> None:
-        self._run(None, None, once=False)
+        if self.thread_waits_alone():
+            self._run(None, None, once=False)
+            return
+        from goalwire.execution.spin_watch import SpinWatch  # not needed by programs that spin once at a time
+
+        watch = SpinWatch(self._shutdown_signal, self._ready, self._timer_heap)
+        try:
+            self._run(None, None, once=False)
+        finally:
+            watch.close()
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         self._run(future, None if timeout_sec is None else self._deadline(timeout_sec), once=False)

@@ -15,7 +15,7 @@ import warnings
 from _thread import allocate_lock
 from collections.abc import Callable, Iterable
 from threading import TIMEOUT_MAX, current_thread, get_ident, main_thread
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from weakref import ReferenceType, ref
 
 from goalwire.execution.monotonic import STEADY, SteadyClock
@@ -240,6 +240,16 @@ class ShutdownWatch:
         self._watchers.pop(self, None)
 
 
+class Alarms(Protocol):
+    """A thread that calls timer entries when they are due: `TimerThread`."""
+
+    def set(self, entry: Any, due: int) -> None:
+        """Call `entry` at `due`, in ns of the steady clock."""
+
+    def discard(self, entry: Any) -> None:
+        """Do not call `entry`."""
+
+
 class ShutdownSignal:
     """Ends once, for whatever reason. `clock` is the time that everything under this context lives in."""
 
@@ -248,8 +258,10 @@ class ShutdownSignal:
         '_session',
         '_waiters',
         '_watchers',
+        'alarms',
         'alive',
         'clock',
+        'early_looks',
         'external_sleepers',
         'idle_waiters',
         'reason',
@@ -259,6 +271,10 @@ class ShutdownSignal:
     def __init__(self, clock: SteadyClock = STEADY) -> None:
         self.clock = clock
         self.alive = True
+        self.alarms: Alarms | None = None
+        """Where looks at spins that last are set, if the context has such a thread."""
+        self.early_looks: list[Callable[[], object]] = []
+        """Called once, when a spin without end has gone on for seconds: the program has made its nodes."""
         self.reason: str | None = None
         self.wire_poller: WirePoller | None = None
         """Where threads under this may wait on the wire, once there is a session that lets them."""

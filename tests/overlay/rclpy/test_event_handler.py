@@ -191,6 +191,7 @@ def test_by_default_incompatible_qos_is_logged_on_both_sides_in_ros_2s_words(
             (
                 "New subscription discovered on topic 'chat', requesting incompatible QoS. "
                 'No messages will be sent to it. Last incompatible policy: RELIABILITY'
+                '; make the publisher RELIABLE, or the subscription BEST_EFFORT'
             ),
         ),
         (
@@ -198,6 +199,7 @@ def test_by_default_incompatible_qos_is_logged_on_both_sides_in_ros_2s_words(
             (
                 "New publisher discovered on topic 'chat', offering incompatible QoS. "
                 'No messages will be received from it. Last incompatible policy: RELIABILITY'
+                '; make the publisher RELIABLE, or the subscription BEST_EFFORT'
             ),
         ),
     ):

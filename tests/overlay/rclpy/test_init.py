@@ -35,7 +35,7 @@ def clean(isolated: dict[str, str]) -> Iterator[None]:
 
 def test_before_init_nothing_is_there() -> None:
     assert rclpy.ok() is False
-    text = r'^rclpy\.init\(\) has not been called\. msg:cannot create node$'
+    text = r'^rclpy\.init\(\) has not been called\. msg:cannot create node\n'
     with pytest.raises(NotInitializedException, match=text):
         Node('a')
     with pytest.raises(NotInitializedException, match=text):

@@ -121,7 +121,7 @@ def test_what_is_no_function_is_taken_as_in_rclpy_with_one_warning(
         attempt()
         (told,) = advice(capfd)
         assert f'got {given!r}; {THE_FUNCTION_ITSELF}' in told
-        assert told.endswith('the call will fail')
+        assert 'the call will fail' in told
 
 
 @pytest.mark.parametrize('given', [5, 'f'])
@@ -131,7 +131,7 @@ def test_what_is_no_function_is_refused_where_rclpy_refuses_it(node: Node, given
     assert THE_FUNCTION_ITSELF in raised.value.__notes__[0]
     with pytest.raises(RuntimeError) as refused:
         node.create_subscription(String, 'topic', given, 10)
-    assert THE_FUNCTION_ITSELF in refused.value.__notes__[0]
+    assert THE_FUNCTION_ITSELF in str(refused.value)
 
 
 def test_a_coroutine_in_place_of_its_function_is_named(node: Node, capfd: pytest.CaptureFixture[str]) -> None:
@@ -154,7 +154,7 @@ def test_a_function_with_other_parameters_is_taken_as_in_rclpy_with_one_warning(
     ):
         attempt()
         (told,) = advice(capfd)
-        assert f'is called as {name}({arguments}), and does not take that; the call will fail' in told
+        assert f'is called as {name}({arguments}), and does not take that: write ' in told
     with pytest.raises(RuntimeError, match='callable with one argument'):
         node.create_subscription(String, 'topic', callback, 10)
 

@@ -195,9 +195,9 @@ def test_a_bad_service_name_is_refused(node: Node, name: str) -> None:
 
 @pytest.mark.parametrize('qos', [None, 'x', 1.5], ids=repr)
 def test_what_is_no_profile_is_refused(node: Node, qos: Any) -> None:
-    with pytest.raises(TypeError, match=r'^Expected QoSProfile or int, but received <class'):
+    with pytest.raises(TypeError, match=r'^Expected QoSProfile or int, but received '):
         node.create_publisher(String, 'a', qos)
-    with pytest.raises(TypeError, match=r'^Expected QoSProfile or int, but received <class'):
+    with pytest.raises(TypeError, match=r'^Expected QoSProfile or int, but received '):
         node.create_subscription(String, 'a', nothing, qos)
 
 
@@ -210,13 +210,17 @@ def test_a_depth_is_a_profile(node: Node) -> None:
 
 
 def test_a_type_of_another_kind_is_refused(node: Node) -> None:
-    with pytest.raises(RuntimeError, match=r'^The message type provided is not valid .*a service or action$'):
+    with pytest.raises(
+        RuntimeError, match=r'^The message type provided is not valid: .* and a message is needed'
+    ):
         node.create_publisher(AddTwoInts, 'a', 1)
-    with pytest.raises(RuntimeError, match=r'^The service type provided is not valid .*a message or action$'):
+    with pytest.raises(
+        RuntimeError, match=r'^The service type provided is not valid: .* and a service is needed'
+    ):
         node.create_service(String, 'a', nothing)  # type: ignore[arg-type]
     with pytest.raises(RuntimeError, match=r'^The service type provided is not valid'):
         node.create_client(String, 'a')  # type: ignore[arg-type]
-    with pytest.raises(AttributeError, match=r"^type object 'type' has no attribute '_TYPE_SUPPORT' This"):
+    with pytest.raises(AttributeError, match=r'^a class of a message, a service or an action is needed: '):
         node.create_publisher(int, 'a', 1)
 
 
@@ -224,7 +228,9 @@ def test_a_type_of_another_kind_is_refused(node: Node) -> None:
     'callback', [None, 5, lambda: None, lambda a, b, c: None, lambda *, a: None], ids=lambda _: ''
 )
 def test_a_subscription_wants_one_or_two_arguments(node: Node, callback: Any) -> None:
-    with pytest.raises(RuntimeError, match=r'^Subscription.__init__.*callback should be either be callable'):
+    with pytest.raises(
+        RuntimeError, match='the callback of a subscription is a function that is callable with one argument'
+    ):
         node.create_subscription(String, 'a', callback, 1)
 
 
@@ -262,7 +268,7 @@ def test_timers_take_a_period(node: Node) -> None:
         node.create_timer('x', nothing)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match='NoneType'):
         node.create_timer(None, nothing)  # type: ignore[arg-type]
-    with pytest.raises(RCLError, match=r'^failed to create timer: timer period must be non-negative$'):
+    with pytest.raises(RCLError, match=r'^failed to create timer: timer period must be non-negative\n'):
         node.create_timer(-1, nothing)
 
 

@@ -277,7 +277,7 @@ def test_a_destroyed_publisher_refuses_to_work(make_node: MakeNode) -> None:
 @pytest.mark.parametrize('wrong', [1, None, 'text', String, SetBool.Request()], ids=repr)
 def test_only_messages_of_the_type_are_published(make_node: MakeNode, wrong: Any) -> None:
     publisher = make_node().create_publisher(String, 'chat', 1)
-    with pytest.raises(TypeError, match=r"^Expected <class '.*String'>, got <class "):
+    with pytest.raises(TypeError, match=r'^expected std_msgs\.msg\.String, got '):
         publisher.publish(wrong)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -9,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Self
 from goalwire.errors import NotInitializedException
 from goalwire.execution.signals import is_ipython
 from goalwire.locks import ForkableLock
+from goalwire.places import at, caller_place, is_in_constructor
+from goalwire.tracebacks import hide_own_frames
 from rclpy.context import Context
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers, uninstall_signal_handlers
 from rclpy.utilities import get_default_context, get_rmw_implementation_identifier, ok, try_shutdown
@@ -62,6 +65,8 @@ __all__ = [
     'try_shutdown',
     'uninstall_signal_handlers',
 ]
+
+hide_own_frames()  # an error before init(), or in it, shows the program's lines, too
 
 _global_executor: Executor | None = None
 _executor_lock = ForkableLock()
@@ -222,11 +227,23 @@ def spin(node: Node, executor: Executor | None = None) -> None:
     """
     chosen = (_global_executor or get_global_executor()) if executor is None else executor
     added = chosen.add_node(node)
+    if not node.handle.has_callbacks and is_in_constructor(node, sys._getframe(1)):
+        _tell_spin_in_constructor(node)
     try:
         chosen.spin()
     finally:
         if added:
             chosen.remove_node(node)
+
+
+def _tell_spin_in_constructor(node: Node) -> None:
+    """Say that the spin runs nothing: the callbacks are made behind it, when it has ended."""
+    kind = type(node).__name__
+    node.get_logger().warning(
+        f'rclpy.spin(self) in {kind}.__init__() runs a node that has no callbacks yet, and the lines behind '
+        f'it wait until the end: leave it out, and call rclpy.spin(node) when {kind}() has been made'
+        f'{at(caller_place())}'
+    )
 
 
 def spin_until_future_complete(

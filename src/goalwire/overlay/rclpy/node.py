@@ -10,12 +10,13 @@ from weakref import ReferenceType, ref
 from goalwire.entities.type_support import ServiceClass, ServiceSupport, service_support
 from goalwire.errors import NodeNameNonExistentError
 from goalwire.execution.callbacks import advise_callback, describe_given
+from goalwire.places import at, caller_place
 from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock
 from rclpy.guard_condition import GuardCondition
-from rclpy.impl.base_node import builtin_profile, timer_period_ns
+from rclpy.impl.base_node import builtin_profile, refuse_assignment, timer_period_ns
 from rclpy.impl.topic_endpoints import TopicEndpoints, destroy_owned
 from rclpy.qos import QoSProfile, qos_profile_services_default
 from rclpy.service import Service
@@ -56,6 +57,8 @@ class Node(TopicEndpoints):
         current = self.executor
         if current is new_executor:
             return
+        if new_executor is not None and not hasattr(new_executor, 'add_node'):
+            refuse_assignment(self, 'executor')
         if current is not None:
             current.remove_node(self)
         if new_executor is None:
@@ -103,7 +106,10 @@ class Node(TopicEndpoints):
         self.handle.check_open()
         what = f"the callback of the service '{srv_name}'"
         advise_callback(callback, ('request', 'response'), what, self.get_logger())
-        return self._ros_offer(service_support(srv_type), srv_name, callback, qos_profile, callback_group)
+        support = service_support(srv_type)
+        service = self._ros_offer(support, srv_name, callback, qos_profile, callback_group)
+        self.handle.note_callback('service')
+        return service
 
     def _ros_offer(
         self,
@@ -151,8 +157,10 @@ class Node(TopicEndpoints):
         given: object = callback
         if not callable(given):
             problem = f'the callback of a timer must be a function: {describe_given(given)}'
-            self.get_logger().warning(f'{problem}; the call will fail')
-        return self._ros_timer(period_ns, callback, callback_group, clock, autostart=autostart)
+            self.get_logger().warning(f'{problem}; the call will fail{at(caller_place())}')
+        timer = self._ros_timer(period_ns, callback, callback_group, clock, autostart=autostart)
+        self.handle.note_callback('timer')
+        return timer
 
     def _ros_timer(
         self,

@@ -238,14 +238,17 @@ class QoSProfile:
 
     @classmethod
     def of(cls, qos_or_depth: QoSProfile | int) -> QoSProfile:
-        """Return the profile, or one of that depth; raises TypeError for other objects, ValueError below
-        0.
-        """
-        if isinstance(qos_or_depth, QoSProfile):
-            return qos_or_depth
-        if isinstance(qos_or_depth, int):
-            return cls(depth=qos_or_depth)
-        raise TypeError(f'Expected QoSProfile or int, but received {type(qos_or_depth)!r}')
+        """Return the profile, or one of that depth; raises TypeError for others, ValueError below 0."""
+        given: object = qos_or_depth
+        if isinstance(given, QoSProfile):
+            return given
+        if isinstance(given, int):
+            return cls(depth=given)
+        shown, hint = repr(given), 'give the number of messages that are kept, such as 10'
+        if callable(given):
+            shown = getattr(given, '__name__', shown)
+            hint = 'the callback stands before it: create_subscription(String, topic, callback, 10)'
+        raise TypeError(f'Expected QoSProfile or int, but received {shown}: {hint}')
 
     def to_core(self) -> QoS:
         """Return the frozen form that everything below rclpy takes."""

@@ -117,7 +117,7 @@ def test_what_is_no_request_is_refused(make_async: MakeAsyncNode) -> None:
     async def scenario() -> None:
         async with make_async() as node:
             client = node.create_client(SetBool, 'service')
-            with pytest.raises(TypeError, match=r'Expected .*SetBool_Request'):
+            with pytest.raises(TypeError, match=r'expected .*SetBool\.Request'):
                 await client.call(Trigger.Request())  # type: ignore[arg-type]
 
     run(scenario())

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from goalwire.entities.builtin_services import start_builtin_services
 from goalwire.entities.node import NodeCore
@@ -121,6 +122,8 @@ class BaseNode(NodeGraph, ClockedNode):
         def __getattr__(self, name: str) -> Any:
             """Raise AttributeError. If the node's own part is missing, say that __init__() was not called."""
             kind = type(self).__name__
+            if name == '_parameters' and '_ros_parameters' in self.__dict__:
+                return self._ros_parameters  # rclpy's own name: programs read it, and some have their own
             text = f'{kind!r} object has no attribute {name!r}'
             if '_ros_core' not in self.__dict__ and (name[0] == '_' or hasattr(BaseNode, name)):
                 text = f"{kind} is not a node yet: {kind}.__init__() must call super().__init__('name') first"
@@ -304,10 +307,44 @@ class BaseNode(NodeGraph, ClockedNode):
 
 def timer_period_ns(timer_period_sec: float) -> int:
     """Return a period in ns; raises RCLError below 0, TypeError or ValueError for anything but a number."""
+    given: object = timer_period_sec
+    if callable(given) and not hasattr(given, '__float__'):
+        raise TypeError(
+            'the period of a timer is a number of seconds and stands before the callback: '
+            'create_timer(0.5, callback)'
+        )
     period = int(float(timer_period_sec) * S_TO_NS)
     if period < 0:
-        raise RCLError('failed to create timer: timer period must be non-negative')
+        error = RCLError('failed to create timer: timer period must be non-negative')
+        error.add_note(f'got {timer_period_sec}; give the period in seconds, such as 0.5')
+        raise error
     return period
+
+
+def reserve_properties(cls: type) -> None:
+    """Have an assignment to a property of `cls` that cannot be set say which names are free."""
+    for name, value in vars(cls).copy().items():
+        if isinstance(value, property) and value.fset is None:
+            setattr(cls, name, value.setter(partial(_refuse_value, name=name)))
+
+
+def _refuse_value(node: object, _value: object, name: str) -> NoReturn:
+    refuse_assignment(node, name)
+
+
+def refuse_assignment(node: object, name: str) -> NoReturn:
+    """Raise AttributeError for a program's own value under a name that every node has."""
+    kind = type(node).__name__
+    raise AttributeError(
+        f"'{name}' is a property of every Node, and cannot be set: give this attribute of {kind} "
+        f"another name, such as 'self.my_{name}'",
+        name=name,
+        obj=node,
+    )
+
+
+reserve_properties(BaseNode)
+BaseNode.__init__.__qualname__ = 'Node.__init__'  # as Python names it to who forgets the name
 
 
 @contextmanager

@@ -130,6 +130,7 @@ class TopicEndpoints(BaseNode):
         group.add_entity(subscription)
         self._ros_handle_events(subscription, event_callbacks, group)
         self._subscriptions.append(subscription)
+        self.handle.note_callback('subscription')
         return subscription
 
     def _ros_overridden(
