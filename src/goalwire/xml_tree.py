@@ -65,6 +65,13 @@ class Element:
             yield from child.walk()
 
 
+_UNCLOSED = frozenset(
+    expat.errors.codes[problem]
+    for problem in (expat.errors.XML_ERROR_TAG_MISMATCH, expat.errors.XML_ERROR_NO_ELEMENTS)
+)
+"""The problems that an element has which is never closed."""
+
+
 def read(data: bytes | str) -> Element:
     """Return the outermost element. Raises XmlError."""
     parser = expat.ParserCreate()
@@ -96,6 +103,9 @@ def read(data: bytes | str) -> Element:
         parser.Parse(data, True)
     except expat.ExpatError as error:
         problem = expat.errors.messages.get(error.code, str(error))
+        if len(open_elements) > 1 and error.code in _UNCLOSED:
+            last = open_elements[-1]
+            problem += f'; <{last.tag}> of line {last.line} is open: write </{last.tag}> where it ends'
         raise XmlError(problem, error.lineno, error.offset) from None
     except (ValueError, LookupError) as error:  # expat asks Python's codecs, and these raise both
         if isinstance(error, XmlError):

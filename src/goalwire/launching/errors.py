@@ -43,9 +43,25 @@ def locate(error: Exception, location: Location | None, prefix: str = '') -> Lau
     return told
 
 
+def _explain_indentation(error: IndentationError) -> str:
+    """Say how many blanks the lines above have, one of which this line must have."""
+    try:
+        with open(error.filename or '', encoding='utf-8') as file:
+            lines = file.read().splitlines()[: error.lineno or 0]
+    except OSError:
+        return ''
+    blanks = [len(line) - len(line.lstrip(' ')) for line in lines if line.strip()]
+    if not blanks:
+        return ''
+    above = sorted({each for each in blanks[:-1] if each <= max(blanks[-3:-1], default=0)})
+    return f'; the line has {blanks[-1]} blanks before it, those above have {" or ".join(map(str, above))}'
+
+
 def as_sentence(error: BaseException) -> str:
     """Return an error's message on one line, with its type in front if the message needs it."""
     text = ' '.join((error.msg if isinstance(error, SyntaxError) else str(error)).split())
+    if isinstance(error, IndentationError) and text.startswith('unindent'):
+        text += _explain_indentation(error)
     if isinstance(error, LaunchError) and text:
         return text
     if isinstance(error, OSError) and error.strerror:

@@ -280,6 +280,12 @@ class YAMLParser(Parser):
         except (yaml.YAMLError, UnicodeDecodeError) as error:
             mark = getattr(error, 'problem_mark', None)
             what = ' '.join(str(getattr(error, 'problem', None) or error).split())
+            begun = getattr(error, 'context_mark', None)
+            if mark is not None and begun is not None and mark.line > begun.line:
+                what += (
+                    f'; this line has {mark.column} blanks before it, and what it may belong to begins in '
+                    f'line {begun.line + 1} behind {begun.column}: indent both alike'
+                )
             raise _broken(Location(path, mark.line + 1 if mark else 1), f'no valid YAML: {what}') from error
         if not isinstance(node, yaml.MappingNode) or len(node.value) != 1:
             raise _broken(Location(path, 1), "a launch file in YAML begins with 'launch:'")

@@ -87,7 +87,8 @@ def get_launch_description_from_python_launch_file(launch_file_path: str) -> Lau
     function = getattr(module, 'generate_launch_description', None)
     if not callable(function):
         raise InvalidLaunchFileError(
-            f'{shown(launch_file_path)} does not define generate_launch_description()'
+            f'{shown(launch_file_path)} does not define generate_launch_description(): '
+            'write a function of that name, which returns a LaunchDescription'
         )
     try:
         description = function()
@@ -96,7 +97,7 @@ def get_launch_description_from_python_launch_file(launch_file_path: str) -> Lau
     if not isinstance(description, LaunchDescription):
         raise InvalidLaunchFileError(
             f'{shown(launch_file_path)}: generate_launch_description() returned '
-            f'{type(description).__name__}, not a LaunchDescription'
+            f"{type(description).__name__}, not a LaunchDescription: write 'return LaunchDescription([…])'"
         )
     return description
 

@@ -21,7 +21,7 @@ SUMMARY = 'Run a package specific executable'
 def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--prefix', help="Put before the program, as 'gdb -ex run --args'")
     parser.add_argument('package_name', help='Name of the package')
-    parser.add_argument('executable_name', help='Name of the executable')
+    parser.add_argument('executable_name', nargs='?', help='Name of the executable')
     parser.add_argument('argv', nargs=REMAINDER, help='Arguments of the program, passed on as they are')
 
 
@@ -29,6 +29,8 @@ def _run(arguments: Namespace, _output: Output) -> Outcome:
     from goalwire.errors import LaunchError
     from goalwire.launching.packages import executable
 
+    if arguments.executable_name is None:
+        raise CommandError(Outcome.USAGE, f'{arguments.prog}: {_explain_one_word(arguments.package_name)}')
     try:
         program = executable(arguments.package_name, arguments.executable_name)
     except LaunchError as error:
@@ -48,6 +50,15 @@ def _run(arguments: Namespace, _output: Output) -> Outcome:
         raise CommandError(
             Outcome.UNAVAILABLE, f"{arguments.prog}: cannot start '{command[0]}': {error.strerror}"
         ) from error
+
+
+def _explain_one_word(word: str) -> str:
+    """Say what is missing after the only word that was given."""
+    if word.endswith('.py') or os.path.isfile(word):
+        return (
+            f"'{word}' is a file, and a package and its executable are needed; to run a file: python3 {word}"
+        )
+    return f'the executable is missing: write ros2 run {word} EXECUTABLE; see: ros2 pkg executables {word}'
 
 
 NOUN = Noun(

@@ -145,6 +145,10 @@ def _check_names(message: Any, values: Mapping[str, Any], title: str) -> None:
     fields = message.get_fields_and_field_types()
     for name, value in values.items():
         if name not in fields:
+            field, colon, rest = str(name).partition(':')
+            if colon and field in fields:
+                problem = f"{title}: '{name}' has no blank behind the colon"
+                raise CommandError(Outcome.BAD_VALUE, problem, f"write '{field}: {rest}'")
             near = did_you_mean(str(name), list(fields)) or (
                 f'its fields are: {", ".join(fields)};' if fields else 'it has no fields;'
             )
