@@ -1,0 +1,8 @@
+# The topic stands before the type.
+# says: a class of a message, a service or an action is needed: 'chatter' is a text: the class stands before the name, as in (String, 'chatter', …)
+import rclpy
+from std_msgs.msg import String
+
+rclpy.init()
+node = rclpy.create_node('talker')
+node.create_publisher('chatter', String, 10)  # <-- here

@@ -1,0 +1,31 @@
+# A timer's callback loops until another callback sets a flag.
+# says: the callback Robot.work() has not returned for seconds, and other callbacks wait for it: let it return, and do the rest in a timer or in a thread; or spin with a MultiThreadedExecutor and give it a callback group of its own
+# within: 5 s
+# ctrl-c: yes
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import Bool
+
+
+class Robot(Node):
+    def __init__(self):
+        super().__init__('robot')
+        self.pressed = False
+        self.create_subscription(Bool, 'button', self.press, 10)
+        self.publisher = self.create_publisher(Bool, 'button', 10)
+        self.create_timer(0.1, self.send)
+        self.create_timer(0.3, self.work)
+
+    def send(self):
+        self.publisher.publish(Bool(data=True))
+
+    def press(self, message):
+        self.pressed = False
+
+    def work(self):
+        while not self.pressed:  # <-- here
+            pass
+
+
+rclpy.init()
+rclpy.spin(Robot())

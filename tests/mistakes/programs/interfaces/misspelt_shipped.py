@@ -1,0 +1,3 @@
+# A shipped class is misspelt.
+# says: did you mean String?
+from std_msgs.msg import Sting  # <-- here

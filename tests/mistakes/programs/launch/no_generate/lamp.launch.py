@@ -1,0 +1,3 @@
+from launch import LaunchDescription
+
+description = LaunchDescription([])

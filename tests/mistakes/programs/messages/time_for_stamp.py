@@ -1,0 +1,9 @@
+# A clock's time is given as a stamp.
+# says: (write ….to_msg())
+import rclpy
+from std_msgs.msg import Header
+
+rclpy.init()
+node = rclpy.create_node('camera')
+publisher = node.create_publisher(Header, 'header', 10)
+publisher.publish(Header(stamp=node.get_clock().now()))  # <-- here

@@ -1,0 +1,9 @@
+# A number is too large for its field.
+# says: std_msgs/msg/UInt8: data: 300 is outside the range of uint8, [0, 255]
+import rclpy
+from std_msgs.msg import UInt8
+
+rclpy.init()
+node = rclpy.create_node('counter')
+publisher = node.create_publisher(UInt8, 'count', 10)
+publisher.publish(UInt8(data=300))  # <-- here

@@ -1,0 +1,6 @@
+# A node's name has a blank.
+# says: Invalid node name: node name must not contain characters other than alphanumerics or '_': 'my robot' ^
+import rclpy
+
+rclpy.init()
+rclpy.create_node('my robot')  # <-- here

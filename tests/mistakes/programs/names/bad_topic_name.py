@@ -1,0 +1,8 @@
+# A topic's name has a hyphen.
+# says: Invalid topic name: topic name must not contain characters other than alphanumerics, '_', '~', '{', or '}': 'left-knee' ^
+import rclpy
+from std_msgs.msg import String
+
+rclpy.init()
+node = rclpy.create_node('talker')
+node.create_publisher(String, 'left-knee', 10)  # <-- here

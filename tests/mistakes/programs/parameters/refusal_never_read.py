@@ -1,0 +1,9 @@
+# set_parameters() is refused, and nobody reads that.
+# says: a parameter was not set: Wrong parameter type, expected 'Type.DOUBLE' got 'Type.STRING'; look at .successful and .reason of what the call returns
+import rclpy
+from rclpy.parameter import Parameter
+
+rclpy.init()
+node = rclpy.create_node('driver')
+node.declare_parameter('speed', 1.0)
+node.set_parameters([Parameter('speed', value='fast')])  # <-- here

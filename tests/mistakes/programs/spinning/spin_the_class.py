@@ -1,0 +1,13 @@
+# rclpy.spin() gets the class and not a node.
+# says: a node is needed, not its class: make one, Talker(), and give that
+import rclpy
+from rclpy.node import Node
+
+
+class Talker(Node):
+    def __init__(self):
+        super().__init__('talker')
+
+
+rclpy.init()
+rclpy.spin(Talker)  # <-- here

@@ -1,0 +1,20 @@
+# A callback makes a blocking call to a service of its own node.
+# says: a blocking call of '/battery' can never be answered: its callback is in the mutually exclusive callback group that the calling callback holds: give one of them a group of its own, or await call_async()
+import rclpy
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+
+class Asker(Node):
+    def __init__(self):
+        super().__init__('asker')
+        self.create_service(Trigger, 'battery', lambda request, response: response)
+        self.client = self.create_client(Trigger, 'battery')
+        self.create_timer(0.1, self.ask)
+
+    def ask(self):
+        print(self.client.call(Trigger.Request()))  # <-- here
+
+
+rclpy.init()
+rclpy.spin(Asker())
