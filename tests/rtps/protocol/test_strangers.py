@@ -171,6 +171,21 @@ def test_a_participant_is_followed_to_another_port_of_its_host(scene: Scene) -> 
     assert {to for _, _, to, _ in scene.network.packets} == {(STRANGER[0], 9999)}
 
 
+def test_a_sample_before_the_first_heartbeat_has_it_asked_for_at_once(scene: Scene) -> None:
+    """RustDDS tells nothing before it has written, and by then it is asked but once a second."""
+    stranger = Stranger(scene.one)
+    stranger.announce()
+    stranger.prove()
+    writer = stranger.endpoint(1, 3)
+    stranger.tell(writer, is_writer=True)
+    scene.network.run(5)
+    asked = scene.sent_to(STRANGER)
+    stranger.send(Data(scene.reader.entity_id, writer.entity_id, 1, b'', b'\0\1\0\0told').encode())
+    assert scene.sent_to(STRANGER) > asked
+    stranger.send(Heartbeat(scene.reader.entity_id, writer.entity_id, 1, 1, 1).encode())
+    assert scene.collector.payloads == [b'\0\1\0\0told']
+
+
 # ---- bounds
 
 

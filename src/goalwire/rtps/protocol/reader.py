@@ -133,6 +133,8 @@ class Reader:
         """Keep a sample until those before it have come; beyond the bounds it is asked for again later."""
         if not proxy.backlog.hold(sample, proxy.next):
             return
+        if not proxy.next:
+            self._requests.greet_anew(proxy)
         self._release(proxy)
         if proxy.next and sample.number > proxy.next:
             proxy.known = max(proxy.known, sample.number)

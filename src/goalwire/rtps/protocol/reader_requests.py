@@ -11,7 +11,7 @@ from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.messages import AckNack, HeartbeatFrag, NackFrag
 from goalwire.rtps.protocol.primitives import NumberSet
 from goalwire.rtps.protocol.wire import Wire
-from goalwire.rtps.protocol.writer_proxy import WriterProxy
+from goalwire.rtps.protocol.writer_proxy import FIRST_ASK_S, WriterProxy
 
 GAP_S = 0.002
 """How long a sample may be late that others have overtaken, before it is asked for."""
@@ -43,6 +43,13 @@ class Requests:
         self._send(proxy, acknack.encode())
         self.ask_in(proxy, proxy.interval)
         proxy.interval = min(2 * proxy.interval, RAREST_FIRST_ASK_S)
+
+    def greet_anew(self, proxy: WriterProxy) -> None:
+        """Ask at once, since a sample waits for the first HEARTBEAT. RustDDS sends none before it has one."""
+        if len(proxy.backlog.held) == 1:
+            self.stop_timer(proxy)
+            proxy.interval = FIRST_ASK_S
+            self.greet(proxy)
 
     def answer(self, proxy: WriterProxy, *, is_final: bool) -> None:
         """A HEARTBEAT has come: ask for what is missing, or acknowledge if an answer is expected."""

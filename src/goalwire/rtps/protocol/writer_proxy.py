@@ -32,6 +32,7 @@ class WriterProxy:
         'is_reliable',
         'known',
         'lost',
+        'matched_at',
         'next',
         'sent_counter',
         'timer',
@@ -45,6 +46,7 @@ class WriterProxy:
         self.asks = info_dst(data.prefix)
         """INFO_DST of its participant."""
         self.is_reliable = is_reliable
+        self.matched_at = wire.clock()
         self.next = 0
         """The sample that is delivered next; 0 until that is known."""
         self.known = 0
