@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from contextlib import suppress
 
@@ -19,6 +20,9 @@ try:
 except ImportError:
     from example_interfaces.action import Fibonacci
 
+LARGEST = min(int(sys.argv[1]), 200_000)
+"""Bytes of a long reply."""
+
 rclpy.init()
 node = rclpy.create_node('server')
 node.declare_parameter('gain', 1.5)
@@ -26,7 +30,7 @@ node.declare_parameter('gain', 1.5)
 
 def answer(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
     response.success = request.data
-    response.message = 'long' * 50_000 if request.data else 'short'
+    response.message = 'long' * (LARGEST // 4) if request.data else 'short'
     return response
 
 
