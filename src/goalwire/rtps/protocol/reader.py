@@ -207,6 +207,8 @@ class Reader:
             self._skip(proxy, first, is_loss=True)
         else:
             proxy.correct(heartbeat.last)
+            if first > proxy.next:
+                self._skip(proxy, first, is_loss=True)
         proxy.known = heartbeat.last
         self._release(proxy)
         self._requests.answer(proxy, is_final=heartbeat.is_final)

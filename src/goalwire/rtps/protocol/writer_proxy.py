@@ -99,5 +99,5 @@ class WriterProxy:
     def correct(self, last: int) -> None:
         """The writer's last sample is `last`: if even the one behind it was skipped, that was not true."""
         if last + 1 < self.next == self._skipped_to:
-            self.next = max(last + 1, self._skipped_from)
+            self.next = self._skipped_from or last + 1
             self._skipped_to, self.lost = self.next, 0
