@@ -37,6 +37,25 @@ def test_a_topic_between_two_participants() -> None:
     assert network.run(1, lambda: not writer.history.changes), 'all is acknowledged'
 
 
+def test_who_has_shown_to_have_a_sample_is_not_asked_for_it() -> None:
+    network = Network()
+    one, _ = network.participant(settings={'announce_s': 1000.0})
+    other, _ = network.participant(settings={'announce_s': 1000.0})
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, publisher)
+    reader = other.create_reader('t', 'T', KEEP_ALL, collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    network.run(3)
+    before = network.sent
+    for number in range(1, 4):
+        assert writer.write(_payload(number)) == number
+        assert network.run(0.005, partial(_has, collector, number))
+        one.run(partial(writer.note_received, reader.data.guid, number), None)
+        network.run(1)
+    assert network.sent == before + 3
+    assert not writer.history.changes
+
+
 def test_a_match_takes_less_than_a_heartbeat_period() -> None:
     network = Network()
     one, _ = network.participant(same_host=True)

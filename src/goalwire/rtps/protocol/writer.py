@@ -255,6 +255,15 @@ class Writer:
             output.send_to(proxy, output.heartbeat(proxy))
         self._repairs.set_timer(self._wire.clock())
 
+    def note_received(self, reader: bytes, number: int) -> None:
+        """A reader has shown otherwise than by ACKNACK that it has a sample, and so all before it.
+
+        It is not asked for that any more. Inside `Wire.run`.
+        """
+        proxy = self.readers.get(reader)
+        if proxy is not None and proxy.has_answered:
+            self._repairs.note_received(proxy, min(number, self._output.last_for(proxy)))
+
     def tell_again(self, reader: bytes) -> None:
         """Tell a reader which samples there are. Inside `Wire.run`."""
         proxy = self.readers.get(reader)

@@ -19,6 +19,8 @@ from goalwire.rtps.protocol.reader_proxy import HEARTBEAT_S, ReaderProxy
 from goalwire.rtps.protocol.wire import FOREVER, Timer
 from goalwire.rtps.protocol.writer_output import WriterOutput
 
+TOGETHER_S = 0.002
+"""Readers are asked together that would be asked so soon one after the other: each time all are looked at."""
 RAREST_HEARTBEAT_S = 1.0
 """How long a reader that does not answer is left alone at most."""
 
@@ -78,7 +80,7 @@ class Repairs:
         for proxy in output.reliable:
             if not output.is_open(proxy):
                 proxy.due = FOREVER
-            elif proxy.due <= now:
+            elif proxy.due <= now + TOGETHER_S:
                 output.send_to(proxy, output.heartbeat(proxy))
                 proxy.interval = min(2 * proxy.interval, RAREST_HEARTBEAT_S)
                 proxy.due = now + proxy.interval
@@ -98,14 +100,7 @@ class Repairs:
             proxy.has_answered = True
             output.wire.tell(self._on_answered, proxy.data)
         last = output.last_for(proxy)
-        acked = min(base - 1, last)
-        if acked > proxy.acked:
-            proxy.acked = acked
-            if proxy.addressed:
-                self.forget_addressed(proxy, acked)
-            proxy.interval = HEARTBEAT_S
-            proxy.due = FOREVER
-            self.note_acked()
+        self.note_received(proxy, min(base - 1, last))
         if missing:
             proxy.interval = HEARTBEAT_S
             self.repair(proxy, missing)
@@ -115,6 +110,21 @@ class Repairs:
             output.send_to(proxy, output.heartbeat(proxy))
         if output.is_open(proxy):
             self.expect_answers()
+
+    def note_received(self, proxy: ReaderProxy, number: int) -> None:
+        """Take note that a reader has all samples up to one; nothing new is no error."""
+        before = proxy.acked
+        if number <= before:
+            return
+        proxy.acked = number
+        if proxy.addressed:
+            self.forget_addressed(proxy, number)
+        proxy.interval = HEARTBEAT_S
+        proxy.due = FOREVER
+        if before <= self.acked:  # else another reader has less, which stays so
+            self.note_acked()
+        else:
+            self._on_acknowledged()
 
     def note_acked(self) -> None:
         """Let go of samples that all reliable readers have."""
