@@ -165,10 +165,7 @@ class Executor(CallbackRunner):
         return True
 
     def remove_node(self, node: NodeLike) -> None:
-        """Stop running `node`'s callbacks.
-
-        Pending work waits for the executor that the node is added to next.
-        """
+        """Stop running `node`'s callbacks; pending work waits for the node's next executor."""
         if self._refused:
             self._ask_again()  # so that refused work goes with its node
         self._nodes.discard(node)

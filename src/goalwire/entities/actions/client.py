@@ -296,10 +296,7 @@ class ActionClientCore(TimedCalls):
         return all(each.reaches_server() for each in requests)
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
-        """Block until there is a server (True) or `timeout_sec` has passed (False).
-
-        None waits without limit.
-        """
+        """Block until there is a server (True) or the timeout (False); None waits without limit."""
         tell = partial(tell_silence, self.node, 'action', self.full_name)
         if wait_for_graph(self.node.context, self.server_is_there, timeout_sec, tell):
             return True

@@ -211,9 +211,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_cancel_request(
         self, goal_id: GoalId, stamp_ns: int, request: RequestT, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """A client asks to cancel: [AskCancel…], one for each goal in order of acceptance; [ReplyCancel]
-        if it means no goal.
-        """
+        """A client asks to cancel: [AskCancel…], one for each goal; [ReplyCancel] if it means no goal."""
         if self._book.expiring:
             self._book.expire(now)
         code, chosen = choose(self.goals, goal_id, stamp_ns)

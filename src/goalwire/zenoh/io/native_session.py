@@ -81,10 +81,7 @@ class NativeSession:
     """
 
     def __init__(self, settings: Settings) -> None:
-        """Open the session, and wait until the nodes it meets have told all they know.
-
-        Raises TransportError.
-        """
+        """Open it, and wait until the nodes it meets have told all they know. Raises TransportError."""
         zid = settings.zid or os.urandom(15) + bytes((1 + os.urandom(1)[0] % 255,))
         self.guard = ForkGuard()
         self.rejects = RejectCounters()

@@ -198,11 +198,7 @@ class Outgoing:
                     pass
 
     def _mend(self, batch: bytes = b'', taken: int = 0) -> None:
-        """Queue the rest of a batch after a signal's handler has raised in the section; `taken` bytes of
-        `batch` were sent.
-
-        `taken` is how much of `batch` was.
-        """
+        """Queue `batch` without its first `taken` bytes: a signal's handler has raised in the section."""
         queue = self.queue
         queue.mend()
         if 0 < taken < len(batch) and not queue.size:
@@ -298,9 +294,7 @@ class Outgoing:
             self.section.run(partial(self._send_now, CONTROL_CHANNEL, together))
 
     def _send_now(self, channel: int, *message: Buffer) -> None:
-        """Send a message in parts, in one frame or in pieces, together with the held messages; in the
-        section.
-        """
+        """Send a message in parts, in one frame or in pieces, with the held messages; in the section."""
         if not self.is_open:
             return
         if not self._has_priorities:
@@ -375,10 +369,7 @@ class Outgoing:
             self._send_now(CONTROL_CHANNEL, message)
 
     def tick(self) -> None:
-        """Send KEEP_ALIVE if nothing else was sent since the last call.
-
-        Called four times within the session's own lease.
-        """
+        """Send KEEP_ALIVE if nothing else was sent within a quarter of the session's own lease."""
         if self._is_agreed and not self.spoke and not self.queue.size:
             self.send_transport(KEEP_ALIVE_MESSAGE)
         self.spoke = False
