@@ -22,7 +22,8 @@ from goalwire.admission import host_name, is_loopback, is_of_this_machine, is_sa
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Frame, Outbox
 from goalwire.apps.bridge.settings import Settings
-from goalwire.errors import TransportError, peer_text
+from goalwire.errors import peer_text
+from goalwire.listening import cannot_listen, listen, unusable_tls_files
 
 _QUIET = logging.getLogger('goalwire.bridge.websockets')
 # The library logs tracebacks; this module logs the errors that matter
@@ -136,14 +137,10 @@ def _port(server: Server) -> int:
 
 
 def _listen(settings: Settings) -> socket.socket:
-    family = socket.AF_INET6 if ':' in settings.host else socket.AF_INET
     try:
-        return socket.create_server((settings.host, settings.port), family=family, backlog=128)
+        return listen(settings.host, settings.port)
     except (OSError, OverflowError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise TransportError(
-            f'cannot listen on {settings.host}:{settings.port}: {reason}; choose another --port'
-        ) from None
+        raise cannot_listen(settings.host, settings.port, error) from None
 
 
 def _encryption(settings: Settings) -> ssl.SSLContext | None:
@@ -153,7 +150,5 @@ def _encryption(settings: Settings) -> ssl.SSLContext | None:
     try:
         context.load_cert_chain(settings.tls_cert, settings.tls_key, password='-')  # noqa: S106 - refused, not asked for
     except OSError as error:
-        raise TransportError(
-            f'the TLS files cannot be used: {error}; give --tls-cert and --tls-key'
-        ) from None
+        raise unusable_tls_files(error) from None
     return context

@@ -12,7 +12,6 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 
 import h11
 import uvicorn
@@ -30,6 +29,7 @@ from goalwire.apps.console.state.recording import Recording
 from goalwire.apps.console.state.session import Session
 from goalwire.errors import TransportError, peer_text
 from goalwire.execution.asyncio.waiting import in_thread
+from goalwire.listening import cannot_listen, listen, unusable_tls_files
 from goalwire.logging import RcutilsLogger, get_logger
 
 _GRACE_S = 2
@@ -225,23 +225,17 @@ async def _serve(
 
 
 def _listen(settings: Settings) -> socket.socket:
-    family = socket.AF_INET6 if ':' in settings.host else socket.AF_INET
-    takes_both = (
-        family is socket.AF_INET6 and is_every_interface(settings.host) and socket.has_dualstack_ipv6()
-    )
-    listen = partial(socket.create_server, family=family, backlog=128, dualstack_ipv6=takes_both)
+    host = settings.host
+    takes_both = ':' in host and is_every_interface(host) and socket.has_dualstack_ipv6()
     try:
         try:
-            return listen((settings.host, settings.port))
+            return listen(host, settings.port, takes_both=takes_both)
         except OSError as error:
             if error.errno != errno.EADDRINUSE or not settings.takes_any_port:
                 raise
-            return listen((settings.host, 0))
+            return listen(host, 0, takes_both=takes_both)
     except (OSError, OverflowError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise TransportError(
-            f'cannot serve the page on {settings.host}:{settings.port}: {reason}; choose another --port'
-        ) from None
+        raise cannot_listen(host, settings.port, error) from None
 
 
 def _config(application: FastAPI, settings: Settings, logger: RcutilsLogger) -> uvicorn.Config:
@@ -266,7 +260,5 @@ def _config(application: FastAPI, settings: Settings, logger: RcutilsLogger) -> 
     try:
         config.load()
     except OSError as error:
-        raise TransportError(
-            f'the TLS files cannot be used: {error}; give --tls-cert and --tls-key'
-        ) from None
+        raise unusable_tls_files(error) from None
     return config
