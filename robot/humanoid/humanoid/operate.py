@@ -9,7 +9,7 @@ import signal
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from difflib import get_close_matches
 from queue import SimpleQueue
 from types import FrameType
@@ -22,6 +22,7 @@ from humanoid_interfaces.srv import Push
 from nav_msgs.msg import Odometry
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
 from humanoid.emergency.names import REFUSAL, STATUS, latched
@@ -34,7 +35,7 @@ from humanoid.mission.robot import ANSWER_WITHIN, Robot
 from humanoid.model import JOINT_BY_NAME, JOINTS, MOVING_SPEED
 from humanoid.navigation.base import yaw_of
 from humanoid.text import brief
-from humanoid.walking.names import GET_UP, PUSH
+from humanoid.walking.names import BALANCES, BALANCING, FALLEN, GET_UP, LIES, PUSH
 
 WATCH_EVERY = 1.0  # s
 GOAL_OVERHEAD = 5.0  # s beyond what a goal itself may take
@@ -110,15 +111,25 @@ def _odometry(robot: Robot) -> Odometry:
     return robot.next_message(Odometry, 'odom')
 
 
-def _refused(robot: Robot, otherwise: str) -> str:
-    """Why a goal was refused, as far as can be told from here: `otherwise` where the robot is not stopped."""
+def _refused(robot: Robot, otherwise: str, joints: Collection[str] = ()) -> str:
+    """Why a goal was refused, as far as can be told from here: `otherwise` if nothing stands against it."""
     try:
         status = robot.next_message(DiagnosticStatus, STATUS, latched())
     except NoAnswer:
         return f'the goal was refused: {otherwise}; or the emergency stop: {GONE}'
-    if status.level == DiagnosticStatus.OK:
-        return f'the goal was refused: {otherwise}'
-    return f'the goal was refused: {REFUSAL} ({brief(status.message)})'
+    if status.level != DiagnosticStatus.OK:
+        return f'the goal was refused: {REFUSAL} ({brief(status.message)})'
+    return f'the goal was refused: {_balance(robot, joints) or otherwise}'
+
+
+def _balance(robot: Robot, joints: Collection[str]) -> str:
+    """What a robot that stands on its own feet has against a goal: '' if nothing, or if it is not one."""
+    if not robot.node.count_publishers(FALLEN):
+        return ''
+    if robot.next_message(Bool, FALLEN, latched()).data:
+        return LIES
+    kept = robot.next_message(String, BALANCING, latched()).data.split(',')
+    return next((f'{joint} {BALANCES}' for joint in joints if joint in kept), '')
 
 
 def _base(odometry: Odometry) -> str:
@@ -218,7 +229,7 @@ def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = N
                 f'{joint.max_velocity} {joint.unit}/s at most'
                 for joint in map(JOINT_BY_NAME.__getitem__, angles)
             )
-            raise Impossible(_refused(robot, limits))
+            raise Impossible(_refused(robot, limits, angles))
         for feedback in goal.feedback():
             _progress(f'{feedback.fraction_done:.0%}')
     _progress('')

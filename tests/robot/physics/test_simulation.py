@@ -16,6 +16,7 @@ from helpers.robot import humanoid
 from humanoid.mission.robot import Robot
 from humanoid.physics.build import GRAVITY
 from humanoid.physics.program import Simulation
+from nav_msgs.msg import Odometry
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
@@ -112,3 +113,35 @@ def test_the_demo_on_physics_in_simulated_time_ends_well(world: dict[str, str]) 
     assert 'both ABORTED, both refused; released: both SUCCEEDED' in output
     assert 'started simulation (pid' in output
     assert 'started joint_state_service' not in output
+
+
+def test_a_robot_that_is_pushed_over_says_so_and_is_put_back(
+    simulation: Program, robot: Robot, world: dict[str, str]
+) -> None:
+    """Its goal ends with the reason, the command line tells it too, and afterwards it drives again."""
+    with humanoid('arm_action_server', *SIM_TIME, env=world) as arms:
+        arms.expect('Arm Action Server ready')
+        with robot.drive(3.0, 0.0, allowed=60.0, timeout=60.0) as run:
+            next(run.feedback(), None)
+            with humanoid('push', '700', '--direction', '90', '--duration', '0.3', env=world) as push:
+                assert 'pushed with 700 N for 0.3 s' in push.succeed()
+            run.finish()
+            assert (run.status, run.result.message) == ('ABORTED', 'The robot has fallen')
+        simulation.expect('the robot has fallen; humanoid get_up puts it back on its feet')
+        with humanoid('wave', env=world) as wave:
+            assert wave.wait() == 1
+            assert 'the robot has fallen' in wave.output
+        with humanoid('get_up', env=world) as get_up:
+            assert 'it cannot climb up by itself' in get_up.succeed()
+        with humanoid('arm', 'left_knee', '1.0', env=world) as knee:
+            assert knee.wait() == 1
+            assert 'left_knee keeps the robot on its feet and takes no commands' in knee.output
+    with robot.drive(*_near(robot), allowed=30.0, timeout=60.0) as run:
+        run.finish()
+        assert run.status == 'SUCCEEDED'
+
+
+def _near(robot: Robot) -> tuple[float, float]:
+    """A place 0.3 m ahead of the robot's, in odom."""
+    at = robot.next_message(Odometry, 'odom').pose.pose.position
+    return at.x + 0.3, at.y

@@ -9,7 +9,7 @@ from humanoid.joints.commands import CommandRefused, Waypoint
 from humanoid.joints.source import JointSource
 from humanoid.model import JOINT_BY_NAME
 from humanoid.navigation.base import Pose2D, Velocity2D
-from humanoid.physics.base import BACKWARDS, SIDEWAYS, TURNED_WITHIN, TURNS, WITHIN, PhysicsBase
+from humanoid.physics.base import BACKWARDS, SIDEWAYS, TURNED_WITHIN, WALKS, WITHIN, PhysicsBase
 from humanoid.physics.joints import PhysicsJoints
 from humanoid.physics.world import TICK, World
 from humanoid.walking.gait import SHIFT, SWING
@@ -128,7 +128,7 @@ def test_a_base_that_is_stopped_comes_to_a_stable_stand(body: World) -> None:
     ('asked', 'bounds'),
     [
         (Velocity2D(0.3, 0.0, 0.5), (0.3, 0.0, 0.5)),
-        (Velocity2D(0.0, 0.0, 9.0), (0.0, 0.0, TURNS)),
+        (Velocity2D(0.0, 0.0, 9.0), (0.0, 0.0, WALKS.max_turn_rate)),
         (Velocity2D(0.0, 1.0, 0.0), (0.0, SIDEWAYS, 0.0)),
         (Velocity2D(-1.0, 0.0, 0.0), (-BACKWARDS, 0.0, 0.0)),
     ],

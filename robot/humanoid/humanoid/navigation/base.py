@@ -47,6 +47,10 @@ class MobileBase(Protocol):
         """How high base_link is above the floor now, in m."""
 
     @property
+    def tilt(self) -> tuple[float, float]:
+        """Roll and pitch of base_link now, in rad."""
+
+    @property
     def velocity(self) -> Velocity2D:
         """How fast it moves now."""
 
@@ -81,7 +85,7 @@ class Base:
         self._target: Pose2D | None = None
         self._asked = STANDING  # a velocity, where there is no target
         self.pose = Pose2D()
-        self.height = PELVIS
+        self.height, self.tilt = PELVIS, (0.0, 0.0)
         self.velocity = STANDING
 
     def drive_to(self, target: Pose2D) -> None:

@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterable, Sequence
 
 from builtin_interfaces.msg import Time as TimeMsg
-from geometry_msgs.msg import Pose, PoseStamped, TransformStamped
+from geometry_msgs.msg import Pose, PoseStamped, Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
 from humanoid.navigation.base import MobileBase, Pose2D, Velocity2D, yaw_of
 from humanoid.navigation.goal_check import FRAME
+from humanoid.urdf import orientation
 
 BASE_LINK = 'base_link'
 GRAVITY = 9.80665  # m/s²
@@ -45,6 +46,8 @@ def odometry(base: MobileBase, pose: Pose2D, frame: str, stamp: TimeMsg, prefix:
     message.child_frame_id = f'{prefix}{BASE_LINK}'
     _fill(message.pose.pose, pose)
     message.pose.pose.position.z = base.height
+    x, y, z, w = orientation(*base.tilt, pose.yaw)
+    message.pose.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
     message.pose.covariance = _diagonal(POSE_VARIANCES)
     message.twist.twist.linear.x = base.velocity.x
     message.twist.twist.linear.y = base.velocity.y

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from humanoid.endings import GoalFailed
-from humanoid.model import BASE, BaseSpec
+from humanoid.model import BaseSpec
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, turn_between
 from humanoid.physics.world import TICK, World
 from humanoid.walking.names import FELL
@@ -15,7 +15,7 @@ ACCELERATION = 0.5  # m/s²
 TURN_ACCELERATION = 2.0  # rad/s²
 SIDEWAYS = 0.2  # m/s
 BACKWARDS = 0.3  # m/s
-TURNS = 0.6  # rad/s
+WALKS = BaseSpec(max_speed=0.5, max_turn_rate=0.6)  # faster it falls too often: docs/how-to/physics.md
 LONG_WAY = 1.5  # m: a base that goes farther turns to face the way first
 NEAR = 0.3  # m: closer to its target it turns to the target's heading
 WITHIN = 0.03  # m, of the target
@@ -25,7 +25,7 @@ TURNED_WITHIN = 0.05  # rad
 class PhysicsBase:
     """Walks a world's robot to one target at a time, or at a given velocity."""
 
-    def __init__(self, world: World, spec: BaseSpec = BASE) -> None:
+    def __init__(self, world: World, spec: BaseSpec = WALKS) -> None:
         self._world, self._spec = world, spec
         self._target: Pose2D | None = None
         self._asked = STANDING  # a velocity, where there is no target
@@ -40,6 +40,11 @@ class PhysicsBase:
     @property
     def height(self) -> float:
         return self._world.estimate.height
+
+    @property
+    def tilt(self) -> tuple[float, float]:
+        estimate = self._world.estimate
+        return estimate.roll, estimate.pitch
 
     @property
     def velocity(self) -> Velocity2D:
@@ -92,12 +97,14 @@ class PhysicsBase:
         pose, target, spec = self.pose, self._target, self._spec
         if target is None:
             forward, left = _walkable(self._asked.x, self._asked.y, spec.max_speed)
-            return Velocity2D(forward, left, min(max(self._asked.yaw, -TURNS), TURNS))
+            return Velocity2D(
+                forward, left, min(max(self._asked.yaw, -spec.max_turn_rate), spec.max_turn_rate)
+            )
         distance = self.distance_to(target)
         self._facing = self._facing and distance > NEAR
         way = math.atan2(target.y - pose.y, target.x - pose.x)
         off = turn_between(pose.yaw, way if self._facing else target.yaw)
-        turn = math.copysign(_braking(abs(off), TURN_ACCELERATION, TURNS), off)
+        turn = math.copysign(_braking(abs(off), TURN_ACCELERATION, spec.max_turn_rate), off)
         speed = _braking(distance, ACCELERATION, spec.max_speed)
         if self._facing:
             speed *= max(math.cos(off), 0.0) ** 2

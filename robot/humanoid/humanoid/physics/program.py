@@ -140,7 +140,7 @@ class Simulation(Node):
 
     def _get_up(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = self.world.fallen
-        response.message = 'the robot stands'
+        response.message = 'the robot has not fallen'
         if self.world.fallen:
             self.world.get_up()
             response.message = (
