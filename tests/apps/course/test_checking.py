@@ -194,13 +194,14 @@ def _check_wrong(exercise: Exercise, mistake: Mistake, folder: Path) -> Report:
 
 @pytest.mark.slow
 @pytest.mark.parametrize('exercise', EXERCISES, ids=lambda exercise: exercise.name)
-def test_the_solution_passes(exercise: Exercise, tmp_path: Path) -> None:
+def test_the_solution_passes(exercise: Exercise, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / exercise.program
     file.write_text(exercise.read('solution.py'), encoding='utf-8')
     told: list[str] = []
     report = check(exercise, file, told.append)
     assert (report.problem, report.advice) == ('', '')
     assert told == report.passed
+    assert capfd.readouterr() == ('', '')  # nothing but what the command tells
 
 
 def _names(value: object) -> str:
