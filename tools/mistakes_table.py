@@ -47,8 +47,9 @@ HEAD = '| mistake | goalwire says | rclpy 9.1.2 says |'
 NOTHING = 'nothing'
 NO_PART = '—'
 """What the wheels have no part for: interfaces made from definitions, launch files, the command line."""
-_RUNS_S = 8.0
+_RUNS_S = 15.0
 """How long a program may go on before it gets Ctrl-C, as from a user who waits in vain."""
+_ERROR = re.compile(r'^(?!KeyboardInterrupt|.*ExternalShutdown)[\w.]*(Error|Exception|Handle|Warning)\b')
 _LOG_HEAD = re.compile(r'^\[(?:WARN|ERROR|INFO)\] \[[\d.]+\] \[[\w.]+\]: ')
 _LONGEST = 300
 
@@ -103,16 +104,15 @@ def _run(command: list[str], folder: Path, domain: str) -> tuple[str, bool]:
 def _last_words(output: str, *, waited: bool) -> str:
     """Return the error or the log line that an output ends with; of a program that hangs, that it does."""
     lines = [line for line in output.splitlines() if line.strip()]
-    errors = [line for line in lines if re.match(r'^[\w.]*(Error|Exception|Handle|Warning)\b', line)]
+    errors = [line for line in lines if _ERROR.match(line)]
     logged = [_LOG_HEAD.sub('', line) for line in lines if _LOG_HEAD.match(line)]
     warned = [line.partition('Warning: ')[2] for line in lines if 'Warning: ' in line]
-    if waited:
-        said = [line for line in logged if 'deprecated' in line or 'QoS' in line]
-        return said[-1] if said else 'nothing, it goes on until Ctrl-C'
+    if waited and not (errors or logged):
+        return 'nothing, it goes on until Ctrl-C'
     if 'Segmentation' in output:
         return 'Segmentation fault'
     found = (logged if any('[ERROR]' in line for line in lines) else errors) or errors or logged or warned
-    return found[-1] if found else NOTHING
+    return re.sub(r'ID: \[[\d ]+\]', 'ID: […]', found[-1]) if found else NOTHING
 
 
 def page_with(rclpy_says: dict[str, str]) -> str:
