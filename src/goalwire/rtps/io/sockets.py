@@ -182,10 +182,12 @@ class Sockets:
         """Return packets that have come by a socket, `most` of them, each with its sender.
 
         To look for a packet that is not there costs 2 us of a call's 50. So it is looked for more than one
-        only while packets come in bursts, and now and then to see whether they do.
+        sample only while they come in bursts, and now and then to see whether they do. What tells of others'
+        writers and readers is read as a whole, else a sample could be answered before its reader is known.
         """
         packets: list[tuple[bytes, Address]] = []
-        if self._until_look:
+        has_samples = sock is self._sender
+        if has_samples and self._until_look:
             self._until_look -= 1
             most = 1
         for _ in range(most):
@@ -196,7 +198,7 @@ class Sockets:
             except OSError:  # on some systems: nobody listened where something was sent
                 continue
             packets.append((packet, source[:2]))
-        if most > 1:
+        if has_samples and most > 1:
             self._until_look = 0 if len(packets) > 1 else TURNS_BETWEEN_LOOKS
         if packets and len(packets[-1][0]) > LARGE:
             self._until_look = 0
