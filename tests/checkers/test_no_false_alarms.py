@@ -1,6 +1,6 @@
 """Type checkers and linters have nothing to say about programs that are right.
 
-The versions are those of the extra `checkers`. Their environment is kept in pytest's cache.
+The versions are those of the extra `checkers`.
 """
 
 from __future__ import annotations
@@ -8,11 +8,10 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
-from helpers.environments import CannotInstall, Environment
+from helpers.environments import Environment
 from helpers.fresh import clean_environment
 from helpers.markdown import DOCS, ROOT, blocks
 
@@ -20,8 +19,6 @@ from goalwire.idl.stubs import write_stubs
 
 pytestmark = [pytest.mark.slow, pytest.mark.long, pytest.mark.timeout(600)]
 
-PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['project']
-PINNED = PROJECT['optional-dependencies']['checkers']
 HERE = f'--python-executable={sys.executable}'
 # The programs have no annotations, as those of most users: their bodies are looked at nonetheless.
 UNTYPED = ('--allow-untyped-defs', '--allow-incomplete-defs', '--allow-untyped-calls')
@@ -36,20 +33,6 @@ CHECKERS = {
 OF_TYPES = ('mypy', 'pyrefly', 'pyright', 'ty')
 WRONG = 'wrong.py'
 """A program of a tutorial whose request has a field of the wrong type."""
-
-
-@pytest.fixture(scope='module')
-def checkers(pytestconfig: pytest.Config) -> Environment:
-    """An environment with all checkers, which sees the packages of the tests."""
-    assert pytestconfig.cache is not None
-    try:
-        environment = Environment.kept(pytestconfig.cache.mkdir('checkers') / 'venv', *PINNED)
-    except CannotInstall as error:
-        if not error.unreachable:
-            raise
-        pytest.skip(f'PyPI cannot be reached: {error}')
-    environment.borrow_tests_packages()
-    return environment
 
 
 @pytest.fixture(scope='module')
