@@ -161,7 +161,7 @@ class InterfaceFinder:
         """Whether `import rclpy` means a rclpy that is not goalwire's."""
         loaded = sys.modules.get('rclpy')
         spec = loaded.__spec__ if loaded is not None else self._module_spec('rclpy', None)
-        return spec is not None and spec.origin is not None and not spec.origin.startswith(OVERLAY)
+        return spec is not None and spec.origin is not None and not _is_ours(spec)
 
 
 class OverlayFinder(FileFinder):
@@ -278,6 +278,14 @@ def _behind(finder: InterfaceFinder) -> 'Iterator[type[PathFinder]]':
     for other in finders[finders.index(finder) + 1 :]:
         if hasattr(other, 'find_spec'):
             yield other  # type: ignore[misc]
+
+
+def _is_ours(rclpy: 'ModuleSpec') -> bool:
+    """Whether a rclpy is goalwire's: it lies in the overlay, or PyInstaller packed it beside goalwire."""
+    if rclpy.origin is not None and rclpy.origin.startswith(OVERLAY):
+        return True
+    frozen = getattr(sys, 'frozen', False)
+    return frozen and _regular('rclpy._reexports', list(rclpy.submodule_search_locations or ())) is not None
 
 
 def _is_regular(spec: 'ModuleSpec | None') -> bool:

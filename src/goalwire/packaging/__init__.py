@@ -1,0 +1,1 @@
+"""What tools that pack programs need of goalwire."""
