@@ -232,10 +232,12 @@ def _overlay_finder() -> 'FileFinder | None':
 
 def _stubs_of(found: 'InterfacePackage') -> str:
     """The folder of a package's type stubs: beside the overlay, or where an editor has them written."""
-    from goalwire.idl import editor_stubs, search_path
+    from goalwire.idl import search_path
 
     if found.origin == search_path.SHIPPED_ORIGIN:
         return os.path.join(OVERLAY, found.name)
+    from goalwire.idl import editor_stubs
+
     return editor_stubs.prepare(found)
 
 
