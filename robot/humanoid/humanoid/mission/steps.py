@@ -18,7 +18,7 @@ from humanoid.model import JOINTS, MOVING_SPEED
 MEASURED_WITHIN = 0.01  # rad: a joint that has mass stands at its stop only about
 GOAL_WITHIN = 40.0  # s for a whole goal of this mission
 ALLOWED = 30.0  # s for a drive: a robot that walks turns first, and is not fast
-ARRIVED_WITHIN = 0.04  # m: feet that step do not stand to the millimetre
+ARRIVED_WITHIN = 0.05  # m: feet that step do not stand to the millimetre
 RAISED = {'left_arm_shoulder': 1.5, 'left_arm_elbow': 1.0}
 LOWERED = {'left_arm_shoulder': 0.5, 'left_arm_elbow': 0.0}
 GAP = 0.05  # m between the fingers of an open hand

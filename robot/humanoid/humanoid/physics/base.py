@@ -18,8 +18,8 @@ BACKWARDS = 0.3  # m/s
 WALKS = BaseSpec(max_speed=0.5, max_turn_rate=0.6)  # faster it falls too often: docs/how-to/physics.md
 LONG_WAY = 1.5  # m: a base that goes farther turns to face the way first
 NEAR = 0.3  # m: closer to its target it turns to the target's heading
-WITHIN = 0.03  # m, of the target
-TURNED_WITHIN = 0.05  # rad
+WITHIN = 0.04  # m, of the target
+TURNED_WITHIN = 0.06  # rad
 
 
 class PhysicsBase:

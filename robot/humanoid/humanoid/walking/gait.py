@@ -34,7 +34,7 @@ TOUCHES, EARLIEST = 60.0, 0.6  # N on a swinging foot, after this share of its w
 LANDS = 15.0  # N, the same at the end of its way
 FIXED = 0.06  # s before it comes down, a foot's target no longer changes
 FALLS = (0.07, 0.10)  # m that the DCM of a standing body is before and beside the middle: it must step
-OFF = (0.015, 0.03)  # m and rad from its place: a body steps there
+OFF = (0.025, 0.04)  # m and rad from its place: a body steps there
 UNEVEN = (0.03, 0.08)  # m and rad that the feet of a standing body are from their places
 CALM = 0.04  # m: the error of the DCM at which a walk may end
 
