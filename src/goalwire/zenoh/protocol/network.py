@@ -23,7 +23,6 @@ from goalwire.zenoh.protocol.primitives import (
     NUMBER_FORM,
     SMALL_END,
     SMALL_Z,
-    UNSUPPORTED,
     SourceInfo,
     Timestamp,
     ZenohProtocolError,
@@ -32,6 +31,7 @@ from goalwire.zenoh.protocol.primitives import (
     decode_z,
     encode_data,
     encode_z,
+    unknown_extension,
 )
 
 INTEREST, RESPONSE_FINAL, RESPONSE, REQUEST, PUSH, DECLARE, OAM = range(0x19, 0x20)
@@ -167,7 +167,7 @@ def read_extensions(data: bytes, at: int) -> tuple[int, int]:
         if header & EXTENSION == QOS:
             qos = value & 0xFF
         elif header & MANDATORY and header & EXTENSION not in _KNOWN:
-            raise ZenohProtocolError(f'unknown extension 0x{header:02x} must be known', UNSUPPORTED)
+            raise unknown_extension(header)
     return qos, at
 
 
@@ -259,10 +259,10 @@ def read_body(data: bytes, at: int, end: int, key: str) -> tuple[Sample, int]:
             elif which == SOURCE:
                 source = data[at : at + size]
             elif header & MANDATORY:
-                raise ZenohProtocolError(f'unknown extension 0x{header:02x} must be known', UNSUPPORTED)
+                raise unknown_extension(header)
             at += size
         elif form == FORM or header & MANDATORY:
-            raise ZenohProtocolError(f'unknown extension 0x{header:02x} must be known', UNSUPPORTED)
+            raise unknown_extension(header)
         elif form == NUMBER_FORM:
             _, at = decode_z(data, at)
     payload: Payload | None = None
@@ -399,10 +399,10 @@ def read_query(data: bytes, at: int, end: int) -> tuple[QueryMessage, int]:
             elif which == SOURCE:
                 source = data[at : at + size]
             elif header & MANDATORY:
-                raise ZenohProtocolError(f'unknown extension 0x{header:02x} must be known', UNSUPPORTED)
+                raise unknown_extension(header)
             at += size
         elif form == FORM or header & MANDATORY:
-            raise ZenohProtocolError(f'unknown extension 0x{header:02x} must be known', UNSUPPORTED)
+            raise unknown_extension(header)
         elif form == NUMBER_FORM:
             _, at = decode_z(data, at)
     if at > end:

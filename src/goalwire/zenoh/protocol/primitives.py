@@ -45,6 +45,13 @@ class ZenohProtocolError(RemoteError):
         self.reason = reason
 
 
+def unknown_extension(header: int) -> ZenohProtocolError:
+    """Return the error about a mandatory extension, by its first byte, that is not known here."""
+    return ZenohProtocolError(
+        f'extension 0x{header:02x} is unknown, and the message says that it must be known', UNSUPPORTED
+    )
+
+
 def _long_z(number: int) -> bytes:
     out = bytearray()
     while number > 0x7F and len(out) < 8:
@@ -170,7 +177,7 @@ class Reader:
             if header & EXTENSION in known:
                 found[header & EXTENSION] = value
             elif header & MANDATORY:
-                raise ZenohProtocolError(f'unknown extension 0x{header:02x} must be known', UNSUPPORTED)
+                raise unknown_extension(header)
         return found
 
 
