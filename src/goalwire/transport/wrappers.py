@@ -24,7 +24,7 @@ def add(wrapper: Wrapper) -> Callable[[], None]:
 
 
 def wrap(transport: Transport) -> Transport:
-    """Return a transport with everything before it that was added, the first nearest to it."""
+    """Return a transport inside all wrappers that were added; the first that was added is the innermost."""
     for wrapper in _wrappers:
         transport = wrapper(transport)
     return transport

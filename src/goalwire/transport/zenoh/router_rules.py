@@ -98,7 +98,7 @@ def _mangled(pattern: str) -> list[str]:
 
 
 def _tokens(grant: Grant, codes: str, suffix: str = '') -> Iterator[str]:
-    """Return the expressions of the tokens of endpoints with a grant's names."""
+    """Return the key expressions of the liveliness tokens of endpoints whose names a grant covers."""
     for domain in grant.domains or ('*',):
         for code in codes.split():
             for name in _mangled(grant.pattern + suffix):
@@ -106,7 +106,7 @@ def _tokens(grant: Grant, codes: str, suffix: str = '') -> Iterator[str]:
 
 
 def _nodes(grant: Grant, codes: str = '*') -> Iterator[str]:
-    """Return the expressions of the tokens of a grant's nodes, and of their endpoints."""
+    """Return the key expressions of the liveliness tokens of a grant's nodes, and of their endpoints."""
     space, _, name = grant.pattern.rpartition('/')
     places = [(namespace, name.replace('*', '$*') if name != '*' else '*') for namespace in _mangled(space)]
     if name == '**':
@@ -200,7 +200,7 @@ def _denials(grants: tuple[Grant, ...]) -> Iterator[tuple[_Narrower, Rule]]:
 
 
 def _could_cover(pattern: str, suffix: str) -> bool:
-    """Whether some name that ends with a suffix is one of a pattern's."""
+    """Whether a pattern matches at least one name that ends with `suffix`."""
     last = pattern.rpartition('/')[2]
     return last == '**' or matches(f'/{last}', f'/{suffix.rpartition("/")[2]}')
 

@@ -270,8 +270,8 @@ def _greet_holder(plan: Plan) -> Holder:
     from goalwire.logging import get_logger  # needed only when something is broken
 
     get_logger(LOGGER).warning(
-        f'port {plan.local} is held by {name_of_holder(plan.local)}, which {found.value}: other '
-        f'processes are not found; end it, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
+        f'port {plan.local} is held by {name_of_holder(plan.local)}, which {found.value}, so this program '
+        f'finds no others: end that program, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
     )
     return found
 

@@ -99,9 +99,10 @@ def request_form(
     qos: int,
     query: QueryMessage,
 ) -> RequestForm | None:
-    """Return the form of a request that was read, from behind its number to its end, if it has one.
+    """Return the form of a request that was read: `start` is behind its number, `end` behind its last byte.
 
-    It has a payload without an encoding, an attachment, and nothing behind them.
+    None if it has none: only a request with a small payload, no encoding, and a short attachment at its end
+    has a form.
     """
     payload, attachment = query.payload, query.attachment
     if payload is None or attachment is None or len(payload) + 1 >= SMALL_END or len(attachment) >= _SHORT:

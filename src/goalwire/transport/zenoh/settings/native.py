@@ -150,7 +150,7 @@ def _endpoints(found: Json, name: str) -> tuple[str, ...]:
         if not isinstance(text, str):
             raise BeyondOursError(f'groups of endpoints in {name}/endpoints')
         if '#' in text or '?' in text:
-            raise BeyondOursError(f"'{text}' in {name}/endpoints")
+            raise BeyondOursError(f"the address '{text}' in {name}/endpoints")
         try:
             parse(text)
         except TransportError as error:
