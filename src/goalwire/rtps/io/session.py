@@ -181,10 +181,10 @@ class RtpsSession:
     def write(
         self, writer: Writer, payload: bytes, *, qos: bytes = b'', to: bytes | None = None
     ) -> int | None:
-        """Write a sample; a writer that is full waits for room for its `max_blocking`, then None is returned.
+        """Write a sample and return its number; None if the writer stays full for its `max_blocking` time.
 
-        The thread that waits reads meanwhile, if nobody else does. The thread that reads does not wait: it
-        would wait for itself.
+        The thread that waits for room reads the sockets meanwhile, if no other thread does. A call from the
+        thread that reads, in a callback, does not wait: only that thread can make room.
         """
         self.guard.check('an RTPS writer')
         number = writer.write(payload, qos=qos, to=to)

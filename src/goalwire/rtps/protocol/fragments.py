@@ -55,7 +55,10 @@ class Partial:
         self.size, self.fragment_size = first.size, first.fragment_size
         is_cut_small = self.fragment_size < min(bounds.LEAST_FRAGMENT, self.size)
         if not self.size or self.size > bounds.SAMPLE_SIZE or is_cut_small:
-            raise RtpsError(f'a sample of {self.size} bytes is cut into fragments of {self.fragment_size}')
+            raise RtpsError(
+                f'a sample of {self.size} bytes in fragments of {self.fragment_size} is refused: samples '
+                f'have 1 to {bounds.SAMPLE_SIZE} bytes, fragments at least {bounds.LEAST_FRAGMENT}'
+            )
         self.count = fragment_count(self.size, self.fragment_size)
         self.qos = b''
         self.is_key = first.is_key

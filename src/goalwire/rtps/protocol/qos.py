@@ -139,7 +139,7 @@ def read_qos(told: Parameters, order: int, default: Qos) -> Qos:
             case pids.REPRESENTATION:
                 count = read_u32(value, order)
                 if count > len(value[4:]) // 2:
-                    raise RtpsError(f'{count} data representations stand in {len(value)} bytes')
+                    raise RtpsError(f'{count} data representations do not fit into {len(value)} bytes')
                 listed = struct.unpack_from(f'{_ORDERS[order]}{count}h', value, 4)
                 values['representation'] = listed or (XCDR1,)
     return Qos(**values)
