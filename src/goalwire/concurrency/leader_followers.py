@@ -339,8 +339,8 @@ class LeaderFollowers(WirePoller):
             if self.external_sleepers or leaves == self._leaves:
                 if _LEAD not in leader:
                     return
-                # Somebody waits for long. The order of these two, and of what a leaving leader does, is the
-                # opposite one: so it is seen to leave here, or sees that this sleeps.
+                # The leader waits for long. This thread notes that it sleeps, then looks for a leader; a
+                # leader gives up the lead, then looks whether this thread sleeps. So one always notices.
                 self._dozing = True
                 if _LEAD in leader:
                     gate.acquire()

@@ -263,9 +263,8 @@ class Poller:
             if self._is_gone():
                 return -1
             if self._portable and isinstance(error, OSError):
-                return (
-                    0  # a socket was closed meanwhile, which select minds on Windows: the next set is right
-                )
+                # A socket was closed meanwhile, and select on Windows refuses it: the next call is without it
+                return 0
             raise
         self._events = events
         return len(events) or self._next_due <= monotonic()

@@ -174,10 +174,10 @@ _WANTED = {
 
 
 class _Handler:
-    """Ends the contexts, then calls the handler of before.
+    """Ends the contexts, then calls the handler that was installed before it.
 
-    It equals that one, if that is a function. So a library that brings its own handler in place of Python's,
-    and leaves those of programs alone, finds Python's here: trio does so.
+    It compares equal to that handler, if that is a function. Some libraries, such as trio, install their own
+    handler only if the present one equals Python's default; they still do so with this one in its place.
     """
 
     __slots__ = ('previous',)

@@ -318,10 +318,10 @@ class Timer(CallbackSource):
         self._arm()
 
     def take_over(self) -> None:
-        """Leave calling to somebody else, a Rate: no executor calls it from now on.
+        """Leave the calls of this timer to a Rate: executors no longer call it.
 
-        It has a turn of its executor with each period all the same, as in rclpy: a program may go round a
-        loop with `spin_once` until something has changed that another thread does at this rhythm.
+        It still wakes its executor once a period, as in rclpy, so `spin_once` returns: a program may repeat
+        `spin_once` until another thread, which sleeps with the Rate, has done its work.
         """
         self._taken = True
         self._arm()

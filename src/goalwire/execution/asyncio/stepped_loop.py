@@ -217,7 +217,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
             self._stepped_selector.rearm()
 
     def _discard_due(self) -> None:
-        """Discard the due times from before the coming step, which serves them."""
+        """Discard the times that are due already: the coming step runs their callbacks."""
         whens, now = self.whens, self.time()
         while whens and _is_due(whens[0], now):
             heappop(whens)
