@@ -60,8 +60,9 @@ async def steps(file: Path) -> AsyncIterator[str]:
         yield f'it gives up after {ATTEMPTS} attempts, and its exit code says so'
         gaps = server.gaps()
         if gaps[-1] < 1.3 * gaps[0]:
+            listed = ', '.join(f'{gap:.2f}' for gap in gaps)
             raise Wrong(
-                f'the requests come {", ".join(f"{gap:.2f}" for gap in gaps)} s after one another',
+                f'the pauses do not grow: the requests come {listed} s after one another',
                 'let the pause grow, as by pause *= 2: a server in trouble needs time, not more requests',
             )
         yield 'its pauses grow'
