@@ -217,11 +217,11 @@ class RCLError(LocalError, RuntimeError):
 
 
 class RMWError(LocalError, RuntimeError):
-    """rclpy raises it if its middleware refuses; goalwire never does, programs catch it."""
+    """rclpy raises it if its middleware fails. goalwire never does: it is here for programs that catch it."""
 
 
 class RCUtilsError(LocalError, RuntimeError):
-    """rclpy raises it if its C helpers refuse; goalwire never does, programs catch it."""
+    """rclpy raises it if rcutils fails. goalwire never does: it is here for programs that catch it."""
 
 
 class ShutDownError(RCLError, ClosedError):

@@ -184,7 +184,7 @@ class EndpointEvents:
             own = self.endpoint
             self._watch = self.node.graph.watch_counterparts(own.kind, own.name, weakly(self._on_counterpart))
             self.node.remains.add(self._watch.close)
-            if self._closed:  # closed by another thread, which found nothing to close
+            if self._closed:  # another thread closed it before there was a watch
                 self._watch.close()
 
     def _on_counterpart(self, peer: GraphEntity, is_there: bool) -> None:

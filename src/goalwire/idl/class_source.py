@@ -117,9 +117,7 @@ def _constructor(slots: list[_Slot], *, checks: bool) -> list[str]:
     return [
         f'    def __init__(_self, {"*, " if slots else ""}{keywords}**_rest):',
         '        _self._check_fields = False',
-        '        if _rest or _CHECK_FIELDS:'
-        if checks
-        else '        if _rest:',  # one question in the usual case
+        '        if _rest or _CHECK_FIELDS:' if checks else '        if _rest:',
         '            _self._check_fields = _checks_asked(_self, _rest, _CHECK_FIELDS)',
         '            if _self._check_fields:',
         *(f'                _self.{slot.name} = {slot.checked()}' for slot in slots),

@@ -38,7 +38,7 @@ def _text_of(definition: Definition) -> str:
     if definition.kind == 'msg':
         try:
             return definition_text(definition.full_name)
-        except InterfaceError:  # a class of an installed ROS 2, without its file
+        except InterfaceError:  # a class of an installed ROS 2 that brings no .msg file
             pass
     assert isinstance(definition, MessageDefinition)
     lines = (f'{field.type.text} {field.name}\n' for field in definition.fields)

@@ -70,7 +70,7 @@ class SqliteReader:
         if not columns or not self._columns('messages'):
             raise sqlite3.DatabaseError('it has no tables of messages and topics')
         schemas = self._schemas()
-        # What older layouts lack is an empty text.
+        # Older layouts lack these columns: empty texts stand for their values.
         qos_column = 'offered_qos_profiles' if 'offered_qos_profiles' in columns else "''"
         hash_column = 'type_description_hash' if 'type_description_hash' in columns else "''"
         for number, name, type_name, serialization, qos, type_hash in self._database.execute(

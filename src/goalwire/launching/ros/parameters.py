@@ -224,7 +224,7 @@ def _check(value: Any) -> Any:
 
 
 def evaluate_parameters(context: LaunchContext, parameters: Iterable[Any]) -> tuple[Any, ...]:
-    """Find normalized parameters out: paths of files, and mappings of full names to values.
+    """Evaluate normalized parameters to paths of files and mappings of full names to values.
 
     Raises BadLaunchValueError for a value that no parameter can have.
     """

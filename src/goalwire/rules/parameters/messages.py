@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def value_of(message: ParameterValueMessage) -> ParameterValue:
     """Return the plain Python value of an rcl_interfaces/msg/ParameterValue, sequences as lists.
 
-    Raises RuntimeError for a type that there is not.
+    Raises RuntimeError for an unknown type.
     """
     try:
         type_ = Type(message.type)

@@ -17,7 +17,7 @@ _clean: dict[str, tuple[ModuleType, int]] = {}
 
 
 class Installation:
-    """The stand-ins, until `remove`."""
+    """Puts the stand-ins in place of the real functions, which `remove` restores."""
 
     def __init__(self) -> None:
         self._undo: list[tuple[object, str, object]] = []

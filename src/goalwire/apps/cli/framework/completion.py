@@ -160,7 +160,7 @@ def _of_graph(question: Callable[[Graph], Iterable[str]]) -> list[str]:
 
 
 def _parameters_of(given: str) -> list[str]:
-    """Return the parameters of a node, which must say them itself."""
+    """Ask a node for the names of its parameters."""
     from goalwire.apps.cli.framework.live import live
     from goalwire.apps.cli.framework.nodes import find_node
     from goalwire.observe.parameters import NodeParameters

@@ -191,7 +191,7 @@ class RobotView(View):
         self._put_goals()
 
     def _put_state(self, watch: RobotWatch) -> None:
-        """Say how old what is shown is: a robot that has gone stands where it was, in grey."""
+        """Show the age of the latest news; a robot that is silent or gone stays in its place, in grey."""
         is_there = watch.namespace in self._names
         is_fresh = watch.is_fresh and is_there
         has_moved = watch.moved_at is not None
