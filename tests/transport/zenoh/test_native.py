@@ -45,22 +45,33 @@ def reader() -> Iterator[Reader]:
     made.side.close()
 
 
+def put_waiting(wire: NativeWire, megabytes: int) -> None:
+    """Send a message that the only link has no room for, as the thread of that link does."""
+    publisher = wire.declare_publisher('a', reliable=True, waits=False)
+    ((_, send),) = publisher.put_where_free(bytes(megabytes * MEGABYTE), b'', (), waits=True)
+    send()
+
+
 def test_a_large_message_has_left_room_for_others_when_its_thread_goes_on(reader: Reader) -> None:
     """Else small ones behind it would be dropped, though nothing is lost on the way."""
     wire = NativeWire(Settings(listen=(), connect=(reader.where,), must_connect=True, connecting_s=PATIENCE))
     small = wire.declare_publisher('a', reliable=True, waits=False)
+    (link,) = wire.session.protocol.links
     left_room: list[bool] = []
 
+    def has_room() -> bool:
+        return link.outgoing.queue.size <= QUEUE_LIMIT
+
     def put_large() -> None:
-        wire.put_waiting('a', bytes(32 * MEGABYTE), b'')
-        left_room.append(small.has_room(0))
+        put_waiting(wire, 32)
+        left_room.append(has_room())
 
     thread = Thread(target=put_large)
     try:
         small.put(b'stop', attachment=b'')
         assert reader.is_stopped.wait(PATIENCE)
         thread.start()
-        wait_for(lambda: not small.has_room(0), 'a full queue')
+        wait_for(lambda: not has_room(), 'a full queue')
         reader.may_go_on.set()
         thread.join(PATIENCE)
         assert left_room == [True]
@@ -95,7 +106,7 @@ def test_who_waits_for_room_goes_on_though_another_publisher_made_it(
 
     monkeypatch.setattr(socket_link, 'write_many', write_all)
     threads = [
-        Thread(target=wire.put_waiting, args=('a', bytes(4 * MEGABYTE), b'')),
+        Thread(target=put_waiting, args=(wire, 4)),
         Thread(target=put_small),
     ]
     try:

@@ -82,11 +82,29 @@ def test_a_message_that_cannot_be_sent_holds_up_no_other(records: list[LogRecord
     def fail() -> None:
         raise MemoryError
 
-    turn.post(Waiting(turn, 1, fail), 10)
-    turn.post(Waiting(turn, 1, lambda: sent(1)), 10)
+    turn.post('a link', Waiting(turn, 1, fail), 10)
+    turn.post('a link', Waiting(turn, 1, lambda: sent(1)), 10)
     sent.expect(1)
     turn.wait()
     assert ['MemoryError' in record.message for record in records] == [True]
+
+
+def test_a_message_waits_for_those_of_its_own_link_alone() -> None:
+    turn, sent, may_go_on = Turn(), Collector[int](), threading.Event()
+
+    def stand_still() -> None:
+        assert may_go_on.wait(PATIENCE)
+        sent(1)
+
+    turn.post('stuck', Waiting(turn, 1, stand_still), 10)
+    turn.post('stuck', Waiting(turn, 1, lambda: sent(2)), 10)
+    turn.post('free', Waiting(turn, 1, lambda: sent(3)), 10)
+    assert sent.expect(1) == [3]
+    assert turn.is_busy
+    may_go_on.set()
+    turn.wait()
+    assert sent.items == [3, 1, 2]
+    assert not turn.lanes
 
 
 def test_where_no_thread_can_be_started_nothing_waits(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -97,9 +115,9 @@ def test_where_no_thread_can_be_started_nothing_waits(monkeypatch: pytest.Monkey
     with monkeypatch.context() as patch:
         patch.setattr(threading.Thread, 'start', refuse)
         with pytest.raises(RuntimeError, match='new thread'):
-            turn.post(Waiting(turn, 1, lambda: sent(1)), 10)
+            turn.post('a link', Waiting(turn, 1, lambda: sent(1)), 10)
     assert not turn.is_busy
-    turn.post(Waiting(turn, 1, lambda: sent(2)), 10)
+    turn.post('a link', Waiting(turn, 1, lambda: sent(2)), 10)
     assert sent.expect(1) == [2]
 
 

@@ -1,9 +1,10 @@
 """The things that all endpoints of a session share: wire, counters, the order of publications on a key.
 
 Zenoh drops a message that has found no room for 50 ms, and tells nobody (1.10.2). The time does not depend on
-the size, so a message of 100 MB never gets through. So large ones of reliable publishers are sent with
-congestion control BLOCK, on a thread of their own. As many may wait as the publisher keeps; what is dropped
-beyond that is counted.
+the size, so a message of 100 MB never gets through. So large ones of reliable publishers go at once on each
+link that has room. On every other link they are sent with congestion control BLOCK, on a thread of that link.
+As many may wait for a link as the publisher keeps; what is dropped beyond that is counted. A peer that stops
+reading takes nothing away from others that way. eclipse-zenoh's session shows no links, and counts as one.
 """
 
 from __future__ import annotations
@@ -33,12 +34,29 @@ none.
 
 
 class Waiting(NamedTuple):
-    """A message that waits for room."""
+    """A message that waits for room on one link."""
 
     owner: object
     size: int
     send: Callable[[], None]
     """Hands the message to the wire, and waits for room; may fail if the publisher has gone."""
+
+
+class Lane:
+    """The messages of one key that wait for one link."""
+
+    __slots__ = ('sending', 'waiting')
+
+    def __init__(self) -> None:
+        self.waiting: deque[Waiting] = deque()
+        self.sending: Waiting | None = None
+
+    def has(self, owner: object) -> bool:
+        """Whether a message of an owner waits, or is being sent."""
+        sending = self.sending
+        return (sending is not None and sending.owner is owner) or any(
+            each.owner is owner for each in self.waiting
+        )
 
 
 class Turn:
@@ -51,22 +69,29 @@ class Turn:
     def __init__(self) -> None:
         self.section = CriticalSection()
         self.is_busy = False
-        """True while messages wait; others may not overtake them then."""
+        """True while messages wait; others may not overtake them on the same link then."""
+        self.lanes: dict[object, Lane] = {}
+        """The links for which messages wait. Only who has the section may look."""
         self._changed = Condition(self.section.lock)
-        self._waiting: deque[Waiting] = deque()
-        self._sending: Waiting | None = None
 
-    def post(self, message: Waiting, depth: int) -> Waiting | None:
-        """Queue a message behind the waiting ones; return the owner's oldest if it has `depth` of these."""
+    def post(self, link: object, message: Waiting, depth: int) -> Waiting | None:
+        """Queue a message behind those that wait for a link; return the owner's oldest, which is dropped, if
+        `depth` of these wait already.
+        """
         with self.section.lock:
-            fellows = [each for each in self._waiting if each.owner is message.owner]
+            lane = self.lanes.get(link)
+            if lane is None:
+                lane = Lane()  # its thread waits for the lock; if it cannot start, nothing has changed
+                Thread(
+                    target=self._send_all, args=(link, lane), name='zenoh large messages', daemon=True
+                ).start()
+                self.lanes[link] = lane
+                self.is_busy = True
+            fellows = [each for each in lane.waiting if each.owner is message.owner]
             dropped = fellows[0] if len(fellows) >= depth else None
-            if not self.is_busy:  # the thread waits for the lock; if it cannot start, nothing has changed
-                Thread(target=self._send_all, name='zenoh large messages', daemon=True).start()
-            self.is_busy = True
             if dropped is not None:
-                self._waiting.remove(dropped)
-            self._waiting.append(message)
+                lane.waiting.remove(dropped)
+            lane.waiting.append(message)
         return dropped
 
     def wait(self) -> None:
@@ -87,26 +112,26 @@ class Turn:
         end = monotonic() + timeout
         with self.section.lock:
             self._changed.wait_for(lambda: not self._has(owner), max(end - monotonic(), 0))
-            cancelled = [each for each in self._waiting if each.owner is owner]
-            for each in cancelled:
-                self._waiting.remove(each)
-            return [each.size for each in cancelled]
+            sizes: list[int] = []
+            for lane in self.lanes.values():
+                sizes += [each.size for each in lane.waiting if each.owner is owner]
+                lane.waiting = deque(each for each in lane.waiting if each.owner is not owner)
+            return sizes
 
     def _has(self, owner: object) -> bool:
-        sending = self._sending
-        return (sending is not None and sending.owner is owner) or any(
-            each.owner is owner for each in self._waiting
-        )
+        return any(lane.has(owner) for lane in self.lanes.values())
 
-    def _send_all(self) -> None:
+    def _send_all(self, link: object, lane: Lane) -> None:
         while True:
             with self.section.lock:
-                self._sending = self._waiting.popleft() if self._waiting else None
-                self.is_busy = self._sending is not None
+                lane.sending = lane.waiting.popleft() if lane.waiting else None
+                if lane.sending is None:
+                    del self.lanes[link]
+                    self.is_busy = bool(self.lanes)
                 self._changed.notify_all()
-                if self._sending is None:
+                if lane.sending is None:
                     return
-                send = self._sending.send
+                send = lane.sending.send
             try:
                 send()
             except Exception as error:  # out of memory, for example: the waiting messages go out all the same

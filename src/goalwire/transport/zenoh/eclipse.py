@@ -13,7 +13,7 @@ any time, but costs 5 µs more.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Container, Sequence
 from contextlib import suppress
 from functools import partial
 from threading import Event
@@ -252,16 +252,31 @@ class _Subscriber(_Held):
         self.address = f'{source.zid}/{source.eid}'
 
 
+_ALL_LINKS = object()
+
+
 class _Publisher(_Held):
     """A publisher."""
 
-    def __init__(self, publisher: zenoh.Publisher | ext.AdvancedPublisher) -> None:
+    def __init__(
+        self, publisher: zenoh.Publisher | ext.AdvancedPublisher, put_waiting: Callable[..., None]
+    ) -> None:
+        """`put_waiting` puts with congestion control BLOCK, however the publisher was declared."""
         super().__init__(publisher)
         self.put: Callable[..., None] = publisher.put
+        self._put_waiting = put_waiting
 
-    def has_room(self, size: int) -> bool:  # noqa: ARG002
-        """Always the same: zenoh does not tell."""
-        return False
+    def put_where_free(
+        self,
+        payload: Payload,
+        attachment: bytes,
+        full: Container[object],  # noqa: ARG002
+        *,
+        waits: bool,
+    ) -> Sequence[wire.Left]:
+        """Leave the message for all links at once: zenoh does not tell which of them has room."""
+        put = self._put_waiting if waits else self.put
+        return [(_ALL_LINKS, partial(put, payload, attachment=attachment))]
 
 
 class _TokenWatch:
@@ -334,7 +349,7 @@ class EclipseWire(wire.Wire):
         publisher = self._zenoh.declare_publisher(
             key, congestion_control=_congestion(reliable, waits), reliability=_reliability(reliable)
         )
-        return _Publisher(publisher)
+        return _Publisher(publisher, self._put_waiting(key))
 
     def declare_history_publisher(
         self, key: str, *, reliable: bool, waits: bool, depth: int
@@ -356,10 +371,10 @@ class EclipseWire(wire.Wire):
             sample_miss_detection=detection if reliable else None,
             publisher_detection=True,
         )
-        return _Publisher(publisher)
+        return _Publisher(publisher, self._put_waiting(key))
 
-    def put_waiting(self, key: str, payload: Payload, attachment: bytes) -> None:
-        self._zenoh.put(key, payload, attachment=attachment, congestion_control=zenoh.CongestionControl.BLOCK)
+    def _put_waiting(self, key: str) -> Callable[..., None]:
+        return partial(self._zenoh.put, key, congestion_control=zenoh.CongestionControl.BLOCK)
 
     def declare_subscriber(
         self, key: str, on_message: wire.OnMessage, *, takes_own: bool = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Container, Sequence
 from functools import partial
 from itertools import count
 from threading import RLock
@@ -57,12 +57,12 @@ class _Declared:
 class _Publisher:
     """A publisher without history."""
 
-    __slots__ = ('_publication', 'has_room', 'put')
+    __slots__ = ('_publication', 'put', 'put_where_free')
 
     def __init__(self, publication: Publication) -> None:
         self._publication = publication
         self.put: Callable[..., None] = publication.put
-        self.has_room: Callable[[int], bool] = publication.has_room
+        self.put_where_free: Callable[..., Sequence[wire.Left]] = publication.put_where_free
 
     def undeclare(self) -> None:
         """Undeclare the number of its key."""
@@ -81,7 +81,6 @@ class HistoryPublisher:
         self._publication = publication
         self._protocol = protocol
         self._source = partial(SourceInfo, protocol.zid, entity) if numbers else None
-        self.has_room: Callable[[int], bool] = publication.has_room
         self._next_number = count().__next__
         self._kept: deque[tuple[int, Sample]] = deque(maxlen=depth)
         self._lock = RLock()
@@ -93,13 +92,27 @@ class HistoryPublisher:
 
     def put(self, payload: Payload, attachment: bytes | None = None) -> None:
         """Put a message and keep it. Calls come one at a time."""
+        stamp, source = self._keep(payload, attachment)
+        self._publication.put(payload, attachment, stamp, source)
+
+    def put_where_free(
+        self, payload: Payload, attachment: bytes, full: Container[object], *, waits: bool
+    ) -> Sequence[wire.Left]:
+        """Keep a message, and put it on the links that have room; return the others."""
+        stamp, source = self._keep(payload, attachment)
+        return self._publication.put_where_free(
+            payload, attachment, full, waits=waits, stamp=stamp, source=source
+        )
+
+    def _keep(self, payload: Payload, attachment: bytes | None) -> tuple[bytes, SourceInfo | None]:
+        """Stamp a message, number it, and keep it."""
         stamp = self._protocol.stamp()
         number = self._next_number()
         source = None if self._source is None else self._source(number)
         encoded = None if source is None else encode_source(source)
         with self._lock:
             self._kept.append((number, Sample(self._key, payload, attachment, stamp, encoded)))
-        self._publication.put(payload, attachment, stamp, source)
+        return stamp, source
 
     def _on_query(self, query: Query) -> None:
         """Answer with the kept messages: the last `_max`, those with the numbers `_sn`."""
@@ -196,14 +209,6 @@ class NativeWire(wire.Wire):
     ) -> wire.Publisher:
         publication = Publication(self._protocol, key, droppable=not (reliable and waits))
         return HistoryPublisher(self.session, key, publication, depth, numbers=reliable)
-
-    def put_waiting(self, key: str, payload: Payload, attachment: bytes) -> None:
-        publication = Publication(self._protocol, key, droppable=False)
-        try:
-            publication.put(payload, attachment)
-            publication.wait_for_room()  # otherwise the small messages behind a large one would be dropped
-        finally:
-            publication.close()
 
     def declare_subscriber(
         self, key: str, on_message: wire.OnMessage, *, takes_own: bool = True

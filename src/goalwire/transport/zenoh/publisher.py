@@ -18,7 +18,7 @@ from goalwire.transport.endpoint import EndpointState, OpenPort
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.context import LARGE, Turn, Waiting, ZenohContext
 from goalwire.transport.zenoh.tokens import actual_depth
-from goalwire.transport.zenoh.wire import Publisher, Wire, refuse_use
+from goalwire.transport.zenoh.wire import Left, Publisher, Wire, refuse_use
 
 LARGEST = 1 << 30
 """Bytes of a message that a Zenoh session receives, by default and in rmw_zenoh's settings."""
@@ -51,20 +51,18 @@ class Large(NamedTuple):
 
     blocks: bool
     """Publishing waits for room, as with any message."""
-    put: Callable[..., None] | None
-    """Sends on a thread of its own and waits for room. None: messages may be dropped, as those of a
-    best-effort publisher."""
+    waits: bool
+    """A message waits for each link without room, on a thread of that link. Otherwise it may be dropped, as
+    any message of a best-effort publisher."""
     depth: int
-    """How many may wait for that thread."""
+    """How many may wait for one link."""
 
 
-def large(wire: Wire, key: str, endpoint: Endpoint) -> Large:
+def large(endpoint: Endpoint) -> Large:
     """Return how an endpoint's large messages are sent."""
     qos = endpoint.qos
-    put = None
-    if qos.is_reliable and endpoint.waits_for_room is not False:
-        put = partial(wire.put_waiting, key)
-    return Large(may_block(endpoint), put, actual_depth(qos))
+    waits = qos.is_reliable and endpoint.waits_for_room is not False
+    return Large(may_block(endpoint), waits, actual_depth(qos))
 
 
 class ZenohPublisher(OpenPort, PublisherPort):
@@ -87,7 +85,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         super().__init__(state, gid)
         self._context = context
         self._put: Callable[..., None] = publisher.put
-        self._has_room = publisher.has_room
+        self._put_where_free: Callable[..., Sequence[Left]] = publisher.put_where_free
         self._refusals: tuple[type[Exception], ...] = (*context.errors, MemoryError, TransportError)
         self._next_sequence = count(1).__next__
         self._turn = turn
@@ -97,7 +95,10 @@ class ZenohPublisher(OpenPort, PublisherPort):
 
     @property
     def dropped(self) -> int:
-        """How many large messages were dropped here. Zenoh does not report other drops."""
+        """How many large messages were dropped here, once for each peer that did not get it.
+
+        Zenoh does not report other drops.
+        """
         return self._dropped
 
     def publish(self, payload: bytes) -> None:
@@ -169,19 +170,20 @@ class ZenohPublisher(OpenPort, PublisherPort):
             turn.wait()
             self.state.check_sending()  # the context may have ended meanwhile
         attachment = encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid)
-        if large.blocks or (not turn.is_busy and (large.put is None or self._has_room(len(payload)))):
+        if large.blocks or not (turn.is_busy or large.waits):
             self._put(payload, attachment=attachment)
             return
-        put = partial(large.put or self._put, payload, attachment=attachment)
-        dropped = turn.post(Waiting(self, len(payload), partial(self._send, put, len(payload))), large.depth)
-        if dropped is not None:
-            self._note_drop(
-                [dropped.size], f'{SLOWER}, and {large.depth} newer ones wait already (the history depth)'
-            )
+        size = len(payload)
+        for link, send in self._put_where_free(payload, attachment, turn.lanes, waits=large.waits):
+            dropped = turn.post(link, Waiting(self, size, partial(self._send, send, size)), large.depth)
+            if dropped is not None:
+                self._note_drop(
+                    [dropped.size], f'{SLOWER}, and {large.depth} newer ones wait already (the history depth)'
+                )
 
-    def _send(self, put: Callable[[], None], size: int) -> None:
+    def _send(self, send: Callable[[], None], size: int) -> None:
         try:
-            put()
+            send()
         except self._refusals as error:
             reason = self._context.wire.explain(error) or type(error).__name__
             self._note_drop([size], f'zenoh refused it: {reason}')
@@ -204,7 +206,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         If another thread publishes at the moment, the publisher is undeclared after that.
         """
         cancelled = self._turn.finish(self, LEAVING_S)
-        self._put = refuse_use
+        self._put = self._put_where_free = refuse_use
         if cancelled:
             self._note_drop(
                 cancelled, f'{SLOWER}; it had not gone {LEAVING_S} s after the publisher was closed'

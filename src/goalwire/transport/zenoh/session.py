@@ -158,7 +158,7 @@ class ZenohNode(OpenNode):
                 new.entity.gid,
                 declared,
                 self._context.turns.of(new.key),
-                publisher.large(self._context.wire, new.key, endpoint),
+                publisher.large(endpoint),
             )
             new.state.undo[:] = [port.leave, partial(undeclare, declared), hide]
             return self.ports.keep(port)

@@ -7,7 +7,7 @@ same on both: a key, a payload, an attachment, and where it came from.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Never, Protocol, TypeAlias
 
@@ -44,6 +44,8 @@ class Message(Protocol):
         """The publisher and number of the message, if the publisher numbers. Raises RemoteError."""
 
 
+Left: TypeAlias = tuple[object, Callable[[], None]]
+"""A link that had no room for a message, and a function that sends it there and may wait."""
 OnMessage: TypeAlias = Callable[[Message], None]
 OnAnswer: TypeAlias = Callable[[Message | ReplyError], None]
 OnToken: TypeAlias = Callable[[str, bool], None]
@@ -87,8 +89,14 @@ class Publisher(Declared, Protocol):
     def put(self) -> Callable[..., None]:
         """Called with a payload and `attachment=`; puts one message."""
 
-    def has_room(self, size: int) -> bool:
-        """Whether `size` bytes that are put now, and a small message after them, will not be dropped."""
+    @property
+    def put_where_free(self) -> Callable[..., Sequence[Left]]:
+        """Called with a payload, an attachment, the links behind whose messages it has to wait, and `waits=`.
+
+        Puts one message on the other links, as far as they have room, and returns those that are left. With
+        `waits`, their functions wait for room; otherwise they may drop the message. A session without a view
+        of its links has one for all, which has never room for a large message.
+        """
 
 
 class Querier(ABC):
@@ -149,10 +157,6 @@ class Wire(ABC):
         It shows itself by a token `<key>/@adv/pub/<session>/<number>/_` and answers queries on that key. The
         number is 'uhlc' unless it is reliable and so numbers its messages.
         """
-
-    @abstractmethod
-    def put_waiting(self, key: str, payload: Payload, attachment: bytes) -> None:
-        """Put a message that waits if the wire is full, however its publisher was declared."""
 
     @abstractmethod
     def declare_subscriber(self, key: str, on_message: OnMessage, *, takes_own: bool = True) -> Subscriber:

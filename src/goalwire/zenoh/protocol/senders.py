@@ -6,7 +6,7 @@ those that were declared complete and include the key. Best matching: the neares
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
@@ -116,16 +116,46 @@ class Publication:
         for link, head in self._links:
             link.send_large(self._channel, (head + begin, payload), droppable=self._droppable)
 
-    def wait_for_room(self) -> None:
-        """Wait until every link has room again after this put, if this thread may wait."""
-        for link, _ in self._links:
-            link.wait_for_room()
+    def put_where_free(
+        self,
+        payload: Payload,
+        attachment: bytes | None,
+        full: Container[object],
+        *,
+        waits: bool,
+        stamp: bytes | None = None,
+        source: SourceInfo | None = None,
+    ) -> list[tuple[Outgoing, Callable[[], None]]]:
+        """Put one message on the links that have room. Return the others, each with a function that sends it
+        there.
 
-    def has_room(self, size: int) -> bool:
-        """Whether every link has room for `size` bytes more."""
+        The links in `full` are among the others whatever room they have. With `waits`, the function waits
+        for room, before and after; otherwise it may drop the message.
+        """
+        session = self._session
         if self._version != self._routes.version:
             self._aim()
-        return all(link.queue.size + size <= QUEUE_LIMIT for link, _ in self._links)
+        if stamp is None:
+            stamp = session.stamp()
+        encoded_source = None if source is None else encode_source(source)
+        size, data = len(payload), bytes(payload)
+        begin = put_head(size, attachment, stamp, encoded_source)
+        # The key in full: its number may be given up before the message goes.
+        late = push_head(wire_key(self._key), self._qos | BLOCK if waits else self._qos) + begin
+        left: list[tuple[Outgoing, Callable[[], None]]] = []
+        for link, head in self._links:
+            if link not in full and (not waits or link.queue.size + size <= QUEUE_LIMIT):
+                link.send_large(self._channel, (head + begin, data), droppable=self._droppable)
+            else:
+                left.append((link, partial(self._send_late, link, (late, data), droppable=not waits)))
+        if self._own:
+            self._deliver(new_sample((self._key, payload, attachment, stamp, encoded_source)))
+        return left
+
+    def _send_late(self, link: Outgoing, message: tuple[bytes, bytes], *, droppable: bool) -> None:
+        link.send_large(self._channel, message, droppable=droppable)
+        if not droppable:
+            link.wait_for_room()  # otherwise the small messages behind a large one would be dropped
 
     def delete(self) -> None:
         """Tell the subscribers that the key has no value any more (DEL)."""
