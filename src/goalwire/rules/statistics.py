@@ -62,7 +62,8 @@ class PublisherStatistics:
     name: str
     published: int
     dropped: int = 0
-    """How many of the published messages this end dropped, as far as the wire tells."""
+    """How many of the published messages this end dropped, as far as the wire tells; a message that two peers
+    did not get may count twice."""
 
 
 @record

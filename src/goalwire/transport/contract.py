@@ -196,7 +196,10 @@ class PublisherPort(Port):
 
     @property
     def dropped(self) -> int:
-        """How many messages this end dropped after `publish` had returned, as far as the wire tells."""
+        """How many messages this end dropped after `publish` had returned, as far as the wire tells.
+
+        A message that was dropped for two peers may count twice.
+        """
         return 0
 
     @abstractmethod
