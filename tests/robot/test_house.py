@@ -24,7 +24,7 @@ from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rclpy.action import ActionClient
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Float64
+from std_msgs.msg import Bool, Float64
 from visualization_msgs.msg import MarkerArray
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
@@ -195,6 +195,30 @@ def test_the_emergency_stop_ends_each_action_and_refuses_the_next(robot: Robot, 
         assert robot.emergency_stop(stopped=False).success
         accepted = False
         while not accepted:  # it hears of the release a moment later; bounded by the test's time limit
+            with send() as run:
+                accepted = run.accepted
+
+
+def test_a_fall_ends_each_action_and_refuses_the_next_until_it_stands(
+    up: Program, robot: Robot, nav2: Senders
+) -> None:
+    falls = robot.node.create_publisher(Bool, 'fallen', LATCHED)
+    sends: tuple[Callable[[], GoalRun], ...] = (
+        lambda: nav2.to(4.5, 2.5),
+        lambda: nav2.through(pose(1.5, 1.0), pose(3.0, 1.0)),
+    )
+    for send in sends:
+        with send() as run:
+            next(run.feedback())
+            falls.publish(Bool(data=True))
+            run.finish()
+        assert (run.status, run.result.error_msg) == ('ABORTED', 'The robot has fallen')
+        with send() as refused:
+            assert not refused.accepted
+        up.expect('Rejected: the robot has fallen; humanoid get_up puts it back on its feet')
+        falls.publish(Bool(data=False))
+        accepted = False
+        while not accepted:  # it hears of it a moment later; bounded by the test's time limit
             with send() as run:
                 accepted = run.accepted
 

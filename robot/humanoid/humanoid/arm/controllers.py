@@ -25,6 +25,7 @@ from humanoid.clock import duration_msg, now, stamp
 from humanoid.emergency.listener import StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
+from humanoid.walking.listener import FallListener
 
 NEWER = 'Pre-empted by a newer goal'
 STALLED_AFTER = 0.3  # s without motion, short of the target: something is between the fingers
@@ -50,9 +51,11 @@ class Run:
 class Controller:
     """One goal at a time for joints of its own; what each kind does with it is in the classes below."""
 
-    def __init__(self, node: Node, limbs: Limbs, stop: StopListener, joints: Sequence[str]) -> None:
+    def __init__(
+        self, node: Node, limbs: Limbs, stop: StopListener, fall: FallListener, joints: Sequence[str]
+    ) -> None:
         self.joints = joints
-        self._node, self._limbs, self._stop = node, limbs, stop
+        self._node, self._limbs, self._stop, self._fall = node, limbs, stop, fall
         self._runs: dict[bytes, Run] = {}
         self._running: Run | None = None
         self._server: ActionServer | None = None
@@ -96,7 +99,9 @@ class Controller:
 
     def _judge(self, goal: Any) -> GoalResponse:
         taken = self._limbs.taken - set(self.joints) if self.busy else self._limbs.taken
-        return judged(self._node, lambda: self._stop.refusal or self._refusal(goal, taken))
+        return judged(
+            self._node, lambda: self._stop.refusal or self._fall.refusal or self._refusal(goal, taken)
+        )
 
     def _accept(self, handle: ServerGoalHandle) -> None:
         """Goals begin in the order of their acceptance, so the one in motion is always the older one."""

@@ -17,7 +17,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from std_msgs.msg import Bool, String
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from humanoid.arm.controllers import Controller, GripperController, TrajectoryController
@@ -32,7 +32,8 @@ from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.gestures import STAND, WAVE, Movement, unhurried
 from humanoid.model import JOINT_BY_NAME
 from humanoid.running import run
-from humanoid.walking.names import BALANCES, BALANCING, FALLEN, FELL, LIES
+from humanoid.walking.listener import FallListener
+from humanoid.walking.names import BALANCES, BALANCING, FELL
 
 TICK = 0.05  # s: looks at the joints and gives feedback at 20 Hz
 
@@ -55,16 +56,15 @@ class ArmActionServer(Node):
         self._reaches: dict[bytes, Reach] = {}
         self._limbs = Limbs(self, self._see)
         self._stop = StopListener(self, self._emergency)
+        self._fall = FallListener(self, partial(self._end_all, FELL))
         self._diagnostics = Diagnostics(self, 'arms', self._health)
-        self._fallen = False
         self._balancing: frozenset[str] = frozenset()  # joints that a robot which balances keeps for itself
-        self.create_subscription(Bool, FALLEN, self._fell, latched())
         self.create_subscription(String, BALANCING, self._learn, latched())
         self._controllers: dict[str, Controller] = {}
         for side in ('left', 'right'):
             arm = [name for name in JOINT_BY_NAME if name.startswith(f'{side}_arm_')]
-            trajectories = TrajectoryController(self, self._limbs, self._stop, arm)
-            gripper = GripperController(self, self._limbs, self._stop, [f'{side}_gripper'])
+            trajectories = TrajectoryController(self, self._limbs, self._stop, self._fall, arm)
+            gripper = GripperController(self, self._limbs, self._stop, self._fall, [f'{side}_gripper'])
             self._controllers[f'{side}_arm_controller/follow_joint_trajectory'] = trajectories
             self._controllers[f'{side}_gripper_controller/gripper_cmd'] = gripper
         self.create_timer(TICK, self._tick)
@@ -114,8 +114,8 @@ class ArmActionServer(Node):
     def _refusal(self, names: Sequence[str], positions: Sequence[float], duration: float) -> str | None:
         if reason := self._stop.refusal:
             return reason
-        if self._fallen:
-            return LIES
+        if reason := self._fall.refusal:
+            return reason
         if legs := [name for name in names if name in self._balancing]:
             return f'{legs[0]} {BALANCES}'
         limbs = self._limbs
@@ -169,11 +169,6 @@ class ArmActionServer(Node):
 
     def _learn(self, told: String) -> None:
         self._balancing = frozenset(told.data.split(','))
-
-    def _fell(self, told: Bool) -> None:
-        self._fallen = told.data
-        if told.data:
-            self._end_all(FELL)
 
     def _end_all(self, reason: str) -> None:
         ending = Ending(End.ABORTED, reason)

@@ -41,6 +41,8 @@ from humanoid.route.messages import path_message, pose_message
 from humanoid.route.planner import NoWay
 from humanoid.running import run
 from humanoid.states import tell_state
+from humanoid.walking.listener import FallListener
+from humanoid.walking.names import FELL, LIES
 
 TICK = 0.05  # s: 20 Hz
 FEEDBACK_EVERY = 0.1  # s
@@ -88,6 +90,7 @@ class Navigator(Node):
         self.create_subscription(Twist, 'cmd_vel', self._yield_to, 10)
         self.create_subscription(PoseStamped, 'goal_pose', self._send_goal, 1)
         self._stop = StopListener(self, self._emergency)
+        self._fall = FallListener(self, self._fell)
         Diagnostics(self, 'navigation', self._health)
         self._servers: list[ActionServer] = []
         self._own = ActionClient(self, NavigateToPose, 'navigate_to_pose')
@@ -156,8 +159,8 @@ class Navigator(Node):
 
     def _judge(self, manner: Manner, request: Any) -> GoalResponse:
         def check_all() -> None:
-            if self._stop.refusal is not None:
-                raise Refused(self._stop.refusal)
+            if reason := self._stop.refusal or self._fall.refusal:
+                raise Refused(reason)
             manner.time_allowed(request)
             check(self._costmap, self._frames.robot(now(self)), self._targets(manner, request))
 
@@ -182,8 +185,11 @@ class Navigator(Node):
             drive.errand = Errand(self._targets(manner, request), moment)
             end = drive.errand.targets[-1]
             self.get_logger().info(f'Goal accepted: ({end.x:.2f}, {end.y:.2f}) m on the map')
-        if self._stop.stopped:  # it was thrown between the goal's acceptance and its beginning
-            self._end(Ending(End.ABORTED, self._stop.ended))
+        # Either may have happened between the goal's acceptance and its beginning.
+        if self._stop.stopped:
+            self._emergency()
+        elif self._fall.fallen:
+            self._fell()
         goal_handle.execute()
 
     def _cancel(self, _goal_handle: ServerGoalHandle) -> CancelResponse:
@@ -258,6 +264,9 @@ class Navigator(Node):
     def _emergency(self) -> None:
         self._end(Ending(End.ABORTED, self._stop.ended))
 
+    def _fell(self) -> None:
+        self._end(Ending(End.ABORTED, FELL))
+
     def _yield_to(self, command: Twist) -> None:
         """A hand on cmd_vel takes over from a goal; standing still does not ask for that."""
         if command.linear.x or command.linear.y or command.angular.z:
@@ -301,6 +310,8 @@ class Navigator(Node):
     def _health(self) -> Health:
         if self._stop.stopped:
             return Health(self._stop.ended.lower(), DiagnosticStatus.WARN)
+        if self._fall.fallen:
+            return Health(LIES, DiagnosticStatus.ERROR)
         if not self._is_ready:
             return Health('waits for the map and for where the robot is', DiagnosticStatus.WARN)
         if self._driving is None:
