@@ -56,7 +56,9 @@ class Watch:
         self.way = 0.0  # m
         self._touching = False
         self._truths: OrderedDict[tuple[int, int], Pose2D] = OrderedDict()
-        robot.node.create_subscription(Odometry, 'ground_truth', self._hear_truth, 100)
+        from humanoid.navigation.truth import TRUTH
+
+        robot.node.create_subscription(Odometry, TRUTH, self._hear_truth, 100)
         robot.node.create_subscription(PoseWithCovarianceStamped, 'amcl_pose', self._hear_belief, 100)
         robot.node.create_subscription(Float64, 'clearance', self._hear_clearance, 100)
 

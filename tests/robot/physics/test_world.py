@@ -117,6 +117,7 @@ def test_it_shifts_its_weight_before_a_step_and_walks_by_its_motors_alone(body: 
             bore[side] = bore[side] or (body.loads[1 - side] == 0.0 and body.loads[side] > 100.0)
     assert bore == [True, True]
     assert speed == pytest.approx(0.4, rel=0.1)
+    assert body.truth.velocity.x == pytest.approx(0.4, abs=0.3)
     base.stop()
     until(body, lambda: not body.walking, within=4.0)
     ticks(body, 0.5)
@@ -131,6 +132,7 @@ def test_it_knows_where_it_is_by_its_own_sensors(body: World) -> None:
     until(body, lambda: base.arrived, within=15.0)
     truth, belief = body.true_pose, body.pose
     assert belief != truth, 'they have noise'
+    assert (base.pose, base.truth.pose) == (belief, truth)
     assert math.dist((truth.x, truth.y), (belief.x, belief.y)) < 0.05
     assert belief.yaw == pytest.approx(truth.yaw, abs=0.03)
 

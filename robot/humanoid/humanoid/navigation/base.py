@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from humanoid.model import BASE, DESCRIPTION, BaseSpec
 
@@ -29,6 +29,16 @@ class Velocity2D:
 
 STANDING = Velocity2D()
 PELVIS = -DESCRIPTION.pose('base_footprint', {}).translation[2]  # m, of base_link above straight legs
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where base_link is and how it moves: its height above the floor in m, roll and pitch in rad."""
+
+    pose: Pose2D
+    height: float
+    tilt: tuple[float, float]
+    velocity: Velocity2D
 
 
 class MobileBase(Protocol):
@@ -74,6 +84,15 @@ class MobileBase(Protocol):
         """Move for `elapsed` s, where that is not done by itself."""
 
 
+@runtime_checkable
+class SimulatedBase(Protocol):
+    """A base whose simulation knows where it really is, whatever the base itself believes."""
+
+    @property
+    def truth(self) -> Placement:
+        """Where it really is now, as seen from where it was brought up."""
+
+
 class Base:
     """Drives to one target at a time, or at a velocity.
 
@@ -87,6 +106,10 @@ class Base:
         self.pose = Pose2D()
         self.height, self.tilt = PELVIS, (0.0, 0.0)
         self.velocity = STANDING
+
+    @property
+    def truth(self) -> Placement:
+        return Placement(self.pose, self.height, self.tilt, self.velocity)
 
     def drive_to(self, target: Pose2D) -> None:
         self._target = target

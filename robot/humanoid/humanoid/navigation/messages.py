@@ -10,7 +10,7 @@ from geometry_msgs.msg import Pose, PoseStamped, Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from humanoid.navigation.base import MobileBase, Pose2D, Velocity2D, yaw_of
+from humanoid.navigation.base import MobileBase, Placement, Pose2D, Velocity2D, yaw_of
 from humanoid.navigation.goal_check import FRAME
 from humanoid.urdf import orientation
 
@@ -38,7 +38,9 @@ def stamped(pose: Pose2D, stamp: TimeMsg, prefix: str = '') -> PoseStamped:
     return message
 
 
-def odometry(base: MobileBase, pose: Pose2D, frame: str, stamp: TimeMsg, prefix: str = '') -> Odometry:
+def odometry(
+    base: MobileBase | Placement, pose: Pose2D, frame: str, stamp: TimeMsg, prefix: str = ''
+) -> Odometry:
     """That base_link is at `pose` in `frame`, and how fast it moves in its own frame."""
     message = Odometry()
     message.header.frame_id = frame

@@ -22,14 +22,15 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu
 from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
-from humanoid.clock import now, stamp
+from humanoid.clock import now, seconds, stamp
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
-from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, Velocity2D
+from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, SimulatedBase, Velocity2D
 from humanoid.navigation.drift import DRIFT, Drift, DriftSpec
 from humanoid.navigation.goal_check import FARTHEST, FRAME, refusal
 from humanoid.navigation.messages import imu, odometry, placed, stamped, target_of, transform
+from humanoid.navigation.truth import TruthTeller
 from humanoid.running import BadParameter, check_range, run
 
 if TYPE_CHECKING:
@@ -81,7 +82,11 @@ class NavigationActionServer(Node):
         self._transforms = TransformBroadcaster(self)
         self._map = self._told_place()
         world = self.declare_parameter('world', '').get_parameter_value().string_value
-        self._surroundings = _surroundings(self, self._prefix, base) if world else None
+        self._surroundings = _surroundings(self) if world else None
+        # On the flat floor the base without mass is where its odometry says.
+        self._truth: TruthTeller | None = None
+        if isinstance(self._base, SimulatedBase) and (world or base is not None):
+            self._truth = TruthTeller(self, self._base, self._prefix)
         drift = self._three('odometry_drift', DRIFT if world and base is None else [0.0, 0.0, 0.0], 1.0)
         self._drift = Drift(DriftSpec(*drift), self._base.pose)
         # Physics and real bases have a sensor of their own.
@@ -248,7 +253,9 @@ class NavigationActionServer(Node):
         counted, frame = self._drift.follow(self._base.pose), f'{self._prefix}{FRAME}'
         told = odometry(self._base, counted, frame, stamp(self), self._prefix)
         if self._surroundings is not None:
-            self._surroundings.tell(self._base, told.header.stamp)
+            self._surroundings.note_pose(seconds(told.header.stamp), self._base.pose)
+        if self._truth is not None:
+            self._truth.tell(told.header.stamp)
         self._odometry.publish(told)
         self._transforms.sendTransform(transform(told))
         before, self._velocity = self._velocity, self._base.velocity
@@ -281,10 +288,10 @@ class NavigationActionServer(Node):
             drive.decision.make(ending)
 
 
-def _surroundings(node: Node, prefix: str, base: MobileBase | None) -> Surroundings:
+def _surroundings(node: Node) -> Surroundings:
     from humanoid.navigation.in_world import Surroundings  # it needs numpy, and only a world does
 
-    return Surroundings(node, prefix, is_kinematic=base is None)
+    return Surroundings(node)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -6,7 +6,7 @@ import math
 
 from humanoid.endings import GoalFailed
 from humanoid.model import BaseSpec
-from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, turn_between
+from humanoid.navigation.base import STANDING, Placement, Pose2D, Velocity2D, turn_between
 from humanoid.physics.world import TICK, World
 from humanoid.walking.names import FELL
 from humanoid.walking.seam import Wish
@@ -36,6 +36,10 @@ class PhysicsBase:
     @property
     def pose(self) -> Pose2D:
         return self._world.pose
+
+    @property
+    def truth(self) -> Placement:
+        return self._world.truth
 
     @property
     def height(self) -> float:

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import Point, Quaternion, WrenchStamped
+from geometry_msgs.msg import Quaternion, WrenchStamped
 from humanoid_interfaces.srv import Push
-from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
@@ -43,7 +42,7 @@ from humanoid.physics.senses import USUAL, Noise
 from humanoid.physics.world import PERIODS, TICK, Unstable, World
 from humanoid.running import check_range, run
 from humanoid.urdf import orientation
-from humanoid.walking.names import BALANCING, FALLEN, GET_UP, LIES, PUSH, TRUTH
+from humanoid.walking.names import BALANCING, FALLEN, GET_UP, LIES, PUSH
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time as TimeMsg
@@ -72,7 +71,6 @@ class Simulation(Node):
         self._told_factor, self._told_energy = 0.0, world.energy
         self._fallen = False
         prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
-        self._prefix = prefix
         self._imu_frame, self._sole_frames = f'{prefix}imu_link', [f'{prefix}{sole}' for sole in SOLES]
         self._clock_out = (
             self.create_publisher(ClockMsg, '/clock', 10)
@@ -85,7 +83,6 @@ class Simulation(Node):
         self._soles = [
             self.create_publisher(WrenchStamped, f'{sole}/wrench', qos_profile_sensor_data) for sole in SOLES
         ]
-        self._truth = self.create_publisher(Odometry, TRUTH, qos_profile_sensor_data)
         self._falls = self.create_publisher(Bool, FALLEN, latched())
         self._falls.publish(Bool(data=False))
         self._balancing = self.create_publisher(String, BALANCING, latched())
@@ -197,7 +194,6 @@ class Simulation(Node):
         if world.time - self._told_factor >= 1.0:
             self._told_factor = world.time
             self._factor.publish(Float64(data=factor))
-        self._truth.publish(_truth(world, stamp, self._prefix))
         if world.fallen is not self._fallen:
             self._fallen = world.fallen
             self._falls.publish(Bool(data=world.fallen))
@@ -220,16 +216,6 @@ def _imu(world: World, stamp: TimeMsg, frame: str) -> Imu:
     rate, pull = message.angular_velocity, message.linear_acceleration
     rate.x, rate.y, rate.z = shown.turn_rate
     pull.x, pull.y, pull.z = shown.acceleration
-    return message
-
-
-def _truth(world: World, stamp: TimeMsg, prefix: str) -> Odometry:
-    """Where the simulation has the pelvis; no program of the robot listens."""
-    message = Odometry(child_frame_id=f'{prefix}base_link')
-    message.header.stamp, message.header.frame_id = stamp, f'{prefix}odom'
-    x, y, z, w, i, j, k = world.true_placement
-    message.pose.pose.position = Point(x=x, y=y, z=z)
-    message.pose.pose.orientation = Quaternion(x=i, y=j, z=k, w=w)
     return message
 
 

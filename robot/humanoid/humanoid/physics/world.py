@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from humanoid.navigation.base import Pose2D, Velocity2D
+from humanoid.navigation.base import Placement, Pose2D, Velocity2D
 from humanoid.physics.build import Array, Robot, build
+from humanoid.physics.falling import give_way, has_fallen
 from humanoid.physics.senses import USUAL, Noise, Senses
+from humanoid.physics.truth import truth_of, turned
 from humanoid.walking.legs import Legs
 from humanoid.walking.seam import Estimate, Walker, Wish
 from humanoid.walking.walker import DcmWalker
@@ -22,10 +24,6 @@ PERIODS = 2  # of the walker in a tick
 STEPS = 2  # of the physics in a period of the walker
 SCATTER = 0.002  # rad by which the seed lets joints start off their set-points
 SETTLE = 100  # ticks before the world's time begins, in which the robot comes to stand
-LOWEST = 0.5  # m: a pelvis below it has fallen
-TIPPED = 0.8  # rad: so has one that leans more
-LIMP = 6.0  # N·m per rad/s: how legs resist once the robot has fallen
-SOFT = 0.15  # of their damping that arms have left then
 
 
 # MuJoCo would print its warnings, and write them into a file of the working directory; Unstable tells all.
@@ -126,8 +124,7 @@ class World:
 
     def get_up(self) -> None:
         """Put the robot back on its feet where it lies, at home. It is placed there: it does not climb up."""
-        at = self.true_pose
-        self._stand_up(at)
+        self._stand_up(self.true_pose)
 
     @property
     def time(self) -> float:
@@ -150,16 +147,14 @@ class World:
         return self.walker.estimate.velocity
 
     @property
-    def true_pose(self) -> Pose2D:
-        """The pelvis above the floor: for tests, and for who looks at the world from outside."""
-        x, y = float(self._data.qpos[0]), float(self._data.qpos[1])
-        turned = self._turned
-        return Pose2D(x, y, math.atan2(turned[1, 0], turned[0, 0]))
+    def truth(self) -> Placement:
+        """Where the pelvis really is: for tests, and for what looks at the world from outside."""
+        return truth_of(self._data)
 
     @property
-    def true_placement(self) -> Sequence[float]:
-        """x, y, z in m, and the quaternion w, x, y, z of the pelvis."""
-        return [float(number) for number in self._data.qpos[:7]]
+    def true_pose(self) -> Pose2D:
+        """The pelvis above the floor, as it really is."""
+        return self.truth.pose
 
     @property
     def pelvis_height(self) -> float:
@@ -168,11 +163,7 @@ class World:
     @property
     def tilt(self) -> float:
         """How far the pelvis leans from upright, in rad."""
-        return math.acos(min(max(float(self._turned[2, 2]), -1.0), 1.0))
-
-    @property
-    def _turned(self) -> Array:
-        return np.asarray(self._data.xmat[1]).reshape(3, 3)
+        return math.acos(min(max(float(turned(self._data)[2, 2]), -1.0), 1.0))
 
     @property
     def outside_forces(self) -> tuple[Array, Array]:
@@ -263,7 +254,9 @@ class World:
         """Give the balancing motors what the walker wants, and the others their set-points."""
         robot, data, others = self.robot, self._data, self._others
         if self.fallen:
-            self._give_way()
+            self._set_points = np.array(data.qpos[robot.qpos])
+            self._goals = self._set_points.copy()
+            give_way(robot, data, others)
             return
         if robot.waist is not None:
             self.walker.turn_waist(float(set_points[robot.waist]))
@@ -272,17 +265,6 @@ class World:
         joints = robot.motors[others]
         extra = (robot.damping[others] * speeds[joints] + torques[others]) / robot.stiffness[others]
         data.ctrl[others] = set_points[joints] + extra
-
-    def _give_way(self) -> None:
-        """Only damp: each motor of a robot that has fallen follows what moves it."""
-        robot, data, others = self.robot, self._data, self._others
-        speeds, angles = data.qvel[robot.dofs], data.qpos[robot.qpos]
-        self._set_points = np.array(angles)
-        self._goals = self._set_points.copy()
-        data.ctrl[robot.balancing] = -LIMP * speeds[robot.motors[robot.balancing]]
-        joints = robot.motors[others]
-        stiff, damping = robot.stiffness[others], robot.damping[others]
-        data.ctrl[others] = angles[joints] + (1.0 - SOFT) * damping * speeds[joints] / stiff
 
     def _apply_push(self) -> None:
         force = self._data.xfrc_applied[1]
@@ -297,7 +279,7 @@ class World:
         data = self._data
         if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()):
             raise Unstable(f'after {self.time:.2f} s the state of the robot is not a number')
-        self.fallen = self.fallen or self.pelvis_height < LOWEST or self.tilt > TIPPED
+        self.fallen = self.fallen or has_fallen(self.pelvis_height, self.tilt)
 
     def _measure(self) -> None:
         robot, data = self.robot, self._data

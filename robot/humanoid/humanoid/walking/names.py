@@ -6,7 +6,6 @@ FALLEN = 'fallen'  # std_msgs/Bool, latched
 BALANCING = 'balancing_joints'  # std_msgs/String, latched: their names, with commas between
 GET_UP = 'get_up'  # std_srvs/Trigger
 PUSH = 'push'  # humanoid_interfaces/Push, of the simulation only
-TRUTH = 'ground_truth/pelvis'  # nav_msgs/Odometry: where the simulation has the robot
 LIES = 'the robot has fallen; humanoid get_up puts it back on its feet'
 FELL = 'The robot has fallen'
 BALANCES = 'keeps the robot on its feet and takes no commands'

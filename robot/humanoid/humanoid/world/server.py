@@ -24,6 +24,7 @@ from humanoid.emergency.names import latched
 from humanoid.model import DESCRIPTION
 from humanoid.navigation.base import Pose2D, compose
 from humanoid.navigation.messages import placed, target_of
+from humanoid.navigation.truth import TRUTH
 from humanoid.running import BadParameter, check_range, run
 from humanoid.urdf import Transform
 from humanoid.world import camera
@@ -70,7 +71,7 @@ class WorldServer(Node):
         )
         self._points = self.create_publisher(PointCloud2, 'camera/depth/points', qos_profile_sensor_data)
         self.create_subscription(JointState, 'joint_states', self._hear_joints, qos_profile_sensor_data)
-        self.create_subscription(Odometry, 'ground_truth', self._hear, qos_profile_sensor_data)
+        self.create_subscription(Odometry, TRUTH, self._hear, qos_profile_sensor_data)
         for door in self._scene.file.doors:
             self.create_service(SetBool, f'doors/{door.name}', partial(self._move_door, door.name))
         self._map.publish(occupancy(self._scene.file.solids, resolution, stamp(self)))

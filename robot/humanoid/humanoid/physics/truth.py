@@ -1,0 +1,29 @@
+"""Where the simulation has the pelvis. The robot itself only knows its estimate."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from humanoid.navigation.base import Placement, Pose2D, Velocity2D
+from humanoid.physics.build import Array
+
+
+def turned(data: Any) -> Array:
+    """How the pelvis is turned against the world's axes, as a matrix."""
+    return np.asarray(data.xmat[1]).reshape(3, 3)
+
+
+def truth_of(data: Any) -> Placement:
+    """Read where the pelvis is and how it moves, in the world's axes, from MuJoCo's state."""
+    x, y, z = (float(number) for number in data.qpos[:3])
+    matrix = turned(data)
+    yaw = math.atan2(matrix[1, 0], matrix[0, 0])
+    roll, pitch = math.atan2(matrix[2, 1], matrix[2, 2]), -math.asin(min(max(float(matrix[2, 0]), -1.0), 1.0))
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    east, north = float(data.qvel[0]), float(data.qvel[1])
+    turn = float((matrix @ data.qvel[3:6])[2])  # MuJoCo has the rates of a free body in its own axes
+    velocity = Velocity2D(cos * east + sin * north, cos * north - sin * east, turn)
+    return Placement(Pose2D(x, y, yaw), z, (roll, pitch), velocity)
