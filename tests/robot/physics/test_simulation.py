@@ -81,6 +81,53 @@ def test_the_base_walks_to_a_goal(simulation: Program, robot: Robot) -> None:
     assert max(borne) > 400.0, 'it bore the robot alone'
 
 
+def test_it_tells_the_truth_beside_what_the_robot_believes(simulation: Program, robot: Robot) -> None:
+    truths: Collector[Odometry] = Collector()
+    beliefs: Collector[Odometry] = Collector()
+    robot.node.create_subscription(Odometry, 'ground_truth', truths, 100)
+    robot.node.create_subscription(Odometry, 'odom', beliefs, 100)
+    known = {stamp_of(each): each for each in beliefs.expect(50, WITHIN)}
+    both = [(each, known[stamp_of(each)]) for each in truths.expect(50, WITHIN) if stamp_of(each) in known]
+    assert len(both) > 10
+    assert {truth.header.frame_id for truth, _ in both} == {'home'}
+    off = [math.dist(*((of.pose.pose.position.x, of.pose.pose.position.y) for of in pair)) for pair in both]
+    assert 0.0 < max(off) < 0.02, 'its sensors have noise'
+
+
+def stamp_of(message: Odometry) -> tuple[int, int]:
+    return message.header.stamp.sec, message.header.stamp.nanosec
+
+
+DRIVER = """
+import rclpy
+from geometry_msgs.msg import Twist
+
+rclpy.init()
+node = rclpy.create_node('driver')
+out = node.create_publisher(Twist, 'cmd_vel', 10)
+forward = Twist()
+forward.linear.x = 0.3
+node.create_timer(0.1, lambda: out.publish(forward))
+rclpy.spin(node)
+"""
+
+
+def test_a_driver_that_is_killed_leaves_the_robot_in_a_stand(
+    simulation: Program, robot: Robot, world: dict[str, str]
+) -> None:
+    truths: Collector[Odometry] = Collector()
+    robot.node.create_subscription(Odometry, 'ground_truth', truths, 100)
+    with Program(DRIVER, env=world) as driver:
+        truths.wait_for(lambda seen: bool(seen) and seen[-1].twist.twist.linear.x > 0.2)
+        driver.send_signal(signal.SIGKILL)
+        driver.wait()
+    simulation.expect('Stopped: no newer velocity came for 0.5 s')
+    last = truths.expect(len(truths.items) + 200, WITHIN)[-50:]  # 4 s of its time, the last second of them
+    assert max(abs(each.twist.twist.linear.x) for each in last) < 0.05
+    assert min(each.pose.pose.position.z for each in last) > 0.7
+    assert 'has fallen' not in simulation.output
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_it_ends_when_told_to(simulation: Program, number: signal.Signals) -> None:
     simulation.send_signal(number)
@@ -131,6 +178,8 @@ def test_a_robot_that_is_pushed_over_says_so_and_is_put_back(
         with humanoid('wave', env=world) as wave:
             assert wave.wait() == 1
             assert 'the robot has fallen' in wave.output
+        with robot.grip(0.05, timeout=60.0) as grip:
+            assert not grip.accepted
         with humanoid('get_up', env=world) as get_up:
             assert 'it cannot climb up by itself' in get_up.succeed()
         with humanoid('arm', 'left_knee', '1.0', env=world) as knee:

@@ -243,6 +243,8 @@ class NavigationActionServer(Node):
         if self._told is not None and not 0.0 <= moment - self._told <= VELOCITY_LASTS:
             self._told = None
             self._base.stop()
+            if self._wish != STANDING:  # the sender meant to go on, and is gone
+                self.get_logger().warning(f'Stopped: no newer velocity came for {VELOCITY_LASTS:g} s')
         elif self._told is not None and self._surroundings is not None:
             self._drive_on()
         with or_abort(self, self._end):
