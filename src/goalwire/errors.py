@@ -78,6 +78,7 @@ Errors that no program sees, since they become one of these, stay in the module 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -189,7 +190,7 @@ class NotInitializedException(LocalError):
     def __init__(self, message: str | None = None) -> None:
         text = 'rclpy.init() has not been called'
         super().__init__(f'{text}. msg:{message}' if message else f'{text}.')
-        self.add_note('call rclpy.init() before; rclpy.shutdown() ends what it began')
+        self.add_note('call rclpy.init() before this line; after rclpy.shutdown(), call it again')
 
 
 class ROSInterruptException(LocalError):
@@ -228,7 +229,7 @@ class ShutDownError(RCLError, ClosedError):
     """An entity was used after the end of its context."""
 
     def __init__(self, what: str) -> None:
-        super().__init__(f'{what}: the context was shut down; ask rclpy.ok() before, or stop using it first')
+        super().__init__(f'{what}: the context was shut down; do this before, or ask rclpy.ok() first')
 
 
 class RCLInvalidROSArgsError(RCLError):
@@ -315,6 +316,16 @@ class NameValidationException(LocalError):
     def __init__(self, name_type: str, name: str, error_msg: str, invalid_index: int) -> None:
         self.reason = error_msg
         super().__init__(pointed(name_type, name, error_msg, invalid_index))
+        if (better := _allowed_name(name_type, name)) != name:
+            self.add_note(f"use letters, digits and '_', and begin with a letter: write {better!r}")
+
+
+def _allowed_name(name_type: str, name: str) -> str:
+    """Return a name that is like this one and allowed; the same one if it has more than wrong letters."""
+    if not name or len(name) > LONGEST_SHOWN or re.search(r'[~{}]|//|/$', name):
+        return name
+    others = r'[^A-Za-z0-9_]+' if name_type == 'node name' else r'[^A-Za-z0-9_/]+'
+    return re.sub(r'(^|/)(?=[0-9])', r'\1my_', re.sub(others, '_', name))
 
 
 class InvalidNodeNameException(NameValidationException):

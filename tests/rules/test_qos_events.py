@@ -92,7 +92,9 @@ def test_the_warning_is_ros_2s_own_and_true_on_every_wire(
 ) -> None:
     assert incompatible_qos_warning(event, 'chat', RELIABILITY, wire=None) == said
     lenient = incompatible_qos_warning(event, 'chat', RELIABILITY, wire='rmw_zenoh_cpp')
-    assert lenient == f'{said} (that is so on DDS; rmw_zenoh_cpp delivers them all the same)'
+    assert (
+        lenient == f'{said} (this is so on DDS; rmw_zenoh_cpp, which runs now, delivers the messages anyway)'
+    )
 
 
 def test_gaps_are_counted_for_each_publisher() -> None:

@@ -111,7 +111,7 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
 def _as_message(cls: type, value: object) -> str:
     """Return what to write for a nested message."""
     if hasattr(value, 'to_msg'):  # a Time or a Duration
-        return '….to_msg()'
+        return 'the same with .to_msg() behind it'
     fields = [leaf.name for leaf in layout.leaves(cls)]
     if isinstance(value, dict) and value and set(value) <= set(fields):
         return f'{cls.__name__}({", ".join(f"{name}={_brief(each)}" for name, each in value.items())})'

@@ -169,7 +169,7 @@ def _what_to_give(given: object) -> str:
     if isinstance(given, str) and '/' in given:
         return f'{given!r} is a text: give the class, as goalwire.idl.get_interface({given!r}) returns it'
     if isinstance(given, str):
-        return f'{given!r} is a text: the class stands before the name, as in (String, {given!r}, …)'
+        return f'{given!r} is a text: write the class first and then the name, as in (CLASS, {given!r}, …)'
     return f'got {given!r}. {_ROS1_HINT}'
 
 

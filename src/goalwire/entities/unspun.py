@@ -76,7 +76,8 @@ class UnspunNode:
         advice = f'call {call} after you have made it'
         if beside_others:
             advice = (
-                'rclpy.spin() runs one node and does not return; add all nodes to one executor, and spin that'
+                'rclpy.spin() runs one node and does not return: write executor = SingleThreadedExecutor(), '
+                'executor.add_node(…) for each node, and executor.spin()'
             )
         return f"node '{self.name}' {what}, so its callbacks never ran ({kinds}): {advice}{at(self.place)}"
 

@@ -69,8 +69,9 @@ def why_it_cannot_answer(work_queue: NodeWorkQueue, group: CallbackGroup | None)
     """
     if group is not None and group in held_groups.get():
         return (
-            'its callback is in the mutually exclusive callback group that the calling callback holds: '
-            'give one of them a group of its own, or await call_async()'
+            'its callback cannot run before the calling callback returns, since both are in one mutually '
+            "exclusive callback group: write 'async def' and 'await client.call_async(request)', or give one "
+            'of them a callback group of its own'
         )
     for executor in active_executors.executors:
         if work_queue.queue is executor.work_queue.queue and executor.thread_waits_alone():

@@ -109,7 +109,9 @@ def _no_node(given: object, error: AttributeError) -> AttributeError:
     A node that lacks something says so itself.
     """
     if isinstance(given, type):
-        return AttributeError(f'a node is needed, not its class: make one, {given.__name__}(), and give that')
+        return AttributeError(
+            f'a node is needed, got the class: write {given.__name__}(), with the parentheses'
+        )
     if hasattr(type(given), 'handle'):
         return error
     return AttributeError(f'a node is needed, not {given!r}')
@@ -325,8 +327,8 @@ class Executor(CallbackRunner):
         if stop is NEVER and deadline is None and not once and not self._is_nesting_told:
             self._is_nesting_told = True
             get_logger('goalwire').warning(
-                'rclpy.spin() was called in a callback, and never returns: leave it out, for the spin that '
-                'runs this callback goes on when the callback has returned; to wait for one answer, write '
+                'rclpy.spin() was called in a callback, and never returns: remove this call; the program '
+                'already spins, and goes on after the callback has returned. To wait for one answer, write '
                 f"'await future' in an 'async def'{at(caller_place())}"
             )
         with release_groups(self.work_queue, self._drive_until_free):

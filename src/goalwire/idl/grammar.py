@@ -202,7 +202,7 @@ class _Message:
         if not _CONSTANT_NAME.fullmatch(name):
             hint = ''
             if _FIELD_NAME.fullmatch(name):
-                hint = f"; for a field with a default value write a blank and no '=': {name} {value.strip()}"
+                hint = f"; for a field with a default value write no '=': {type_.text} {name} {value.strip()}"
             raise where.error(columns[1], f'{name!r} is not a constant name (A-Z, 0-9 and single _){hint}')
         if name in _TAKEN_CONSTANTS:
             raise where.error(columns[1], f'{name!r} is taken by the generated class: rename the constant')

@@ -220,8 +220,8 @@ def explain_unknown(fullname: str) -> str | None:
     overridden = search_path.explain_overridden(package)
     more = f'; {overridden}' if overridden else ''
     if not known:
-        elsewhere = ', '.join(other for other in workspace.KINDS if type_names(package, other))
-        hint = f'; it has some in {elsewhere}, so import from there' if elsewhere else ''
+        elsewhere = [f'{package}.{other}' for other in workspace.KINDS if type_names(package, other)]
+        hint = f'; it has some elsewhere: write from {" or ".join(elsewhere)} import …' if elsewhere else ''
         return f'{package} has no {kind} types (its definitions are in {place}){hint}{more}'
     if rest[0] in known:  # `import std_msgs.msg.String`: the from-import asks the module itself
         return f'{fullname} is a class, not a module; write: from {package}.{kind} import {rest[0]}'

@@ -156,7 +156,7 @@ def _explain_near(here: workspace.Workspace, package: str) -> list[str]:
         ]
         for file in sorted(os.listdir(folder)):
             kind = file.rpartition('.')[2]
-            if kind in workspace.KINDS:
+            if kind in workspace.KINDS and kind != file:  # a folder srv is in its place
                 remarks.append(f'{file} lies beside {manifest}: move it into a folder {kind}')
     return remarks[:_NOTES]
 

@@ -54,7 +54,8 @@ def _explain_indentation(error: IndentationError) -> str:
     if not blanks:
         return ''
     above = sorted({each for each in blanks[:-1] if each <= max(blanks[-3:-1], default=0)})
-    return f'; the line has {blanks[-1]} blanks before it, those above have {" or ".join(map(str, above))}'
+    allowed = ' or '.join(map(str, above))
+    return f'; the line has {blanks[-1]} blanks before it, those above have {allowed}: give it one of these'
 
 
 def as_sentence(error: BaseException) -> str:

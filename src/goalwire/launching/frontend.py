@@ -281,11 +281,16 @@ class YAMLParser(Parser):
             mark = getattr(error, 'problem_mark', None)
             what = ' '.join(str(getattr(error, 'problem', None) or error).split())
             begun = getattr(error, 'context_mark', None)
-            if mark is not None and begun is not None and mark.line > begun.line:
-                what += (
-                    f'; this line has {mark.column} blanks before it, and what it may belong to begins in '
-                    f'line {begun.line + 1} behind {begun.column}: indent both alike'
+            if mark is not None and begun is not None and begun.line < mark.line <= data.count(b'\n'):
+                lines = data.decode('utf-8-sig').split('\n')
+                blanks, above = (
+                    len(text) - len(text.lstrip(' ')) for text in (lines[mark.line], lines[begun.line])
                 )
+                if lines[mark.line].strip() and blanks != above:
+                    what += (
+                        f'; this line has {blanks} blanks before it, and line {begun.line + 1} has {above}: '
+                        'give it as many if it belongs to the same list'
+                    )
             raise _broken(Location(path, mark.line + 1 if mark else 1), f'no valid YAML: {what}') from error
         if not isinstance(node, yaml.MappingNode) or len(node.value) != 1:
             raise _broken(Location(path, 1), "a launch file in YAML begins with 'launch:'")

@@ -203,7 +203,9 @@ def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *
         found = f"New publisher discovered on topic '{topic}', offering incompatible QoS. "
         consequence = 'No messages will be received from it. '
     reason = f'Last incompatible policy: {policy.policy}'
-    note = '' if wire is None else f' (that is so on DDS; {wire} delivers them all the same)'
+    note = (
+        '' if wire is None else f' (this is so on DDS; {wire}, which runs now, delivers the messages anyway)'
+    )
     return f'{found}{consequence}{reason}{_REMEDIES.get(policy, "")}{note}'
 
 

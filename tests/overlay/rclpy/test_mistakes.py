@@ -79,7 +79,7 @@ def test_a_node_lacks_an_attribute_as_any_object_does(node: Node) -> None:
 def test_what_is_no_node_is_not_spun(executor: Executor) -> None:
     other: Any
     for other, text in (
-        (Node, r'^a node is needed, not its class: make one, Node\(\), and give that$'),
+        (Node, r'^a node is needed, got the class: write Node\(\), with the parentheses$'),
         (None, '^a node is needed, not None$'),
         ('arm', "^a node is needed, not 'arm'$"),
     ):

@@ -25,7 +25,7 @@ from goalwire.entities.actions.server_goal import (
 )
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
-from goalwire.entities.wrong_message import explain_wrong_message, python_name
+from goalwire.entities.wrong_message import explain_wrong_message, short_name
 from goalwire.errors import (
     ClosedError,
     InvalidTransition,
@@ -275,7 +275,8 @@ class ActionServerCore:
         if not isinstance(result, self._result_class):
             self.logger.error(
                 f"Action '{self.name}': {told} {type(result).__name__}; an empty result is sent; "
-                f'return {python_name(self._result_class)}{at(function_place(self.callbacks.execute))}'
+                f"write 'return {short_name(self._result_class)}(…)'"
+                f'{at(function_place(self.callbacks.execute))}'
             )
             return None
         support = self.support.get_result

@@ -237,24 +237,31 @@ class NodeParameters:
         A parameter without a value undeclares a dynamically typed one. Raises ParameterNotDeclaredException,
         TypeError for what is no Parameter.
         """
-        outcomes = [self._ros_set([parameter]) for parameter in parameter_list]
-        self._ros_tell_dropped(outcomes)
+        parameters = list(parameter_list)
+        outcomes = [self._ros_set([parameter]) for parameter in parameters]
+        self._ros_tell_dropped(parameters, outcomes)
         return [result_message(outcome) for outcome in outcomes]
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """Set all parameters or none; raises as set_parameters does."""
-        outcome = self._ros_set(list(parameter_list))
-        self._ros_tell_dropped([outcome])
+        parameters = list(parameter_list)
+        outcome = self._ros_set(parameters)
+        self._ros_tell_dropped(parameters, [outcome])
         return result_message(outcome)
 
-    def _ros_tell_dropped(self, outcomes: Sequence[Outcome]) -> None:
-        """Say that a set was refused, if the line that asked for it throws the answer away."""
+    def _ros_tell_dropped(self, parameters: Sequence[Parameter], outcomes: Sequence[Outcome]) -> None:
+        """Say that a set was refused, if the line that asked for it throws the answer away.
+
+        There is one outcome for each of the parameters, or one for all.
+        """
         refused = next((outcome for outcome in outcomes if not outcome.successful), None)
         if refused is None or refused.reason.startswith(NO_ANSWER):
             return  # of a callback that gave no answer was told already
         if place := dropping_place():
+            of = parameters if len(outcomes) == 1 else [parameters[outcomes.index(refused)]]
+            names = ', '.join(repr(parameter.name) for parameter in of)
             get_logger(self.handle.logger_name).warning(
-                f'a parameter was not set: {refused.reason}; look at .successful and .reason of what '
+                f'{names} was not set: {refused.reason}; look at .successful and .reason of what '
                 f'the call returns{at(place)}'
             )
 
@@ -364,7 +371,7 @@ def _wrong_type(parameter: Parameter, wanted: Type) -> InvalidParameterTypeExcep
 
     error = InvalidParameterTypeException(parameter, wanted.name)
     if note := explain_misfit(parameter.name, wanted, parameter.value):
-        error.add_note(note)
+        error.add_note(f'{note} where its value comes from: -p, a parameter file or parameter_overrides')
     return error
 
 

@@ -252,7 +252,8 @@ def spin_until_future_complete(
     """Run the callbacks of `node` until `future` is done, the timeout has passed or the context ends."""
     if not hasattr(future, 'add_done_callback'):
         raise AttributeError(
-            f'spin_until_future_complete(node, future) waits for a future, not for {future!r}'
+            f'spin_until_future_complete(node, future) waits for a future, not for {future!r}: '
+            'give the future that call_async() returns'
         )
     chosen = (_global_executor or get_global_executor()) if executor is None else executor
     added = chosen.add_node(node)

@@ -1,5 +1,5 @@
 # The action's Result is published as feedback.
-# says: Error raised in execute callback: expected example_interfaces.action.Fibonacci.Feedback, got example_interfaces.action.Fibonacci.Result: make Fibonacci.Feedback
+# says: Error raised in execute callback: expected example_interfaces.action.Fibonacci.Feedback, got example_interfaces.action.Fibonacci.Result: write Fibonacci.Feedback(…)
 import rclpy
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient, ActionServer

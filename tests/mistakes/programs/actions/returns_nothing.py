@@ -1,5 +1,5 @@
 # The execute callback returns nothing.
-# says: Action 'fibonacci': the execute callback returned NoneType; an empty result is sent; return example_interfaces.action.Fibonacci.Result
+# says: Action 'fibonacci': the execute callback returned NoneType; an empty result is sent; write 'return Fibonacci.Result(…)'
 import rclpy
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient, ActionServer

@@ -1,5 +1,5 @@
 # A message is published after rclpy.shutdown().
-# says: cannot publish on '/chatter': the context was shut down; ask rclpy.ok() before, or stop using it first
+# says: cannot publish on '/chatter': the context was shut down; do this before, or ask rclpy.ok() first
 import rclpy
 from std_msgs.msg import String
 

@@ -1,5 +1,5 @@
 # A reliable subscription meets a best-effort publisher.
-# says: New subscription discovered on topic 'chatter', requesting incompatible QoS. No messages will be sent to it. Last incompatible policy: RELIABILITY; make the publisher RELIABLE, or the subscription BEST_EFFORT (that is so on DDS; rmw_zenoh_cpp delivers them all the same)
+# says: New subscription discovered on topic 'chatter', requesting incompatible QoS. No messages will be sent to it. Last incompatible policy: RELIABILITY; make the publisher RELIABLE, or the subscription BEST_EFFORT (this is so on DDS; rmw_zenoh_cpp, which runs now, delivers the messages anyway)
 # ctrl-c: yes
 import rclpy
 from rclpy.qos import QoSProfile, ReliabilityPolicy

@@ -1,5 +1,5 @@
 # The name stands before the type of a service.
-# says: a class of a message, a service or an action is needed: 'battery' is a text: the class stands before the name, as in (String, 'battery', …)
+# says: a class of a message, a service or an action is needed: 'battery' is a text: write the class first and then the name, as in (CLASS, 'battery', …)
 import rclpy
 from std_srvs.srv import Trigger
 

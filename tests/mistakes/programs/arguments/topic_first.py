@@ -1,5 +1,5 @@
 # The topic stands before the type.
-# says: a class of a message, a service or an action is needed: 'chatter' is a text: the class stands before the name, as in (String, 'chatter', …)
+# says: a class of a message, a service or an action is needed: 'chatter' is a text: write the class first and then the name, as in (CLASS, 'chatter', …)
 import rclpy
 from std_msgs.msg import String
 

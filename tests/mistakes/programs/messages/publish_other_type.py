@@ -1,5 +1,5 @@
 # A message of another type is published.
-# says: expected std_msgs.msg.String, got std_msgs.msg.Int32: make String
+# says: expected std_msgs.msg.String, got std_msgs.msg.Int32: write String(…)
 import rclpy
 from std_msgs.msg import Int32, String
 

@@ -1,5 +1,5 @@
 # A clock's time is given as a stamp.
-# says: (write ….to_msg())
+# says: (write the same with .to_msg() behind it)
 import rclpy
 from std_msgs.msg import Header
 

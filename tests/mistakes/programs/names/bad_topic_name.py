@@ -1,5 +1,5 @@
 # A topic's name has a hyphen.
-# says: Invalid topic name: topic name must not contain characters other than alphanumerics, '_', '~', '{', or '}': 'left-knee' ^
+# says: Invalid topic name: topic name must not contain characters other than alphanumerics, '_', '~', '{', or '}': 'left-knee' ^ use letters, digits and '_', and begin with a letter: write 'left_knee'
 import rclpy
 from std_msgs.msg import String
 

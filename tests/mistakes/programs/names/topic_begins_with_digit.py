@@ -1,5 +1,5 @@
 # A topic's name begins with a digit.
-# says: Invalid topic name: topic name token must not start with a number: '2nd_topic' ^
+# says: Invalid topic name: topic name token must not start with a number: '2nd_topic' ^ use letters, digits and '_', and begin with a letter: write 'my_2nd_topic'
 import rclpy
 from std_msgs.msg import String
 

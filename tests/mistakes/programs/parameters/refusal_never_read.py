@@ -1,5 +1,5 @@
 # set_parameters() is refused, and nobody reads that.
-# says: a parameter was not set: Wrong parameter type, expected 'Type.DOUBLE' got 'Type.STRING'; look at .successful and .reason of what the call returns
+# says: 'speed' was not set: Wrong parameter type, expected 'Type.DOUBLE' got 'Type.STRING'; look at .successful and .reason of what the call returns
 import rclpy
 from rclpy.parameter import Parameter
 

@@ -1,5 +1,5 @@
 # A node is made after rclpy.shutdown().
-# says: rclpy.init() has not been called. msg:cannot create node call rclpy.init() before; rclpy.shutdown() ends what it began
+# says: rclpy.init() has not been called. msg:cannot create node call rclpy.init() before this line; after rclpy.shutdown(), call it again
 import rclpy
 
 rclpy.init()

@@ -1,5 +1,5 @@
 # Two nodes are made, and only one of them is spun.
-# says: node '/right' was never spun, so its callbacks never ran (1 timer): rclpy.spin() runs one node and does not return; add all nodes to one executor, and spin that
+# says: node '/right' was never spun, so its callbacks never ran (1 timer): rclpy.spin() runs one node and does not return: write executor = SingleThreadedExecutor(), executor.add_node(…) for each node, and executor.spin()
 # within: 5 s
 # ctrl-c: yes
 import rclpy

@@ -1,5 +1,5 @@
 # rclpy.spin() is called in a callback.
-# says: rclpy.spin() was called in a callback, and never returns: leave it out, for the spin that runs this callback goes on when the callback has returned; to wait for one answer, write 'await future' in an 'async def'
+# says: rclpy.spin() was called in a callback, and never returns: remove this call; the program already spins, and goes on after the callback has returned. To wait for one answer, write 'await future' in an 'async def'
 # ctrl-c: yes
 import rclpy
 from rclpy.node import Node

@@ -1,5 +1,5 @@
 # rclpy.spin() gets the class and not a node.
-# says: a node is needed, not its class: make one, Talker(), and give that
+# says: a node is needed, got the class: write Talker(), with the parentheses
 import rclpy
 from rclpy.node import Node
 

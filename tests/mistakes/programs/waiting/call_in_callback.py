@@ -1,5 +1,5 @@
 # A callback makes a blocking call to a service of its own node.
-# says: a blocking call of '/battery' can never be answered: its callback is in the mutually exclusive callback group that the calling callback holds: give one of them a group of its own, or await call_async()
+# says: a blocking call of '/battery' can never be answered: its callback cannot run before the calling callback returns, since both are in one mutually exclusive callback group: write 'async def' and 'await client.call_async(request)', or give one of them a callback group of its own
 import rclpy
 from rclpy.node import Node
 from std_srvs.srv import Trigger
