@@ -3,8 +3,9 @@
 #
 # What had to change, and why:
 #   1. Indentation: the chapter lost all of it in print.
-# Nothing else. What looks odd but runs is left alone: `Trigger` is imported and not used, `warn` is the
-# logger's old name for `warning`, and Ctrl-C ends the program with KeyboardInterrupt out of rclpy.spin.
+#   2. The import of `Trigger`, which is not used, is left out.
+# Nothing else. What looks odd but runs is left alone: `warn` is the logger's old name for `warning`, and
+# Ctrl-C ends the program with KeyboardInterrupt out of rclpy.spin.
 """
 ROS 2 Service Server for Joint State Queries
 """

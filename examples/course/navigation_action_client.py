@@ -3,8 +3,9 @@
 #
 # What had to change, and why:
 #   1. Indentation: the chapter lost all of it in print.
-# Nothing else. What runs but may surprise is left alone: `Pose` is imported and not used, wait_for_server waits
-# for ever, and rclpy.spin goes on after the result, so that Ctrl-C ends the program.
+#   2. The import of `Pose`, which is not used, is left out.
+# Nothing else. What runs but may surprise is left alone: wait_for_server waits for ever, and rclpy.spin goes on
+# after the result, so that Ctrl-C ends the program.
 """
 ROS 2 Action Client for Robot Navigation
 """

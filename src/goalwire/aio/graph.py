@@ -79,8 +79,12 @@ class GraphView:
         return self._graph.served_names_and_types()
 
     def actions(self) -> NamesAndTypes:
-        """Return every action with its types."""
+        """Return every action with its types, including actions with clients but no server."""
         return self._graph.action_names_and_types()
+
+    def served_actions(self) -> NamesAndTypes:
+        """Return every action that has a server, with its types."""
+        return self._graph.served_action_names_and_types()
 
     def problems(self) -> list[GraphProblem]:
         """Return the mismatches among all nodes: of types, definitions and QoS, and servers of one name."""

@@ -199,6 +199,10 @@ class Graph(GraphListener):
         """Return every action that somebody serves or calls."""
         return actions_among(self.topic_names_and_types())
 
+    def served_action_names_and_types(self) -> NamesAndTypes:
+        """Return every action that somebody serves: its server publishes the feedback."""
+        return actions_among(self._names_and_types(EndpointKind.PUBLISHER))
+
     def names_and_types_by_node(self, kind: EndpointKind, name: str, namespace: str = '/') -> NamesAndTypes:
         """Return the endpoints of one kind of the first node of that name; empty without such a node."""
         with self._lock:

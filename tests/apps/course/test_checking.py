@@ -32,8 +32,11 @@ MISTAKES = {
             "Trigger, 'get_battery_status', lambda request, response: response",
             'has the type std_srvs/srv/Trigger',
         ),
-        Mistake('no return', '        return response\n', '', 'got no answer'),
-        Mistake('an error', 'response.battery = state', 'response.batery = state', 'got no answer'),
+        Mistake('no return', '        return response\n', '', 'it returned None'),
+        Mistake(
+            'an error', 'response.battery = state', 'response.batery = state', "has no attribute 'batery'"
+        ),
+        Mistake('a type', 'state.charge = charge', "state.charge = 'full'", 'battery.charge: expected float'),
         Mistake(
             'slow',
             'charge = self.battery.charge()',
@@ -99,6 +102,25 @@ MISTAKES = {
             'return MoveArm.Result(success=True)',
             'final_positions is []',
         ),
+        Mistake(
+            'an error',
+            'goal_handle.publish_feedback(feedback)',
+            'goal_handle.publish(feedback)',
+            "'ServerGoalHandle' object has no attribute 'publish'",
+        ),
+        Mistake(
+            'an error in goal_callback',
+            'len(goal.joint_names) > 0',
+            'len(goal.joints) > 0',
+            "has no attribute 'joints'",
+        ),
+        Mistake('no self', '            self,\n', '', 'the first argument of ActionServer is the node'),
+        Mistake(
+            'ten steps',
+            'fraction = min((time.monotonic() - began) / goal.duration, 1.0)',
+            'time.sleep(0.05); fraction = min(fraction + 0.1, 1.0)',
+            'a goal of 0.4 s ended after 1',
+        ),
         Mistake('jumps', 'min((time.monotonic() - began) / goal.duration, 1.0)', '1.0', 'ended after 0.'),
         Mistake(
             'refuses to cancel',
@@ -132,8 +154,29 @@ MISTAKES = {
         Mistake(
             'no service', 'charge = self.ask_for_charge()', 'charge = 1.0', 'without asking for the battery'
         ),
-        Mistake('no goal', 'goal_handle = self.send_goal()', 'return True', 'without a goal'),
+        Mistake('no goal', 'goal_handle = self.send_goal()', 'return True', 'and the program sent no goal'),
+        Mistake('percent of 100', 'charge < LEAST_CHARGE', 'charge < 20', 'the battery was at 80%'),
+        Mistake(
+            'a wait whose end is ignored',
+            'self.battery.wait_for_service()',
+            'self.battery.wait_for_service(timeout_sec=0.1)',
+            'has not ended',
+        ),
+        Mistake('no wait for the arm', '        self.arm.wait_for_server()\n', '', 'has not ended'),
+        Mistake(
+            'never looks at accepted',
+            'if not goal_handle.accepted:',
+            'if False:',
+            'asks for its result',
+        ),
+        Mistake(
+            'cancels and leaves',
+            'rclpy.spin_until_future_complete(self, goal_handle.cancel_goal_async(), timeout_sec=LIMIT)',
+            'goal_handle.cancel_goal_async()',
+            'before the arm had answered',
+        ),
         Mistake('no feedback', ', feedback_callback=self.show', '', 'did not show it'),
+        Mistake('a part of 1', 'fraction_done:.0%', 'fraction_done', 'did not show it'),
         Mistake('an empty battery', 'charge < LEAST_CHARGE', 'charge < 0.0', 'was moved although'),
         Mistake('always 0', 'sys.exit(0 if arrived else 1)', 'sys.exit(0)', 'and the exit code is 0'),
         Mistake(
@@ -229,4 +272,37 @@ def test_each_mistake_is_told(exercise: Exercise, mistake: Mistake, tmp_path: Pa
 def test_the_file_to_begin_with_is_not_enough(exercise: Exercise, tmp_path: Path) -> None:
     file = tmp_path / exercise.program
     file.write_text(exercise.read('start.py'), encoding='utf-8')
-    assert check(exercise, file).problem
+    report = check(exercise, file)
+    assert report.problem
+    assert FIRST_MESSAGES[exercise.name] in report.problem
+
+
+FIRST_MESSAGES = {
+    'battery_service': "serves no service 'get_battery_status'; what it serves: none",
+    'arm_server': "serves no action 'move_arm'; what it serves: none",
+    'mission_client': 'without asking for the battery',
+    'reliable_client': 'has not ended',
+}
+"""What everybody sees who checks before the work has begun."""
+
+
+@pytest.mark.slow
+def test_an_action_that_is_not_there_is_not_mistaken_for_the_checks_own_client(tmp_path: Path) -> None:
+    exercise = EXERCISES[1]
+    file = tmp_path / exercise.program
+    file.write_text(exercise.read('start.py'), encoding='utf-8')
+    report = check(exercise, file)
+    assert report.problem == f'the program {FIRST_MESSAGES[exercise.name]}'
+    assert report.advice.startswith('make the ActionServer in __init__ (step 1)')
+
+
+@pytest.mark.slow
+def test_an_exception_is_told_with_the_line_that_raised_it(tmp_path: Path) -> None:
+    exercise = EXERCISES[0]
+    text = exercise.read('solution.py').replace('state.present = True', "raise ValueError('too hot')")
+    line = text.splitlines().index("        raise ValueError('too hot')") + 1
+    file = tmp_path / exercise.program
+    file.write_text(text, encoding='utf-8')
+    report = check(exercise, file)
+    assert report.problem.endswith('ValueError: too hot')
+    assert report.advice == f"battery_service.py, line {line}: raise ValueError('too hot')"

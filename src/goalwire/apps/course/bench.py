@@ -73,15 +73,16 @@ async def wait_for_server(
             f'the task wants {wanted}: look at the first arguments of your server',
         )
     others = ', '.join(f'{each} ({type_name})' for each, type_name in offered.items()) or 'none'
+    server = 'ActionServer' if kind == 'action' else 'service'
     raise Wrong(
         f'the program serves no {kind} {name!r}; what it serves: {others}',
-        'make the server in __init__, and look at its name',
+        f'make the {server} in __init__ (step 1), and look at its name',
     )
 
 
 def _offered(node: goalwire.Node, kind: str) -> dict[str, str]:
     """Return names and types of the program's servers, without those that every node has."""
-    found = node.graph.actions() if kind == 'action' else node.graph.served()
+    found = node.graph.served_actions() if kind == 'action' else node.graph.served()
     return {
         name: ', '.join(types)
         for name, types in found

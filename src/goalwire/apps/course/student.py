@@ -6,10 +6,12 @@ import asyncio
 import os
 import sys
 from collections import deque
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
+
+from goalwire.apps.course.failures import Failure, find_failure
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -19,6 +21,8 @@ T = TypeVar('T')
 _KEPT_LINES = 2000
 _SHOWN_LINES = 6
 _LONGEST_LINE = 10_000
+_FAILS_WITHIN = 2.0
+"""s that a program has to write its traceback, and to end if the exception ends it."""
 
 
 class Wrong(Exception):
@@ -75,14 +79,31 @@ class Student:
         lines = [line for line in self.output.splitlines() if line.strip()]
         return '\n'.join(f'    | {line}' for line in lines[-_SHOWN_LINES:]) or '    | (it printed nothing)'
 
+    async def failure(self) -> Failure | None:
+        """Return the exception that the program has shown, if any. This ends the program.
+
+        The answer that tells of a failure may come before the traceback is written. So this waits for the
+        program's end, kills it after `_FAILS_WITHIN` s if it goes on, and reads its output to the end.
+        """
+        await asyncio.wait({self._end}, timeout=_FAILS_WITHIN)
+        with suppress(ProcessLookupError):
+            self._process.kill()
+        await self._end
+        return find_failure(self.output, self._file.name)
+
     async def during(self, waiting: Coroutine[Any, Any, T], doing: str) -> T:
         """Return what `waiting` does. Raises Wrong if the program ends first: it should still be `doing`."""
         task = asyncio.create_task(waiting)
         if await self.is_first(task):
             return task.result()
+        code = self._end.result()
+        question = 'is rclpy.spin(node) there, and not spin_once? ' if code == 0 else ''
+        problem = f'the program ended with exit code {code} while it should {doing}'
+        if failure := find_failure(self.output, self._file.name):
+            raise Wrong(f'{problem}: {failure.text}', failure.advice or 'mend what raises it')
         raise Wrong(
-            f'the program ended with exit code {self._end.result()} while it should {doing}',
-            f'the end of what it printed:\n{self.last_lines()}',
+            problem,
+            f'{question}The end of what it printed:\n{self.last_lines()}',
         )
 
     async def is_first(self, task: asyncio.Task[T]) -> bool:
@@ -94,11 +115,11 @@ class Student:
             task.cancel()
             await asyncio.wait({task})
 
-    async def wait(self, within: float, advice: str) -> int:
-        """Return its exit code. Raises Wrong, with `advice`, if it has not ended `within` s."""
+    async def wait(self, within: float, advice: Callable[[], str]) -> int:
+        """Return its exit code. Raises Wrong, with what `advice` returns, if it has not ended `within` s."""
         done, _ = await asyncio.wait({self._end}, timeout=within)
         if not done:
-            raise Wrong(f'the program has not ended after {within:g} s', advice)
+            raise Wrong(f'the program has not ended after {within:g} s', advice())
         if 'Traceback (most recent call last)' in self.output:
             raise Wrong(
                 'the program ended with an exception that nothing caught',

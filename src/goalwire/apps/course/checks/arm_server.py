@@ -23,6 +23,10 @@ DURATION = 1.0
 LONG = 30.0
 JOINTS = ['left_shoulder', 'left_elbow']
 TARGET = [0.5, 1.0]
+MOTIONS = (([0.2, 0.4], 0.4), (TARGET, 1.5))
+"""Where the arm is moved to, and how long each motion takes, in s: a program must not know one of them."""
+LATE = 0.45
+"""s by which a motion may take longer, of which a step of the program's loop is the greater part."""
 ENDS_WITHIN = 10.0
 LEAST_FEEDBACK = 5
 ANSWERS_WITHIN = 3.0
@@ -49,8 +53,9 @@ async def steps(file: Path) -> AsyncIterator[str]:
         client = node.action(MoveArm, ACTION)
         await wait_for_server(node, student, client, 'action', ACTION, 'humanoid_interfaces/action/MoveArm')
         yield f'it starts, and serves {ACTION!r}'
-        await student.during(_move(client, student), 'move the arm')
-        yield 'a goal moves the arm in the time that it gives, with feedback on the way'
+        for target, duration in MOTIONS:
+            await student.during(_move(client, student, target, duration), 'move the arm')
+        yield f'{len(MOTIONS)} goals move the arm in the times that they give, with feedback on the way'
         for fault, joints, positions, duration in REFUSED:
             goal = MoveArm.Goal(joint_names=joints, positions=positions, duration=duration)
             await student.during(_insist_on_refusal(client, goal, fault), 'answer a goal')
@@ -61,13 +66,13 @@ async def steps(file: Path) -> AsyncIterator[str]:
         yield 'the next goal begins where the arm stands'
 
 
-async def _move(client: Client, student: Student) -> None:
+async def _move(client: Client, student: Student, target: Sequence[float], duration: float) -> None:
     began = monotonic()
     shares: list[float] = []
     times: list[float] = []
     try:
         async with client.send(
-            joint_names=JOINTS, positions=TARGET, duration=DURATION, timeout=ENDS_WITHIN
+            joint_names=JOINTS, positions=target, duration=duration, timeout=ENDS_WITHIN
         ) as run:
             async for feedback in run.feedback:
                 shares.append(feedback.fraction_done)
@@ -80,33 +85,48 @@ async def _move(client: Client, student: Student) -> None:
                     )
             result = await run.result
     except goalwire.GoalRefused:
-        raise Wrong(
-            f'a good goal is refused: {JOINTS} to {TARGET} within {DURATION:g} s',
+        raise await _explain(
+            student,
+            f'a good goal is refused: {JOINTS} to {list(target)} within {duration:g} s',
             'look at goal_callback: it has to return GoalResponse.ACCEPT here',
         ) from None
     except goalwire.GoalAborted:
-        raise Wrong(
+        raise await _explain(
+            student,
             'a good goal ends ABORTED',
-            'execute_callback raised an exception, or did not call goal_handle.succeed(), or returned no '
-            f'result. The end of what the program printed:\n{student.last_lines()}',
+            'execute_callback did not call goal_handle.succeed(), or called abort()',
         ) from None
     except goalwire.DeadlineError:
         raise Wrong(
-            f'a goal of {DURATION:g} s has not ended after {ENDS_WITHIN:g} s', 'look at the end of your loop'
+            f'a goal of {duration:g} s has not ended after {ENDS_WITHIN:g} s', 'look at the end of your loop'
         ) from None
-    _judge_motion(monotonic() - began, shares, times)
-    _judge_result(result)
-
-
-def _judge_motion(took: float, shares: Sequence[float], times: Sequence[float]) -> None:
-    if took < 0.8 * DURATION:
-        raise Wrong(
-            f'a goal of {DURATION:g} s ended after {took:.2f} s',
-            'the motion has to take the duration: move a little, sleep a little, in a loop',
+    _judge_motion(duration, monotonic() - began, shares, times)
+    if not result.success:
+        raise await _explain(
+            student, 'the goal succeeded, but its result has success=False', 'set result.success = True'
         )
-    if len(shares) < LEAST_FEEDBACK:
+    _judge_result(result, target)
+
+
+async def _explain(student: Student, problem: str, advice: str) -> Wrong:
+    """Return what is wrong: the exception that the program has shown, or else `advice`."""
+    failure = await student.failure()
+    if failure is None:
+        printed = f'. What the program printed:\n{student.last_lines()}' if student.output.strip() else ''
+        return Wrong(problem, advice + printed)
+    return Wrong(f'{problem}: {failure.text}', failure.advice or advice)
+
+
+def _judge_motion(duration: float, took: float, shares: Sequence[float], times: Sequence[float]) -> None:
+    if took < 0.8 * duration or took > duration + LATE:
         raise Wrong(
-            f'{len(shares)} feedback messages came during {DURATION:g} s',
+            f'a goal of {duration:g} s ended after {took:.2f} s',
+            'the motion has to take the duration of the goal: move a little, sleep a little, in a loop that '
+            'ends when the duration is over',
+        )
+    if len(shares) < LEAST_FEEDBACK * min(duration, 1.0):
+        raise Wrong(
+            f'{len(shares)} feedback messages came during {duration:g} s',
             f'publish feedback in each turn of the loop, at least {LEAST_FEEDBACK} times a second',
         )
     if times[0] > 0.8 * took:
@@ -128,13 +148,11 @@ def _judge_motion(took: float, shares: Sequence[float], times: Sequence[float]) 
         )
 
 
-def _judge_result(result: MoveArm.Result) -> None:
-    if not result.success:
-        raise Wrong('the goal succeeded, but its result has success=False', 'set result.success = True')
+def _judge_result(result: MoveArm.Result, target: Sequence[float]) -> None:
     reached = list(result.final_positions)
-    if len(reached) != len(TARGET) or any(abs(a - b) > CLOSE for a, b in zip(reached, TARGET, strict=True)):
+    if len(reached) != len(target) or any(abs(a - b) > CLOSE for a, b in zip(reached, target, strict=True)):
         raise Wrong(
-            f'final_positions is {[round(each, 2) for each in reached]}, not {TARGET}',
+            f'final_positions is {[round(each, 2) for each in reached]}, not {list(target)}',
             'it has the positions where the joints stand at the end, in the order of joint_names',
         )
 
@@ -149,7 +167,8 @@ async def _insist_on_refusal(client: Client, goal: MoveArm.Goal, fault: str) -> 
         pass  # it was accepted, and then something else went wrong
     raise Wrong(
         f'a goal that {fault} is accepted',
-        'goal_callback gets the goal before anything moves: return GoalResponse.REJECT there',
+        'goal_callback gets the goal before anything moves: return GoalResponse.REJECT there. Is '
+        'goal_callback=… given to ActionServer?',
     )
 
 

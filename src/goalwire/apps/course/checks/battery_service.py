@@ -55,12 +55,27 @@ async def _ask(
             f'no answer came within {ANSWERS_WITHIN:g} s',
             'a service callback has to return soon: it must not sleep or wait for something else',
         ) from None
-    except goalwire.CallError:
-        raise Wrong(
-            'the callback failed, so the client got no answer',
-            'it must fill `response` and return it: `return response` is often missing. The end of what the '
-            f'program printed:\n{student.last_lines()}',
-        ) from None
+    except goalwire.CallError as error:
+        raise await _explain(student, error) from None
+
+
+async def _explain(student: Student, error: goalwire.CallError) -> Wrong:
+    """Return what is wrong with a callback that failed."""
+    failure = await student.failure()
+    if failure is None:
+        return Wrong(
+            f'the callback failed, so the client got no answer: {error}',
+            f'the end of what the program printed:\n{student.last_lines()}',
+        )
+    if 'the callback returned NoneType' in failure.text:
+        return Wrong(
+            'the callback failed, so the client got no answer: it returned None',
+            '`return response` is missing at its end, or on one of its ways out',
+        )
+    return Wrong(
+        f'the callback failed, so the client got no answer: {failure.text}',
+        failure.advice or 'look where the callback sets the field that the message names',
+    )
 
 
 def _judge_battery(answer: GetBatteryStatus.Response) -> None:

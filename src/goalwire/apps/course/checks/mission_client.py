@@ -6,20 +6,28 @@ import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import goalwire
 from goalwire.apps.course.bench import alone, wait_for_node
 from goalwire.apps.course.student import Student, Wrong
+from goalwire.rules.names.actions import ActionNames
+from goalwire.rules.qos import ACTION_STATUS_DEFAULT
 
 if TYPE_CHECKING:
+    from action_msgs.srv import CancelGoal
     from humanoid_interfaces.action import MoveArm
     from humanoid_interfaces.srv import GetBatteryStatus
 
     Goal: TypeAlias = 'goalwire.Goal[MoveArm.Goal, MoveArm.Feedback]'
+    Arm: TypeAlias = 'Callable[[Goal], Awaitable[MoveArm.Result]] | Reluctant'
 
 SERVICE, ACTION = 'get_battery_status', 'move_arm'
 LEAST_CHARGE = 0.2
+LATE = 0.7
+"""s until the service is there, and from the first question until the action is."""
+CANCELS_AFTER = 0.7
+"""s that the arm takes to answer a request to cancel."""
 LIMIT = 3.0
 """s that the task gives the arm."""
 ENDS_WITHIN = 8.0
@@ -29,61 +37,106 @@ ENDS_WITHIN = 8.0
 class Robot:
     """The robot that the program under test talks to: its battery, its arm, and what was asked of them."""
 
-    def __init__(self, percentage: float, arm: Callable[[Goal], Awaitable[MoveArm.Result]]) -> None:
-        self._percentage = percentage
+    def __init__(self, percentage: float, arm: Arm) -> None:
+        self.percentage = percentage
         self._arm = arm
-        self.refuses = False
         self.seen: list[str] = []
         """'battery' and 'goal', in the order in which the program asked."""
-        self.cancelled = False
+        self._asked = asyncio.Event()
 
-    def serve(self, node: goalwire.Node) -> None:
-        """Offer the service and the action."""
+    async def serve(self, node: goalwire.Node, late: float = 0.0) -> None:
+        """Offer the service `late` s from now, and the action as late after the battery was asked."""
         from humanoid_interfaces.action import MoveArm
         from humanoid_interfaces.srv import GetBatteryStatus
 
+        await asyncio.sleep(late)
         node.service(GetBatteryStatus, SERVICE, self._tell)
-        node.action_server(MoveArm, ACTION, self._move, accept=self._accept)
+        if late:
+            await self._asked.wait()
+            await asyncio.sleep(late)
+        if isinstance(self._arm, Reluctant):
+            self._arm.serve(node)
+        else:
+            node.action_server(MoveArm, ACTION, self._arm, accept=self._accept)
 
     def _tell(self, _request: GetBatteryStatus.Request) -> GetBatteryStatus.Response:
         from humanoid_interfaces.srv import GetBatteryStatus
         from sensor_msgs.msg import BatteryState
 
         self.seen.append('battery')
-        return GetBatteryStatus.Response(battery=BatteryState(percentage=self._percentage, present=True))
+        self._asked.set()
+        return GetBatteryStatus.Response(battery=BatteryState(percentage=self.percentage, present=True))
 
     def _accept(self, _goal: MoveArm.Goal) -> bool:
         self.seen.append('goal')
-        return not self.refuses
+        return True
 
-    async def _move(self, goal: Goal) -> MoveArm.Result:
-        try:
-            return await self._arm(goal)
-        except asyncio.CancelledError:
-            self.cancelled = True
-            raise
+
+class Reluctant:
+    """An arm that refuses its goal, or accepts it and never arrives; it sees each request that follows.
+
+    The five parts of the action are served one by one, because an action server answers them by itself.
+    """
+
+    def __init__(self, *, accepts: bool) -> None:
+        self._accepts = accepts
+        self.asked_for_result = False
+        self.asked_to_cancel = False
+        self.answered_cancel = False
+
+    def serve(self, node: goalwire.Node) -> None:
+        """Offer the three services and the two topics of the action."""
+        from action_msgs.msg import GoalStatusArray
+        from action_msgs.srv import CancelGoal
+        from humanoid_interfaces.action import MoveArm
+
+        parts, types = ActionNames(ACTION), MoveArm.Impl
+        node.publisher(types.FeedbackMessage, parts.feedback)
+        node.publisher(GoalStatusArray, parts.status, qos=ACTION_STATUS_DEFAULT)
+        node.service(CancelGoal, parts.cancel_goal, self._cancel)
+        node.service(types.GetResultService, parts.get_result, self._finish)
+        node.service(types.SendGoalService, parts.send_goal, self._begin)
+
+    def _begin(self, _request: Any) -> Any:
+        from humanoid_interfaces.action import MoveArm
+
+        return MoveArm.Impl.SendGoalService.Response(accepted=self._accepts)
+
+    async def _finish(self, _request: Any) -> Any:
+        """Answer as ROS 2 does for a goal that it does not know; leave an accepted goal without a result."""
+        from humanoid_interfaces.action import MoveArm
+
+        self.asked_for_result = True
+        if self._accepts:
+            await asyncio.Event().wait()
+        return MoveArm.Impl.GetResultService.Response()
+
+    async def _cancel(self, request: CancelGoal.Request) -> CancelGoal.Response:
+        from action_msgs.srv import CancelGoal
+
+        self.asked_to_cancel = True
+        await asyncio.sleep(CANCELS_AFTER)
+        self.answered_cancel = True
+        return CancelGoal.Response(goals_canceling=[request.goal_info])
 
 
 async def steps(file: Path) -> AsyncIterator[str]:
     """Yield what the program does as it should; raise Wrong at the first thing that it does not."""
-    async with _mission(file, 0.8, _arrive) as (robot, student):
-        code = await student.wait(
-            ENDS_WITHIN,
-            'it has to end by itself: wait for the result with spin_until_future_complete, not spin',
-        )
-        _judge_order(robot.seen)
+    async with _mission(file, Robot(0.8, _arrive), late=LATE) as (robot, student):
+        code = await student.wait(ENDS_WITHIN, lambda: _explain_hang(robot.seen))
+        _judge_order(robot)
         if code != 0:
             raise Wrong(
                 f'all went well, but the exit code is {code}', f'it should be 0\n{student.last_lines()}'
             )
         yield 'it asks for the battery, moves the arm, and ends with exit code 0'
-        if '50' not in student.output:
+        if '50%' not in student.output.replace(' ', ''):
             raise Wrong(
                 'the arm said that it was half way, and the program did not show it',
-                'give send_goal_async a feedback_callback that prints fraction_done in percent',
+                "give send_goal_async a feedback_callback that prints fraction_done in percent: 0.5 as '50%'",
             )
         yield 'it shows the feedback in percent'
-    async with _mission(file, 0.1, _arrive) as (robot, student):
+    async with _mission(file, Robot(0.1, _arrive)) as (robot, student):
         case = 'the battery is at 10 %'
         code = await _end(student, case)
         if 'goal' in robot.seen:
@@ -93,47 +146,70 @@ async def steps(file: Path) -> AsyncIterator[str]:
             )
         _judge_failure(code, case)
         yield 'it does not move the arm if the battery is low, and its exit code says so'
-    async with _mission(file, 0.8, _arrive, refuses=True) as (_, student):
+    refusing = Reluctant(accepts=False)
+    async with _mission(file, Robot(0.8, refusing)) as (_, student):
         await _insist_on_failure(student, 'the arm refuses the goal')
+        if refusing.asked_for_result:
+            raise Wrong(
+                'the arm refuses the goal, and the program asks for its result',
+                'look at goal_handle.accepted before get_result_async(): a refused goal has no result',
+            )
         yield 'its exit code says that the goal was refused'
-    async with _mission(file, 0.8, _fail) as (_, student):
+    async with _mission(file, Robot(0.8, _fail)) as (_, student):
         await _insist_on_failure(student, 'the arm gets stuck, and the goal ends ABORTED')
         yield 'its exit code says that the goal failed'
-    async with _mission(file, 0.8, _hang) as (robot, student):
+    hanging = Reluctant(accepts=True)
+    async with _mission(file, Robot(0.8, hanging)) as (_, student):
         await _insist_on_failure(student, 'the arm does not arrive')
-        if not robot.cancelled:
+        if not hanging.asked_to_cancel:
             raise Wrong(
                 f'the program gave up after {LIMIT:g} s, and the arm still moves',
                 'cancel the goal: goal_handle.cancel_goal_async(), and wait for the answer',
+            )
+        if not hanging.answered_cancel:
+            raise Wrong(
+                'the program asked to cancel the goal, and ended before the arm had answered',
+                'cancel_goal_async() gives a future: wait for it, or the request may never leave',
             )
         yield f'it cancels a goal that takes longer than {LIMIT:g} s'
 
 
 @asynccontextmanager
-async def _mission(
-    file: Path,
-    percentage: float,
-    arm: Callable[[Goal], Awaitable[MoveArm.Result]],
-    *,
-    refuses: bool = False,
-) -> AsyncIterator[tuple[Robot, Student]]:
-    """Run the program beside a robot, whose servers come a moment after it."""
-    robot = Robot(percentage, arm)
-    robot.refuses = refuses
+async def _mission(file: Path, robot: Robot, *, late: float = 0.0) -> AsyncIterator[tuple[Robot, Student]]:
+    """Run the program beside a robot, whose servers come after it."""
     async with alone() as node, Student(file) as student:
         await wait_for_node(node, student)
-        robot.serve(node)
-        yield robot, student
+        serving = asyncio.create_task(robot.serve(node, late))
+        try:
+            yield robot, student
+        finally:
+            serving.cancel()
+            await asyncio.wait({serving})
 
 
-def _judge_order(seen: list[str]) -> None:
+def _explain_hang(seen: list[str]) -> str:
+    """Return at which step a program hangs that never ends, and why it may."""
+    late = 'it waits for an answer to {} that was sent before the {} was there: wait for it with {}, '
+    limit = 'and look at what that returns: False if a timeout_sec is over'
+    if 'battery' not in seen:
+        return late.format('a request', 'service', 'wait_for_service()') + limit
+    if 'goal' not in seen:
+        return late.format('a goal', 'action server', 'wait_for_server()') + limit
+    return 'it has to end by itself: wait for the result with spin_until_future_complete, not spin'
+
+
+def _judge_order(robot: Robot) -> None:
+    seen = robot.seen
     if 'battery' not in seen:
         raise Wrong(
             'the program ended without asking for the battery',
             f'call {SERVICE!r} first; wait_for_service() waits until it is there',
         )
     if 'goal' not in seen:
-        raise Wrong('the program ended without a goal for the arm', f'send one to {ACTION!r}')
+        raise Wrong(
+            f'the battery was at {robot.percentage:.0%}, and the program sent no goal',
+            f'send one to {ACTION!r}; percentage goes from 0 to 1, so compare with {LEAST_CHARGE}',
+        )
     if seen[0] != 'battery':
         raise Wrong(
             'the goal was sent before the battery was known', 'wait for the answer of the service first'
@@ -147,7 +223,7 @@ async def _insist_on_failure(student: Student, case: str) -> None:
 
 
 async def _end(student: Student, case: str) -> int:
-    return await student.wait(ENDS_WITHIN, f'it has to end by itself if {case}')
+    return await student.wait(ENDS_WITHIN, lambda: f'it has to end by itself if {case}')
 
 
 def _judge_failure(code: int, case: str) -> None:
@@ -172,8 +248,3 @@ async def _fail(_goal: Goal) -> MoveArm.Result:
     from humanoid_interfaces.action import MoveArm
 
     raise goalwire.GoalAborted('the arm is stuck', result=MoveArm.Result(message='stuck'))
-
-
-async def _hang(_goal: Goal) -> MoveArm.Result:
-    await asyncio.Event().wait()
-    raise AssertionError

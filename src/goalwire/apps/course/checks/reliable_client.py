@@ -103,8 +103,10 @@ async def _insist_on_failure(student: Student, case: str) -> None:
 async def _end(student: Student, case: str) -> int:
     return await student.wait(
         ENDS_WITHIN,
-        f'{case}. Every wait needs a limit: wait_for_service(timeout_sec=…), '
-        'spin_until_future_complete(node, future, timeout_sec=…)',
+        lambda: (
+            f'{case}. Every wait needs a limit: wait_for_service(timeout_sec=…), '
+            'spin_until_future_complete(node, future, timeout_sec=…)'
+        ),
     )
 
 

@@ -1,0 +1,51 @@
+"""Reads in a program's output which exception it ended with, or logged, and which of its lines raised it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from goalwire.records import record
+
+_HEAD = 'Traceback (most recent call last):'
+_FRAME = re.compile(
+    r'^\s+File "(?P<file>[^"]+)", line (?P<line>\d+), in \S+\n\s+(?P<source>.+)', re.MULTILINE
+)
+
+
+@record
+class Failure:
+    """An exception in a student's program."""
+
+    text: str
+    """Its type without the module, and its message: `ValueError: too hot`."""
+    advice: str
+    """The line of the program that raised it, if the traceback has it, and the lines after the message."""
+
+
+def find_failure(output: str, program: str) -> Failure | None:
+    """Return the last exception in the output of the file named `program`; None if it shows no traceback.
+
+    The line is the last one of that file. If an executor spins there, it raises on behalf of a callback, so
+    only lines that it has called count.
+    """
+    _, head, tail = output.rpartition(_HEAD)
+    if not head:
+        return None
+    lines = tail.splitlines()[1:]
+    at = next((index for index, line in enumerate(lines) if line and not line[0].isspace()), None)
+    if at is None:
+        return None
+    qualified, colon, message = lines[at].partition(':')
+    frames = [
+        frame for frame in _FRAME.finditer('\n'.join(lines[:at])) if Path(frame['file']).name == program
+    ]
+    last = frames[-1:] if frames and 'spin(' not in frames[-1]['source'] else []
+    advice = [f'{program}, line {frame["line"]}: {frame["source"]}' for frame in last]
+    if 'the first argument of ActionServer is the node' in message:
+        advice.append('the node comes first: ActionServer(self, …)')
+    for line in lines[at + 1 :]:
+        if not line[:1].isspace():
+            break
+        advice.append(line.strip())
+    return Failure(qualified.rpartition('.')[2] + colon + message, '\n       '.join(advice))
