@@ -118,8 +118,8 @@ MISTAKES = {
         Mistake(
             'ten steps',
             'fraction = min((time.monotonic() - began) / goal.duration, 1.0)',
-            'time.sleep(0.05); fraction = min(fraction + 0.1, 1.0)',
-            'a goal of 0.4 s ended after 1',
+            'fraction = min(fraction + 0.1, 1.0)',
+            'a goal of 1.5 s ended after',
         ),
         Mistake('jumps', 'min((time.monotonic() - began) / goal.duration, 1.0)', '1.0', 'ended after 0.'),
         Mistake(

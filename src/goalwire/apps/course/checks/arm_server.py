@@ -23,10 +23,10 @@ DURATION = 1.0
 LONG = 30.0
 JOINTS = ['left_shoulder', 'left_elbow']
 TARGET = [0.5, 1.0]
-MOTIONS = (([0.2, 0.4], 0.4), (TARGET, 1.5))
+MOTIONS = (([0.2, 0.4], 0.6), (TARGET, 1.5))
 """Where the arm is moved to, and how long each motion takes, in s: a program must not know one of them."""
-LATE = 0.45
-"""s by which a motion may take longer, of which a step of the program's loop is the greater part."""
+LATE = 1.0
+"""s by which a motion may take longer, on a machine that is busy, too."""
 ENDS_WITHIN = 10.0
 LEAST_FEEDBACK = 5
 ANSWERS_WITHIN = 3.0

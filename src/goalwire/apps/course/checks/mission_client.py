@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -26,6 +26,8 @@ SERVICE, ACTION = 'get_battery_status', 'move_arm'
 LEAST_CHARGE = 0.2
 LATE = 0.7
 """s until the service is there, and from the first question until the action is."""
+ASKS_WITHIN = 2.0
+"""s that the arm waits for the first question; a program that never asks meets the arm all the same."""
 CANCELS_AFTER = 0.7
 """s that the arm takes to answer a request to cancel."""
 LIMIT = 3.0
@@ -52,7 +54,9 @@ class Robot:
         await asyncio.sleep(late)
         node.service(GetBatteryStatus, SERVICE, self._tell)
         if late:
-            await self._asked.wait()
+            with suppress(TimeoutError):
+                async with asyncio.timeout(ASKS_WITHIN):
+                    await self._asked.wait()
             await asyncio.sleep(late)
         if isinstance(self._arm, Reluctant):
             self._arm.serve(node)
