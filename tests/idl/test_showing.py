@@ -44,6 +44,8 @@ def doc_of(what: object) -> str:
 def test_help_shows_the_definition_with_comments_and_units() -> None:
     text = pydoc.plain(pydoc.render_doc(JointState))
     assert "JointState(*, header=Header(), name=[], position=array('d'), " in text
+    assert "__init__(*, header=Header(), name=[], position=array('d'), " in text
+    assert '_rest' not in text
     assert '# State of joints.' in text
     assert 'float64[] position      # [rad or m]' in text
 

@@ -78,6 +78,16 @@ class _Made:
         return self._made
 
 
+class _Signature(_Made):
+    """The signature of a message class. The first reading gives it to the constructor, too."""
+
+    def __get__(self, instance: object, owner: type) -> object:
+        made = super().__get__(instance, owner)
+        if isinstance(instance, type):  # help() asks the class before it lists the methods
+            vars(instance)['__init__'].__signature__ = made
+        return made
+
+
 class _Documentation(_Made):
     """A docstring of a class and its instances. It stands in the metaclass, too: pydoc looks there."""
 
@@ -169,7 +179,7 @@ def _metaclass(
         '_covered': {},
     }
     if isinstance(defined, MessageDefinition):
-        namespace['__signature__'] = _Made(partial(_sign, defined))  # help() would list the class's own
+        namespace['__signature__'] = _Signature(partial(_sign, defined))  # help() would list the class's own
     for attribute, value in attributes.items():
         namespace[attribute] = property(partial(_constant, value))
     return type(name, (InterfaceMeta,), namespace)
