@@ -134,3 +134,9 @@ def test_goalwire_run_puts_ours_first_and_takes_the_real_messages(both: Environm
         str(both.site / 'goalwire' / 'idl' / 'share' / 'nav_msgs'),
         str(both.site / 'std_msgs' / '__init__.py'),
     ]
+
+
+def test_doctor_names_the_real_rclpy(both: Environment, tmp_path: Path) -> None:
+    program = 'from goalwire.apps.cli.commands.doctor.installation import check_rclpy; print(*check_rclpy())'
+    shown = output_of(program, cwd=tmp_path, python=both.python)
+    assert shown.startswith(f'rclpy True `import rclpy` takes the one in {both.site / "rclpy"}, ')

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from traceback import extract_tb
+
 from goalwire import errors
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.observe.progress import ProgressError
+from goalwire.tracebacks import is_library
 
 _OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (errors.NoServerError, Outcome.NOT_FOUND),
@@ -45,12 +49,30 @@ def explain_error(error: Exception) -> tuple[Outcome, str]:
     for kind, outcome in _OUTCOMES:
         if isinstance(error, kind):
             return outcome, errors.with_advice(text, _next(error, text))
-    if isinstance(error, errors.GoalwireError | OSError):
+    if isinstance(error, errors.GoalwireError):
         return Outcome.FAILED, text
-    return (
-        Outcome.FAILED,
-        f'a fault of goalwire itself: {type(error).__name__}: {text}; GOALWIRE_FULL_TRACEBACKS=1 shows where',
-    )
+    if not isinstance(error, OSError):
+        text = f'{type(error).__name__}: {text}'
+    if advice := _beside_another_rclpy(error):
+        return Outcome.FAILED, errors.with_advice(text, advice)
+    if isinstance(error, OSError):
+        return Outcome.FAILED, text
+    text = f'a fault of goalwire itself: {text}; GOALWIRE_FULL_TRACEBACKS=1 shows where'
+    return Outcome.FAILED, text
+
+
+def _beside_another_rclpy(error: Exception) -> str:
+    """Return advice for an error in a module of another ROS 2, or for a module that it lacks."""
+    from goalwire.apps.cli.framework.installation import foreign_rclpy, imported_rclpy
+
+    rclpy = foreign_rclpy()
+    if rclpy is None or rclpy != imported_rclpy():
+        return ''
+    innermost = [frame.filename for frame in extract_tb(error.__traceback__)][-1:]
+    is_theirs = any(Path(file).is_relative_to(rclpy.parent) and not is_library(file) for file in innermost)
+    if not is_theirs and not isinstance(error, ImportError):
+        return ''
+    return f'this comes from the ROS 2 in {rclpy.parent}: GOALWIRE_FIRST=1 before the command avoids it'
 
 
 def _next(error: Exception, text: str) -> str:

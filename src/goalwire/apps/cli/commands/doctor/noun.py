@@ -7,9 +7,11 @@ import subprocess
 import sys
 from argparse import ArgumentParser, Namespace
 from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import goalwire
+from goalwire.apps.cli.commands.doctor.check import Check
+from goalwire.apps.cli.commands.doctor.installation import check_goalwire, check_rclpy
 from goalwire.apps.cli.commands.version import versions
 from goalwire.apps.cli.framework.discovery import add_graph_arguments, discovered
 from goalwire.apps.cli.framework.live import live
@@ -27,17 +29,6 @@ _ENVIRONMENT = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION', 'ROS_AUTOMATIC_DISCOVERY_
 _SELF_TEST_S = 15.0
 _LOOK_S = 1.0
 """How long participants of DDS have to answer an announcement."""
-
-
-class Check(NamedTuple):
-    """One thing that was looked at; `advice` if it is not well."""
-
-    name: str
-    is_well: bool
-    found: str
-    advice: str = ''
-    is_needed: bool = True
-    """False for a wire that is not selected: nothing is wrong if it cannot be used."""
 
 
 def _versions() -> Check:
@@ -191,6 +182,8 @@ def _doctor(arguments: Namespace, output: Output) -> Outcome:
 
     looks: list[Callable[[], Check | Iterable[Check] | None]] = [
         _versions,
+        check_goalwire,
+        check_rclpy,
         _environment,
         _wires,
         _port,
