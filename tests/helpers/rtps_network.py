@@ -49,6 +49,8 @@ class Collector(ReaderListener):
     def __init__(self) -> None:
         self.samples: list[Sample] = []
         self.matched: list[bytes] = []
+        self.answered: list[bytes] = []
+        """The reliable writers that know the reader: what they write from now on comes."""
         self.incompatible: list[str] = []
         self.lost = 0
         self.missed_deadlines = 0
@@ -66,6 +68,9 @@ class Collector(ReaderListener):
 
     def on_matched(self, writer: EndpointData) -> None:
         self.matched.append(writer.guid)
+
+    def on_answered(self, writer: EndpointData) -> None:
+        self.answered.append(writer.guid)
 
     def on_unmatched(self, writer: EndpointData) -> None:
         self.matched.remove(writer.guid)

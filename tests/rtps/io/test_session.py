@@ -6,15 +6,18 @@ import os
 import socket
 import struct
 from collections.abc import Iterator
+from contextlib import closing
 from functools import partial
 from pathlib import Path
+from threading import Event
 from time import monotonic
 
 import pytest
 from helpers.isolation import fresh_domain
+from helpers.patience import PATIENCE
 from helpers.processes import Program
-from helpers.rtps_network import Collector
-from helpers.rtps_sides import Side
+from helpers.rtps_network import Collector, Watcher
+from helpers.rtps_sides import RELIABLE_QOS, Side
 
 from goalwire.errors import ForkedError, TransportError
 from goalwire.host_addresses import addresses
@@ -28,9 +31,12 @@ from goalwire.rtps.io.addresses import (
     discovery_port,
     first_port,
 )
+from goalwire.rtps.io.session import RtpsSession, Settings
+from goalwire.rtps.protocol.announcements import EndpointData
 from goalwire.rtps.protocol.primitives import Address
 from goalwire.rtps.protocol.qos import RELIABLE, TRANSIENT_LOCAL, Qos
-from goalwire.rtps.protocol.writer import MOST_UNACKNOWLEDGED
+from goalwire.rtps.protocol.reader import ReaderListener, Sample
+from goalwire.rtps.protocol.writer import MOST_UNACKNOWLEDGED, Writer, WriterListener
 
 PROGRAMS = Path(__file__).parent / 'programs'
 KEEP_ALL = Qos(reliability=RELIABLE, depth=0, max_blocking=10**8)
@@ -80,7 +86,8 @@ def test_another_process_answers(domain: int, way: str) -> None:
         echo.expect('ready')
         writer, publisher = side.writer('ping', type_name='T')
         _, collector = side.reader('pong', type_name='T')
-        side.wait_for(lambda: publisher.matched and collector.matched, 'a match')
+        # A match tells what this side knows; only `answered` tells that the other's writer knows the reader.
+        side.wait_for(lambda: publisher.matched and collector.answered, 'a match')
         for number in range(100):
             payload = b'\0\1\0\0' + number.to_bytes(4, 'little')
             writer.write(payload)
@@ -89,6 +96,47 @@ def test_another_process_answers(domain: int, way: str) -> None:
         echo.kill()
         side.wait_for(lambda: not (publisher.matched or collector.matched), 'the end of its lease')
         assert not side.watcher.participants
+
+
+class _HeldUp(Watcher):
+    """Holds up the thread that reads, from the news of a topic's writer until `goes_on` is set."""
+
+    def __init__(self, topic: str) -> None:
+        super().__init__()
+        self.has_stopped, self.goes_on = Event(), Event()
+        self._topic = topic
+
+    def on_endpoint(self, endpoint: EndpointData) -> None:
+        super().on_endpoint(endpoint)
+        if endpoint.topic == self._topic:
+            self.has_stopped.set()
+            assert self.goes_on.wait(PATIENCE)
+
+
+class _Echo(ReaderListener):
+    """Answers each sample by a writer."""
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer = writer
+
+    def on_sample(self, sample: Sample) -> None:
+        self._writer.write(sample.payload or b'')
+
+
+def test_news_of_a_reader_is_read_before_samples_that_came_after_it(domain: int) -> None:
+    held_up = _HeldUp('ping')
+    with Side(domain) as side, closing(RtpsSession(Settings(domain=domain), held_up)) as slow:
+        echo = _Echo(slow.participant.create_writer('pong', 'T', RELIABLE_QOS, WriterListener()))
+        slow.participant.create_reader('ping', 'T', RELIABLE_QOS, echo)
+        side.wait_for(lambda: len(side.watcher.endpoints) == 2, "the other's writer and reader")
+        writer, _ = side.writer('ping', type_name='T')
+        try:
+            side.wait_for(held_up.has_stopped.is_set, 'the news of the writer')
+            _, collector = side.reader('pong', type_name='T')
+            writer.write(b'\0\1\0\0ping')
+        finally:
+            held_up.goes_on.set()
+        side.wait_for(lambda: collector.payloads == [b'\0\1\0\0ping'], 'the answer')
 
 
 def test_late_joiners_get_the_history(domain: int) -> None:

@@ -163,7 +163,11 @@ class RtpsSession:
 
     def _read(self, sock: socket.socket, _events: int) -> None:
         receive, is_local, own_hosts = self.participant.receive, self._is_local, self._own_hosts
-        for packet, source in self._sockets.read(sock, PACKETS_A_TURN):  # first the buffer is emptied
+        packets = self._sockets.read(sock, PACKETS_A_TURN)  # first the buffer is emptied
+        if len(packets) > 1 and sock is not self._sockets.discovery:
+            # Some may have come after news of a reader, which a listener's answer to a sample is for.
+            self._read(self._sockets.discovery, IN)
+        for packet, source in packets:
             if is_local and source[0] not in own_hosts:
                 self.rejects.add('packet from another host', source[0])
             else:

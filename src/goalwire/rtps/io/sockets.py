@@ -57,7 +57,7 @@ class Sockets:
             return
         try:
             self._ports = self._open_unicast()
-            self._sender = self.receivers[1]
+            self.discovery, self._sender = self.receivers
             if self._groups:
                 self._listeners = [
                     self._open_listener(port) for port in multicast_ports(settings.domain, settings.ports)
@@ -183,7 +183,7 @@ class Sockets:
 
         To look for a packet that is not there costs 2 us of a call's 50. So it is looked for more than one
         sample only while they come in bursts, and now and then to see whether they do. What tells of others'
-        writers and readers is read as a whole, else a sample could be answered before its reader is known.
+        writers and readers is read as a whole, so that it is seldom later than the samples that follow it.
         """
         packets: list[tuple[bytes, Address]] = []
         has_samples = sock is self._sender
