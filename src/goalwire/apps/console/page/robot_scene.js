@@ -1,5 +1,6 @@
 // A robot in 3D: shapes on links, whose poses the server sends; the browser moves smoothly between them.
 import { CSS2DObject, CSS2DRenderer, GLTFLoader, OrbitControls, STLLoader, THREE } from "nicegui-scene";
+import { Layers } from "goalwire-scene-layers";
 
 const THEMES = {
   light: { sky: 0xe9eef6, floor: 0xf4f7fb, line: 0x94a3b8, strong: 0x64748b, trail: 0x4f46e5, hemi: 2.0 },
@@ -62,7 +63,8 @@ export default {
     this.sun.castShadow = !calm;
     this.robot = new THREE.Group();
     this.marks = new THREE.Group();
-    this.scene.add(this.robot, this.marks);
+    this.layers = new Layers(() => (this.dirty = true));
+    this.scene.add(this.robot, this.marks, this.layers.root);
     this.paint_theme();
     this.add_trail();
     this.listen(canvas);
@@ -253,6 +255,12 @@ export default {
       if (update.base) this.look_at(update.base);
       this.moving = true;
       return true;
+    },
+    set_layers(update) { // {shapes: {topic: {frame: [shape]} or null}, places: {topic: {frame: pose or null}}}
+      if (!this.layers) return;
+      for (const [topic, frames] of Object.entries(update.shapes)) this.layers.put(topic, frames);
+      for (const [topic, poses] of Object.entries(update.places)) this.layers.place(topic, poses);
+      this.dirty = true;
     },
     draw_trail(points) { // a ribbon on the floor
       const spots = [];

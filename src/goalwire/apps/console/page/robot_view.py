@@ -11,6 +11,7 @@ from nicegui import ui
 from nicegui.element import Element
 
 from goalwire.apps.console.page.joints import JointSliders
+from goalwire.apps.console.page.layers_card import LayersCard
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View
@@ -29,7 +30,11 @@ _PATIENCE_S = 60.0
 """The first value of a goal's own time limit in the form, if its definition has no default."""
 
 
-class RobotScene(Element, component='robot_scene.js', esm={'nicegui-scene': str(_THREE)}):
+class RobotScene(
+    Element,
+    component='robot_scene.js',
+    esm={'nicegui-scene': str(_THREE), 'goalwire-scene-layers': 'scene_layers'},
+):
     """The 3D scene."""
 
     def set_dark(self, dark: bool) -> None:
@@ -68,6 +73,7 @@ class RobotView(View):
                 self._build_bar()
             with ui.element('div').classes('gw-stack').style('overflow: auto'):
                 self._build_state()
+                self._layers = LayersCard(self.session, self._scene)
                 with ui.element('div').classes('gw-card').props('data-joints') as self._joint_card:
                     pass
                 self._joint_card.set_visibility(False)
@@ -123,6 +129,7 @@ class RobotView(View):
         ):
             self._follow(self.page.robot)
         self._find_targets()
+        self._layers.look(self.page.robot)
         if self._joints is not None:
             self._joints.look()
 
@@ -182,6 +189,7 @@ class RobotView(View):
             update['trail'] = [[round(px, 3), round(py, 3)] for px, py, _ in watch.trail]
             self._sent = state
             self._scene.run_method('frame', update)
+        self._layers.refresh(watch)
         self._foot.set_visibility(True)
         self._foot.set_text(f'{frame or "?"}  x {signed(x)}  y {signed(y)} m  {math.degrees(yaw):+.0f}°')
         self._fresh.set_visibility(True)
@@ -326,6 +334,7 @@ class RobotView(View):
                 self.page.tell(goal.problem, 'negative')
 
     def close(self) -> None:
+        self._layers.close()
         if self._watch is not None:
             self.session.leave_robot(self._watch)
             self._watch = None

@@ -1,0 +1,142 @@
+// Layers of the 3D scene: maps, points, lines and solids, in groups that stand for the frames they are given in.
+import { THREE } from "nicegui-scene";
+
+const MAP_HEIGHT = -0.002; // m: above the scene's floor, below all that lies on the map's own plane
+const LEAST_WIDTH = 0.01; // m, of a line
+const POINT_PIXELS = 4;
+const SOLIDS = {
+  box: () => new THREE.BoxGeometry(1, 1, 1),
+  sphere: () => new THREE.SphereGeometry(0.5, 24, 16),
+  cylinder: () => new THREE.CylinderGeometry(0.5, 0.5, 1, 28).rotateX(Math.PI / 2), // a marker's stands along z
+};
+
+function colour_of([r, g, b, a]) {
+  return { color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace), transparent: a < 1, opacity: a };
+}
+
+function map(shape, changed) {
+  const [width, height] = shape.size;
+  const geometry = new THREE.PlaneGeometry(width, height).translate(width / 2, height / 2, MAP_HEIGHT);
+  const texture = new THREE.TextureLoader().load(shape.picture, changed);
+  texture.colorSpace = THREE.SRGBColorSpace;
+  texture.magFilter = THREE.NearestFilter; // a cell has an edge
+  const material = new THREE.MeshBasicMaterial({
+    map: texture, transparent: true, opacity: 0.85, depthWrite: false, side: THREE.DoubleSide });
+  const plane = new THREE.Mesh(geometry, material);
+  plane.renderOrder = -1; // after the floor, which came first, and before its grid
+  return plane;
+}
+
+function points(shape) {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(shape.spots, 3));
+  const size = POINT_PIXELS * Math.min(window.devicePixelRatio || 1, 2);
+  return new THREE.Points(geometry,
+    new THREE.PointsMaterial({ ...colour_of(shape.rgba), size, sizeAttenuation: false }));
+}
+
+// Long thin boxes: WebGL's own lines are one pixel wide.
+function lines(shape, step) {
+  const spots = shape.spots, pieces = [];
+  for (let at = 0; at + 5 < spots.length; at += step) pieces.push(at);
+  const mesh = new THREE.InstancedMesh(
+    new THREE.BoxGeometry(1, 1, 1), new THREE.MeshBasicMaterial(colour_of(shape.rgba)), pieces.length);
+  const along = new THREE.Vector3(1, 0, 0), matrix = new THREE.Matrix4();
+  const width = Math.max(shape.width, LEAST_WIDTH);
+  pieces.forEach((at, number) => {
+    const from = new THREE.Vector3(...spots.slice(at, at + 3));
+    const way = new THREE.Vector3(...spots.slice(at + 3, at + 6)).sub(from);
+    const turn = new THREE.Quaternion().setFromUnitVectors(along, way.clone().normalize());
+    const middle = from.addScaledVector(way, 0.5);
+    matrix.compose(middle, turn, new THREE.Vector3(Math.max(way.length(), 1e-6), width, width));
+    mesh.setMatrixAt(number, matrix);
+  });
+  mesh.frustumCulled = false;
+  return mesh;
+}
+
+function solid(shape) {
+  const mesh = new THREE.Mesh(
+    SOLIDS[shape.kind](), new THREE.MeshStandardMaterial({ ...colour_of(shape.rgba), roughness: 0.8 }));
+  mesh.scale.set(...shape.size);
+  return mesh;
+}
+
+function object_of(shape, changed) {
+  let object;
+  if (shape.kind === "map") object = map(shape, changed);
+  else if (shape.kind === "points") object = points(shape);
+  else if (shape.kind === "line") object = lines(shape, 3);
+  else if (shape.kind === "segments") object = lines(shape, 6);
+  else object = solid(shape);
+  if (shape.pose) place(object, shape.pose);
+  return object;
+}
+
+function place(object, [x, y, z, qx, qy, qz, qw]) {
+  object.position.set(x, y, z);
+  object.quaternion.set(qx, qy, qz, qw);
+}
+
+function release(group) {
+  group.traverse((each) => {
+    each.geometry?.dispose();
+    each.material?.map?.dispose();
+    each.material?.dispose();
+    if (each.isInstancedMesh) each.dispose();
+  });
+}
+
+export class Layers {
+  constructor(changed) {
+    this.root = new THREE.Group();
+    this.changed = changed;
+    this.groups = new Map(); // by topic: by frame, a group
+  }
+  put(topic, frames) { // {frame: [shape]}, or null where the layer is off
+    for (const group of this.groups.get(topic)?.values() || []) {
+      this.root.remove(group);
+      release(group);
+    }
+    this.groups.delete(topic);
+    if (!frames) return;
+    const groups = new Map();
+    for (const [frame, shapes] of Object.entries(frames)) {
+      const group = new THREE.Group();
+      group.visible = false; // until its place is known
+      for (const shape of shapes) group.add(object_of(shape, this.changed));
+      groups.set(frame, group);
+      this.root.add(group);
+    }
+    this.groups.set(topic, groups);
+  }
+  place(topic, poses) { // {frame: [x, y, z, qx, qy, qz, qw]}, or null for a frame that nothing joins
+    for (const [frame, pose] of Object.entries(poses)) {
+      const group = this.groups.get(topic)?.get(frame);
+      if (!group) continue;
+      group.visible = pose !== null;
+      if (pose) place(group, pose);
+    }
+  }
+  spots(topic) { // for tests: the kind of each object that is shown, and its place in the scene
+    const found = [];
+    for (const group of this.groups.get(topic)?.values() || []) {
+      if (!group.visible) continue;
+      group.updateWorldMatrix(true, true);
+      for (const object of group.children) {
+        const at = new THREE.Vector3();
+        if (object.isInstancedMesh) {
+          const matrix = new THREE.Matrix4();
+          object.getMatrixAt(0, matrix);
+          at.setFromMatrixPosition(matrix).applyMatrix4(object.matrixWorld);
+        } else if (object.isPoints) {
+          at.fromBufferAttribute(object.geometry.getAttribute("position"), 0).applyMatrix4(object.matrixWorld);
+        } else {
+          at.setFromMatrixPosition(object.matrixWorld);
+        }
+        found.push([object.type, ...at.toArray()]);
+      }
+    }
+    return found;
+  }
+}

@@ -1,0 +1,125 @@
+"""The layers of the 3D view as they are now: one for each topic of a map, a scan, a path or markers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from time import monotonic
+from typing import Any
+
+import goalwire
+from goalwire.apps.console.state.layers import (
+    EMPTY,
+    MAP,
+    MARKER,
+    MARKERS,
+    PATH,
+    SCAN,
+    Drawing,
+    Markers,
+    draw_map,
+    draw_path,
+    draw_scan,
+)
+from goalwire.apps.console.state.ownership import may_stop
+from goalwire.apps.console.state.topics import Reading, Topics
+from goalwire.errors import peer_text
+
+_DRAWN: dict[str, Callable[[Any], Drawing]] = {MAP: draw_map, SCAN: draw_scan, PATH: draw_path}
+KINDS = {MAP: 'map', SCAN: 'scan', PATH: 'path', MARKER: 'markers', MARKERS: 'markers'}
+MOST_LAYERS = 30
+_MAP_PERIOD_S = 1.0
+"""A map is drawn anew no more often: its picture costs tens of ms."""
+
+
+class Layer:
+    """One topic that can be drawn. It is subscribed to only while it is on."""
+
+    def __init__(self, topics: Topics, topic: str, type_name: str) -> None:
+        self.topic = topic
+        self.kind = KINDS[type_name]
+        self.problem = ''
+        self.drawing = EMPTY
+        self._topics = topics
+        self._type_name = type_name
+        self._reading: Reading | None = None
+        self._markers = Markers()
+        self._seen: object = None
+        self._drawn_at = -_MAP_PERIOD_S
+
+    @property
+    def is_on(self) -> bool:
+        """Whether it is subscribed to."""
+        return self._reading is not None
+
+    def switch_on(self) -> None:
+        """Subscribe. A type that is unknown here becomes the layer's problem."""
+        if self._reading is not None:
+            return
+        self.problem = ''
+        listener = self._markers.take if self.kind == 'markers' else None
+        try:
+            self._reading = self._topics.read(self.topic, self._type_name, listener)
+        except goalwire.GoalwireError as error:
+            self.problem = peer_text(error, 300)
+
+    def switch_off(self) -> None:
+        """End the subscription, and forget what was drawn."""
+        if self._reading is not None:
+            self._reading.close()
+        self._reading, self._markers, self._seen = None, Markers(), None
+        self.drawing, self.problem, self._drawn_at = EMPTY, '', -_MAP_PERIOD_S
+
+    def update(self, now: float) -> None:
+        """Draw the latest message, if it is another one than the drawing shows."""
+        if self._reading is None or (self.kind == 'map' and now - self._drawn_at < _MAP_PERIOD_S):
+            return
+        reader = self._reading.reader
+        self._markers.delete_expired(now)
+        seen = self._markers.version if self.kind == 'markers' else reader.count
+        if reader.latest is None or seen == self._seen:
+            return
+        self._seen, self._drawn_at = seen, now
+        draw = _DRAWN.get(self._type_name)
+        try:
+            self.drawing = self._markers.draw() if draw is None else draw(reader.latest)
+            self.problem = ''
+        except goalwire.GoalwireError as error:
+            self.problem = peer_text(error, 300)  # the drawing before it stays
+
+
+class LayerWatch:
+    """The layers of one robot, for one page."""
+
+    def __init__(self, node: goalwire.Node, topics: Topics) -> None:
+        self.layers: dict[str, Layer] = {}
+        self._node = node
+        self._topics = topics
+
+    def look(self, robot: str, robots: Collection[str]) -> None:
+        """Find the topics in the graph that speak for a robot. New ones are on, unless they are costmaps."""
+        graph = self._node.graph
+        wanted = [
+            (topic, type_name)
+            for topic, types in graph.topics()
+            for type_name in types[:1]
+            if type_name in KINDS and graph.publishers(topic) and may_stop(topic, robot, robots)
+        ][:MOST_LAYERS]
+        for topic in self.layers.keys() - {topic for topic, _ in wanted}:
+            self.layers.pop(topic).switch_off()
+        for topic, type_name in wanted:
+            if topic not in self.layers:
+                self.layers[topic] = Layer(self._topics, topic, type_name)
+                if 'costmap' not in topic:
+                    self.layers[topic].switch_on()
+
+    def update(self) -> None:
+        """Draw what is new."""
+        now = monotonic()
+        for layer in self.layers.values():
+            layer.update(now)
+
+    def close(self) -> None:
+        """End all subscriptions."""
+        for layer in self.layers.values():
+            layer.switch_off()
+        self.layers.clear()

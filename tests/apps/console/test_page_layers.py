@@ -1,0 +1,82 @@
+"""Layers of the 3D view in a real browser: a map, a scan, markers and a path stand where the data says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from helpers.console import PROGRAMS, Stage, picture
+from helpers.page import until, view
+from helpers.patience import wait_for
+
+OpenPage = Callable[[str], Any]
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
+
+# The brightness of the pixel that shows a point of the floor.
+BRIGHTNESS = """([x, y]) => {
+  const scene = goalwireScene, box = scene.renderer.domElement.getBoundingClientRect();
+  scene.renderer.render(scene.scene, scene.camera);
+  const gl = scene.renderer.getContext(), pixel = new Uint8Array(4), [left, top] = scene.screen_of(x, y, 0);
+  gl.readPixels((left - box.left) / box.width * gl.drawingBufferWidth,
+    (1 - (top - box.top) / box.height) * gl.drawingBufferHeight, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+  return (pixel[0] + pixel[1] + pixel[2]) / 3;
+}"""
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_behind() -> None:
+    """The browser's driver keeps threads of its own until the module's end; consoles are processes."""
+
+
+def switch(page: Any, topic: str) -> None:
+    """Turn a layer on or off."""
+    page.click(f'[data-layer="{topic}"]')
+
+
+def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> None:
+    stage.robot()
+    stage.program(PROGRAMS / 'surveyor.py').expect('ready')
+    _, url = stage.console()
+    page = open_page(f'{url}?view=robot')
+
+    def spots(topic: str) -> list[list[Any]]:
+        found: list[list[Any]] = page.evaluate('(topic) => goalwireScene.layers.spots(topic)', topic)
+        return [[each[0], *(round(number, 2) for number in each[1:])] for each in found]
+
+    # Each is shifted by the transform of its frame, (-1, 0).
+    for topic in ('/map', '/scan', '/markers', '/plan'):
+        until(page, '(topic) => window.goalwireScene?.layers?.spots(topic).length > 0', topic)
+    assert spots('/map') == [['Mesh', -1.0, -2.0, 0.0]]
+    assert spots('/scan') == [['Points', 1.0, 0.0, 0.0]]
+    assert spots('/markers') == [['Mesh', 1.0, 0.0, 0.5], ['Mesh', 2.0, 0.0, 0.5]]
+    assert spots('/plan') == [['Mesh', 0.5, -1.0, 0.0]]
+    page.wait_for_selector('[data-layer-note="/map"]:has-text("20 x 20 cells")')
+    page.wait_for_selector('[data-layer-note="/scan"]:has-text("1 point")')
+
+    # A frame that nothing joins to the robot's is named, and its layer not drawn.
+    page.wait_for_selector('[data-layer-note="/stray_scan"]:has-text("nowhere")')
+    assert spots('/stray_scan') == []
+
+    # What is switched off is gone.
+    picture(page, 'layers')
+    switch(page, '/markers')
+    until(page, "() => goalwireScene.layers.spots('/markers').length === 0")
+
+    # The wall is dark, and the floor beside it and where its mirror images would be is bright.
+    wall, others = [0.7, 0.9], ([0.3, 0.9], [1.3, 0.5], [0.7, -0.6])
+    wait_for(lambda: page.evaluate(BRIGHTNESS, wall) < 80, 'a dark pixel of the wall')
+    assert all(page.evaluate(BRIGHTNESS, other) > 150 for other in others)
+    switch(page, '/map')
+    until(page, "() => goalwireScene.layers.spots('/map').length === 0")
+    wait_for(lambda: page.evaluate(BRIGHTNESS, wall) > 150, 'a floor without the wall')
+    assert 'Subscription count: 0' in stage.command('ros2 topic info /map')
+    switch(page, '/map')
+    until(page, "() => goalwireScene.layers.spots('/map').length === 1")
+
+    # Nobody looks: nothing is subscribed to.
+    assert 'Subscription count: 1' in stage.command('ros2 topic info /scan')
+    view(page, 'logs')
+    for topic in ('/scan', '/map', '/plan'):
+        assert 'Subscription count: 0' in stage.command(f'ros2 topic info {topic}')
