@@ -18,5 +18,5 @@ def test_dropped_nodes_leave_the_graph(transport: str) -> None:
     with Program(PROGRAM, env=isolated_env(transport)) as program:
         lines = program.succeed().splitlines()
     assert lines[:2] == ['all have left', 'an executor keeps its nodes']
-    assert len(lines) == 3
     assert lines[2].endswith('heard, and once')
+    assert all('never spun' in line for line in lines[3:])

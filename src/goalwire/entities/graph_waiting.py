@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.context import Context
 from goalwire.errors import ClosedError
-from goalwire.execution.monotonic import STEADY, deadline_after
+from goalwire.execution.monotonic import deadline_after, is_machine_time
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind
@@ -42,7 +42,9 @@ def wait_for_graph(
     shutdown_signal = context.shutdown_signal
     clock = shutdown_signal.clock
     deadline = deadline_after(clock, timeout_sec)
-    told_at = clock.now() + int(SILENCE_S * 1e9) if on_silence is not None and clock is STEADY else None
+    told_at = (
+        clock.now() + int(SILENCE_S * 1e9) if on_silence is not None and is_machine_time(clock) else None
+    )
     waiter = shutdown_signal.new_waiter()
     changes = context.graph.on_change(waiter.wake)
     try:

@@ -38,6 +38,17 @@ class SteadyClock:
 STEADY = SteadyClock()
 """The machine's own time."""
 
+_MACHINE = (SteadyClock.now,)  # in a tuple: virtual time replaces each name that a module has for a clock
+
+
+def is_machine_time(clock: SteadyClock) -> bool:
+    """Whether a clock goes by the machine: not one of a test's own, and no virtual time stands in for it.
+
+    Code that looks at a program from time to time asks first. Virtual time leaps from one deadline to the
+    next, and its looks would be deadlines, too.
+    """
+    return clock is STEADY and SteadyClock.now in _MACHINE
+
 
 def deadline_after(clock: SteadyClock, timeout_sec: float | None) -> int | None:
     """Return the deadline in ns for a timeout as rclpy takes it: None and negative values mean no limit.

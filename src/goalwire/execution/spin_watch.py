@@ -15,7 +15,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING
 
 from goalwire.execution.callback_runner import CallbackRunner
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.monotonic import STEADY, is_machine_time
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.logging import get_logger
 from goalwire.places import outermost_program_frame, place_of_frame
@@ -58,9 +58,9 @@ class SpinWatch:
         self._seen = None
 
     def _set(self) -> None:
-        """Look after the next pause. Other clocks than the steady one stand still, or leap."""
+        """Look after the next pause. Other clocks than the machine's stand still, or leap."""
         alarms, clock = self._shutdown_signal.alarms, self._shutdown_signal.clock
-        if alarms is not None and clock is STEADY:
+        if alarms is not None and is_machine_time(clock):
             alarms.set(self._alarm, clock.now() + int(self._pause * 1e9))
 
     def _look(self) -> None:
