@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from goalwire.apps.course.failures import Failure, find_failure
+from goalwire.errors import ServerLostError
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -94,7 +95,7 @@ class Student:
     async def during(self, waiting: Coroutine[Any, Any, T], doing: str) -> T:
         """Return what `waiting` does. Raises Wrong if the program ends first: it should still be `doing`."""
         task = asyncio.create_task(waiting)
-        if await self.is_first(task):
+        if await self.is_first(task) and not await self._is_lost(task.exception()):
             return task.result()
         code = self._end.result()
         question = 'is rclpy.spin(node) there, and not spin_once? ' if code == 0 else ''
@@ -105,6 +106,12 @@ class Student:
             problem,
             f'{question}The end of what it printed:\n{self.last_lines()}',
         )
+
+    async def _is_lost(self, error: BaseException | None) -> bool:
+        """Whether an error tells of the program's end, which may be seen a little later than its server's."""
+        if isinstance(error, ServerLostError):
+            await asyncio.wait({self._end}, timeout=_FAILS_WITHIN)
+        return isinstance(error, ServerLostError) and self._end.done()
 
     async def is_first(self, task: asyncio.Task[T]) -> bool:
         """Wait for the task or for the program's end; False, with the task cancelled, if that was first."""
