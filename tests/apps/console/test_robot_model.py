@@ -206,6 +206,7 @@ def test_goals_with_a_place_can_be_navigated_to(monkeypatch: pytest.MonkeyPatch)
     fields = form_of('geometry_msgs/msg/PoseWithCovarianceStamped')
     assert navigation_target('/no', 'x', fields) is None
     nested = form_of('nav_msgs/srv/GetPlan_Request')
+    assert navigation_target('/plan', 'nav2_msgs/action/ComputePathToPose', nested) is None
     pose = navigation_target('/plan', 'x', nested)
     assert pose is not None
     values = place_values(pose, {}, 'map', 1.0, 2.0, math.pi)

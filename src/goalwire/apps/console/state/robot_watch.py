@@ -124,8 +124,14 @@ class NavigationTarget:
     """To the PoseStamped; () if x and y are the goal's own."""
 
 
+_PLANNING = {'nav2_msgs/action/ComputePathToPose', 'nav2_msgs/action/ComputePathThroughPoses'}
+"""Actions that take a place and answer with a path: no robot goes there."""
+
+
 def navigation_target(action: str, type_name: str, fields: tuple[FormField, ...]) -> NavigationTarget | None:
-    """Return how a goal of an action names a target place; None if it names none."""
+    """Return how a goal of an action names a target place; None if it names none, or only plans the way."""
+    if type_name in _PLANNING:
+        return None
     for field in fields:
         if field.kind == 'message' and field.base == 'geometry_msgs/msg/PoseStamped':
             return NavigationTarget(action, type_name, (field.name,))
