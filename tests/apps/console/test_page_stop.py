@@ -45,9 +45,12 @@ def robot(stage: Stage, name: str, x: float) -> Program:
     return stage.program(PROGRAMS / 'stoppable.py', str(DATA / 'robot.urdf'), name, str(x))
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture
 def world(chromium: Any) -> Iterator[World]:
-    """The stage on which the tests play, one after the other."""
+    """A stage of its own for each test: two robots, a console and a page.
+
+    On one stage for all, a console whose robots had been killed was slow to show the switch once more.
+    """
     stage = Stage('rmw_zenoh_cpp')
     alice, bob = robot(stage, 'alice', 1.0), robot(stage, 'bob', 3.0)
     alice.expect('ready')

@@ -203,7 +203,7 @@ def test_by_default_incompatible_qos_is_logged_on_both_sides_in_ros_2s_words(
             ),
         ),
     ):
-        remark = '' if transport_name == DDS else ' (that is so on DDS; '
+        remark = '' if transport_name == DDS else ' (this is so on DDS; '
         assert [line for line in lines if line.startswith(f'{name}: {said}{remark}')], lines
 
 
