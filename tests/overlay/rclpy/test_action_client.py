@@ -126,7 +126,8 @@ def test_of_feedback_that_nobody_takes_the_newest_thousand_wait(
     while not last.is_set():
         executor.spin_once(timeout_sec=PATIENCE)
     assert heard == sorted(heard)
-    assert heard[-1000:] == list(range(200, 1200))
+    # The mark of the goal's end waits in the same queue, and may take the place of the oldest.
+    assert heard[-999:] == list(range(201, 1200))
     assert len(heard) + event_queue.dropped == 1200
 
 
