@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
+from typing import Protocol, TypeVar
 
 from rclpy.action import GoalResponse
 from rclpy.action.server import ServerGoalHandle
@@ -55,6 +56,16 @@ class Decision:
         return ending
 
 
+class Decided(Protocol):
+    """A goal that runs, as its server keeps it."""
+
+    @property
+    def decision(self) -> Decision: ...
+
+
+D = TypeVar('D', bound=Decided)
+
+
 def judged(node: Node, check: Callable[[], str | None]) -> GoalResponse:
     """REJECT where `check` returns why the goal cannot be taken, or fails; the reason is logged."""
     try:
@@ -92,3 +103,16 @@ def settle(goal_handle: ServerGoalHandle, ending: Ending) -> None:
         goal_handle.canceled()
     else:
         goal_handle.abort()
+
+
+async def carry_out(node: Node, goal_handle: ServerGoalHandle, goals: dict[bytes, D]) -> tuple[D, Ending]:
+    """Wait until a tick has decided how a goal ends, and end it so; it is taken off its server's `goals`."""
+    key = bytes(goal_handle.goal_id.uuid)
+    goal = goals[key]
+    try:
+        ending = await goal.decision.wait()
+    finally:
+        del goals[key]
+    settle(goal_handle, ending)
+    node.get_logger().info(ending.message)
+    return goal, ending

@@ -23,7 +23,7 @@ from humanoid.arm.motion import SIGHT_LOST_AFTER
 from humanoid.arm.trajectory import Following, refusal
 from humanoid.clock import duration_msg, now, stamp
 from humanoid.emergency.listener import StopListener
-from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
+from humanoid.endings import Decision, End, Ending, carry_out, judged, or_abort
 from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
 from humanoid.walking.listener import FallListener
 
@@ -116,14 +116,7 @@ class Controller:
         handle.execute()
 
     async def _execute(self, handle: ServerGoalHandle) -> object:
-        key = bytes(handle.goal_id.uuid)
-        run = self._runs[key]
-        try:
-            ending = await run.decision.wait()
-        finally:
-            del self._runs[key]
-        settle(handle, ending)
-        self._node.get_logger().info(ending.message)
+        run, ending = await carry_out(self._node, handle, self._runs)
         return self._result(run, ending)
 
     def _refusal(self, goal: Any, taken: set[str]) -> str | None:

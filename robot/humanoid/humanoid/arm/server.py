@@ -28,7 +28,7 @@ from humanoid.clock import now
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
 from humanoid.emergency.names import latched
-from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
+from humanoid.endings import Decision, End, Ending, carry_out, judged, or_abort
 from humanoid.gestures import STAND, WAVE, Movement, unhurried
 from humanoid.model import JOINT_BY_NAME
 from humanoid.running import run
@@ -192,14 +192,7 @@ class ArmActionServer(Node):
         return CancelResponse.ACCEPT
 
     async def _execute(self, goal_handle: ServerGoalHandle) -> MoveArm.Result:
-        key = bytes(goal_handle.goal_id.uuid)
-        reach = self._reaches[key]
-        try:
-            ending = await reach.decision.wait()
-        finally:
-            del self._reaches[key]
-        settle(goal_handle, ending)
-        self.get_logger().info(ending.message)
+        reach, ending = await carry_out(self, goal_handle, self._reaches)
         result = MoveArm.Result()
         result.final_positions = [self._limbs.here[name] for name in reach.names]
         result.success, result.message = ending.success, ending.message

@@ -25,7 +25,7 @@ from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 from humanoid.clock import now, seconds, stamp
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
-from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
+from humanoid.endings import Decision, End, Ending, carry_out, judged, or_abort
 from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, SimulatedBase, Velocity2D
 from humanoid.navigation.drift import DRIFT, Drift, DriftSpec
 from humanoid.navigation.goal_check import FARTHEST, FRAME, refusal
@@ -223,14 +223,7 @@ class NavigationActionServer(Node):
         return CancelResponse.ACCEPT
 
     async def _execute(self, goal_handle: ServerGoalHandle) -> MoveToPosition.Result:
-        key = bytes(goal_handle.goal_id.uuid)
-        drive = self._drives[key]
-        try:
-            ending = await drive.decision.wait()
-        finally:
-            del self._drives[key]
-        settle(goal_handle, ending)
-        self.get_logger().info(ending.message)
+        drive, ending = await carry_out(self, goal_handle, self._drives)
         result = MoveToPosition.Result()
         result.success, result.message = ending.success, ending.message
         result.final_pose = stamped(drive.stopped_at, stamp(self), self._prefix)

@@ -29,7 +29,7 @@ from humanoid.clock import duration_msg, now, stamp
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
 from humanoid.emergency.names import latched
-from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
+from humanoid.endings import Decision, End, Ending, carry_out, judged, or_abort
 from humanoid.maps import read, write
 from humanoid.model import DESCRIPTION
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, compose, invert
@@ -197,14 +197,7 @@ class Navigator(Node):
         return CancelResponse.ACCEPT
 
     async def _execute(self, goal_handle: ServerGoalHandle) -> Any:
-        key = bytes(goal_handle.goal_id.uuid)
-        drive = self._drives[key]
-        try:
-            ending = await drive.decision.wait()
-        finally:
-            del self._drives[key]
-        settle(goal_handle, ending)
-        self.get_logger().info(ending.message)
+        drive, ending = await carry_out(self, goal_handle, self._drives)
         return drive.manner.result(drive.last or self._progress(drive), ending, drive.errand.failure)
 
     def _tick(self) -> None:
