@@ -62,6 +62,39 @@ def test_a_reset_that_fails_is_told_and_the_others_are_done() -> None:
     assert 'OSError: first' in output
 
 
+OPENING = """
+    import os
+    import socket
+    import threading
+    from goalwire.concurrency.forks import open_privately
+
+    opened, forking = threading.Event(), threading.Event()
+    sockets = []
+
+    def open_it():
+        sockets.append(socket.socket())
+        opened.set()
+        forking.wait()
+        return sockets[0]
+
+    opener = threading.Thread(target=open_privately, args=(open_it,))
+    opener.start()
+    opened.wait()
+    os.register_at_fork(before=forking.set)  # of such functions the last one is called first
+    if os.fork() == 0:
+        os._exit(0 if sockets[0].fileno() < 0 else 1)
+    code = os.waitstatus_to_exitcode(os.wait()[1])
+    opener.join()
+    print('child', code, 'parent', sockets[0].fileno() >= 0)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, 'fork'), reason='this system has no fork')
+def test_a_socket_that_another_thread_is_opening_is_closed_in_the_child_alone() -> None:
+    with Program(OPENING) as program:
+        assert program.succeed() == 'child 0 parent True'
+
+
 def test_a_guard_lets_its_own_process_pass() -> None:
     ForkGuard().check('session')
 

@@ -53,6 +53,13 @@ def test_it_is_good(start: Start, name: str) -> None:
             assert program.succeed(60).splitlines()[-1:] == ['good']
 
 
+@pytest.mark.long
+def test_children_forked_while_sockets_are_opened_have_none(start: Start) -> None:
+    """Two threads open and close contexts meanwhile; one such moment: tests/concurrency/test_forks.py."""
+    with start('forks_beside_opening', 300) as program:
+        assert program.succeed(120).splitlines()[-1:] == ['good']
+
+
 @pytest.mark.parametrize('session', WIRES)
 def test_init_in_a_child_opens_a_context_of_its_own_or_says_why_not(session: str) -> None:
     """What eclipse-zenoh and libddsc have started cannot be started again in a child."""

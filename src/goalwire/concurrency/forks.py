@@ -5,6 +5,10 @@ ever, by a thread that is not there, and whoever waits for one of the parent's t
 and epolls are the parent's, too: what the child closes is its own copy, and what it changes is changed for
 both.
 
+Another thread may open a socket at the moment of a fork. The child would have a copy that nothing of the
+child's knows, and the other end would never see that the parent has gone. So sockets are opened by
+`open_privately`, and a fork waits until one that is being opened is known.
+
 Each reset is on its own: one that fails is told by Python, as an exception in a finalizer is, and the others
 are done all the same.
 """
@@ -13,7 +17,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import Protocol
+from contextlib import suppress
+from threading import RLock
+from typing import Protocol, TypeVar
 from weakref import WeakSet
 
 from goalwire.errors import ForkedError
@@ -29,16 +35,38 @@ class Inherited(Protocol):
         """
 
 
+class Closable(Protocol):
+    """An object with descriptors: a socket, a poller."""
+
+    def close(self) -> None:
+        """Close the descriptors, once."""
+
+
+C = TypeVar('C', bound=Closable)
+
+forks_wait = RLock()
+"""Held while something private is opened, and by a fork: also for a socket that is open for a moment only.
+
+Reentrant: a signal's handler may open or fork, too.
+"""
+_private: WeakSet[Closable] = WeakSet()
 _guards: WeakSet[ForkGuard] = WeakSet()
 _resets: list[Callable[[], None]] = []
 _inherited: WeakSet[Inherited] = WeakSet()
 
 
+def _end_fork() -> None:
+    with suppress(RuntimeError):  # a signal's handler raised before the fork had the lock
+        forks_wait.release()
+
+
 def _in_child() -> None:
+    _end_fork()
     for guard in list(_guards):
         guard.is_forked = guard.is_silent = True
     failures = []
-    for reset in [*_resets, *(each.reset_in_child for each in list(_inherited))]:
+    closing = [each.close for each in list(_private)]
+    for reset in [*closing, *_resets, *(each.reset_in_child for each in list(_inherited))]:
         try:
             reset()
         except Exception as error:
@@ -49,7 +77,18 @@ def _in_child() -> None:
 
 
 if hasattr(os, 'register_at_fork'):
-    os.register_at_fork(after_in_child=_in_child)
+    os.register_at_fork(before=forks_wait.acquire, after_in_parent=_end_fork, after_in_child=_in_child)
+
+
+def open_privately(open_it: Callable[[], C]) -> C:
+    """Return what `open_it` opens. A child that is forked while it lives closes its copy at once.
+
+    `open_it` must not wait: forks wait for its end. What it returns is held weakly.
+    """
+    with forks_wait:
+        opened = open_it()
+        _private.add(opened)
+        return opened
 
 
 def in_child(reset: Callable[[], None]) -> None:

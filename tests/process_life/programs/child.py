@@ -48,8 +48,20 @@ def complaints(files: Mapping[int, bytes]) -> list[str]:
 
 
 def network_sockets() -> list[int]:
-    """Return this process's descriptors that are sockets of the network."""
+    """Return this process's descriptors that are sockets of the network, and that others may reach.
+
+    Left out are those without a port, and those connected to port 9: they ask the system for the addresses
+    of this machine, and are closed at once.
+    """
     import socket
+
+    def is_reachable(sock: socket.socket) -> bool:
+        if sock.family not in {socket.AF_INET, socket.AF_INET6}:
+            return False
+        try:
+            return bool(sock.getsockname()[1]) and sock.getpeername()[1] != 9
+        except OSError:  # it has no peer
+            return bool(sock.getsockname()[1])
 
     found = []
     for name in os.listdir('/proc/self/fd'):  # noqa: PTH208
@@ -59,7 +71,7 @@ def network_sockets() -> list[int]:
         except OSError:
             continue  # that of the listing
         looked_at = socket.socket(fileno=int(name))
-        if looked_at.family in {socket.AF_INET, socket.AF_INET6}:
+        if is_reachable(looked_at):
             found.append(int(name))
         looked_at.detach()
     return found

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 
+from goalwire.concurrency.forks import open_privately
 from goalwire.concurrency.poller import IN, Poller, Timer
 
 _LINKS, _ADDRESSES_V4, _ADDRESSES_V6 = 0x1, 0x10, 0x100
@@ -56,7 +57,7 @@ def _subscribe() -> socket.socket | None:
     if sys.platform != 'linux':
         return None
     try:
-        sock = socket.socket(socket.AF_NETLINK, socket.SOCK_RAW, socket.NETLINK_ROUTE)
+        sock = open_privately(lambda: socket.socket(socket.AF_NETLINK, socket.SOCK_RAW, socket.NETLINK_ROUTE))
     except OSError:  # a sandbox may refuse it
         return None
     try:

@@ -7,9 +7,8 @@ import socket
 from collections.abc import Callable, Sized
 from functools import partial
 from time import monotonic, time_ns
-from weakref import WeakSet
 
-from goalwire.concurrency.forks import ForkGuard, in_child
+from goalwire.concurrency.forks import ForkGuard, open_privately
 from goalwire.concurrency.leader_followers import LeaderFollowers
 from goalwire.concurrency.poller import IN, Poller, Timer
 from goalwire.concurrency.wire_poller import SleepingThread
@@ -74,7 +73,7 @@ class RtpsSession:
         self._sockets = Sockets(settings, self._interfaces)
         prefix = make_prefix(self._sockets.port, os.urandom(RANDOM_SIZE))
         name = f'goalwire-rtps {prefix.hex()[8:16]}'
-        self._poller = Poller(name, portable=settings.portable, awaited=awaited)
+        self._poller = open_privately(lambda: Poller(name, portable=settings.portable, awaited=awaited))
         self.wire_poller = LeaderFollowers(self._poller, name)
         self._timer: Timer | None = None
         self._changes: InterfaceChanges | None = None
@@ -103,7 +102,6 @@ class RtpsSession:
             on_sooner=self._set_timer,
             on_acknowledged=self._wake_sleepers,
         )
-        _sessions.add(self)
         try:
             for sock in self._sockets.receivers:
                 self._poller.register(sock.fileno(), IN, partial(self._read, sock))
@@ -242,26 +240,7 @@ class RtpsSession:
         self.participant.close()
         self._wake_sleepers()
         self.wire_poller.close()
-        self._close_sockets()
-
-    def close_inherited(self) -> None:
-        """In a forked child: close its copies of the parent's sockets, else the ports would stay taken."""
-        self._is_closed = True
-        self._close_sockets()
-
-    def _close_sockets(self) -> None:
         self._poller.close()
         if self._changes is not None:
             self._changes.close()
         self._sockets.close()
-
-
-_sessions: WeakSet[RtpsSession] = WeakSet()
-
-
-def _close_inherited() -> None:
-    for session in list(_sessions):
-        session.close_inherited()
-
-
-in_child(_close_inherited)

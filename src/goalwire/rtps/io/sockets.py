@@ -8,6 +8,7 @@ import struct
 import sys
 from contextlib import suppress
 
+from goalwire.concurrency.forks import open_privately
 from goalwire.errors import TransportError
 from goalwire.host_addresses import LOOPBACK, LOOPBACK_V6, Interface
 from goalwire.rtps.io.addresses import (
@@ -210,7 +211,7 @@ class Sockets:
             sock.close()
 
     def _open(self) -> socket.socket:
-        sock = socket.socket(self._family, socket.SOCK_DGRAM)
+        sock = open_privately(lambda: socket.socket(self._family, socket.SOCK_DGRAM))
         sock.setblocking(False)
         settings = self._settings
         if settings.ipv6:

@@ -20,7 +20,7 @@ from threading import Event, Thread
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from goalwire.concurrency.forks import in_child, leak
+from goalwire.concurrency.forks import forks_wait, in_child, leak, open_privately
 from goalwire.concurrency.sigpipe import NO_SIGPIPE
 from goalwire.errors import ForkedError, TransportError
 from goalwire.patterns import Pattern
@@ -59,7 +59,12 @@ def look(port: int, patience: float = PATIENCE_S) -> Holder:
     """Greet the program that listens on a TCP port of this machine, as a Zenoh session does."""
     import _socket  # as in rendezvous.py: `socket` itself may not be imported while Ctrl-C ends the program
 
-    greeter = _socket.socket(_socket.AF_INET, _socket.SOCK_STREAM)
+    class Greeter(_socket.socket):
+        """A socket that can be held weakly."""
+
+        __slots__ = ('__weakref__',)
+
+    greeter = open_privately(lambda: Greeter(_socket.AF_INET, _socket.SOCK_STREAM))
     try:
         greeter.settimeout(patience)
         greeter.connect(('127.0.0.1', port))
@@ -136,7 +141,7 @@ def is_taken(endpoints: str) -> bool:
 
     for bracketed, plain, port in _TCP.findall(endpoints):
         family = _socket.AF_INET6 if bracketed else _socket.AF_INET
-        with closing(_socket.socket(family, _socket.SOCK_STREAM)) as probe:
+        with forks_wait, closing(_socket.socket(family, _socket.SOCK_STREAM)) as probe:
             # As zenoh's own sockets: a connection left by the last holder does not count
             if os.name == 'posix':
                 probe.setsockopt(_socket.SOL_SOCKET, _socket.SO_REUSEADDR, 1)

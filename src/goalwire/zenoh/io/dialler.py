@@ -15,6 +15,7 @@ from collections.abc import Callable
 from threading import Lock, RLock, Thread
 from typing import Any
 
+from goalwire.concurrency.forks import open_privately
 from goalwire.concurrency.poller import IN, OUT, Poller, Timer
 from goalwire.errors import TransportError
 from goalwire.records import record
@@ -209,7 +210,7 @@ class Dial:
     def _connect(self, family: socket.AddressFamily, address: Any) -> bool:
         """Begin to connect; False if that has failed at once."""
         try:
-            sock = socket.socket(family, socket.SOCK_STREAM)
+            sock = open_privately(lambda: socket.socket(family, socket.SOCK_STREAM))
         except OSError as error:
             self.error = str(error)
             return False
@@ -293,11 +294,6 @@ class Dial:
         self._give_slot()
         self.failed_rounds = 0
         self._pause = self._retry.first_s
-
-    def close_socket(self) -> None:
-        """Close the socket only, in a forked child: the connection is the parent's."""
-        if self._socket is not None:
-            self._socket.close()
 
     def close(self) -> None:
         """Stop dialling."""

@@ -144,8 +144,3 @@ class Dials:
         self._look_ups.clear()
         for dial in list(self._dials.values()):
             dial.close()
-
-    def close_sockets(self) -> None:
-        """Close only the sockets, in a forked child: the connections are the parent's."""
-        for dial in list(self._dials.values()):
-            dial.close_socket()

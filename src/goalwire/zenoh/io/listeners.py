@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 from collections.abc import Callable
 
+from goalwire.concurrency.forks import open_privately
 from goalwire.concurrency.poller import IN, Poller
 from goalwire.errors import TransportError
 from goalwire.zenoh.io.endpoints import Endpoint, locators_of, resolve
@@ -35,7 +36,9 @@ class Listeners:
             family, address = resolve(endpoint, passive=True)[0]
             # [::] means every address of this machine, IPv4 included; Python would listen on IPv6 only.
             is_any = address[0] == '::' and socket.has_dualstack_ipv6()
-            listener = socket.create_server(address[:2], family=family, backlog=128, dualstack_ipv6=is_any)
+            listener = open_privately(
+                lambda: socket.create_server(address[:2], family=family, backlog=128, dualstack_ipv6=is_any)
+            )
         except OSError as error:
             raise TransportError(f"cannot listen on '{text}': {error.strerror or error}") from None
         listener.setblocking(False)
@@ -49,7 +52,7 @@ class Listeners:
     def _accept(self, listener: socket.socket, protocol: str) -> None:
         while not self._is_closed:
             try:
-                sock, _ = listener.accept()
+                sock = open_privately(lambda: listener.accept()[0])
             except (BlockingIOError, InterruptedError, ConnectionAbortedError):
                 return
             except OSError as error:  # too many open files: others may end soon
@@ -72,9 +75,4 @@ class Listeners:
         self._is_closed = True
         for listener in self._sockets:
             self._poller.unregister(listener.fileno())
-            listener.close()
-
-    def close_sockets(self) -> None:
-        """Close only the sockets, in a forked child: the parent goes on listening."""
-        for listener in self._sockets:
             listener.close()

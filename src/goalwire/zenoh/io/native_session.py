@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from threading import RLock
 from time import monotonic, time_ns
 
-from goalwire.concurrency.forks import ForkGuard, reset_in_children
+from goalwire.concurrency.forks import ForkGuard, open_privately
 from goalwire.concurrency.leader_followers import LeaderFollowers
 from goalwire.concurrency.poller import Poller, Timer
 from goalwire.concurrency.waiters import Waiters
@@ -95,11 +95,13 @@ class NativeSession:
         name = f'goalwire-zenoh {self.id[:8]}'
         self._settings = settings
         self._flusher = Flusher(f'{name} flusher')
-        self._poller = poller = Poller(
-            f'Zenoh session {self.id}',
-            portable=settings.portable,
-            before_sleep=(self._flusher.held, self._flusher.flush),
-            awaited=protocol.queries.pending,
+        self._poller = poller = open_privately(
+            lambda: Poller(
+                f'Zenoh session {self.id}',
+                portable=settings.portable,
+                before_sleep=(self._flusher.held, self._flusher.flush),
+                awaited=protocol.queries.pending,
+            )
         )
         self.wire_poller = LeaderFollowers(poller, name)
         self._waiters = Waiters(self.wire_poller)
@@ -121,7 +123,6 @@ class NativeSession:
         self._most_links = min(bounds.MOST_LINKS, _most_descriptors() // 2)
         self._watches: set[LinkWatch] = set()
         self._is_closing = False
-        reset_in_children(self)
         try:
             self._open()
         except BaseException:
@@ -361,15 +362,3 @@ class NativeSession:
         for each in list(self._links.values()):  # links that were taken at the last moment
             each.end('the session is closed', GENERIC)
         self._poller.close()
-
-    def reset_in_child(self) -> None:
-        """In a forked child: close its copies of the parent's sockets.
-
-        Else the others would not notice when the parent ends, and its port would stay taken. The poller is
-        closed first: nothing may change the epoll, which is the parent's too.
-        """
-        self._poller.close()
-        for link in list(self._links.values()):
-            link.close_socket()
-        self._dials.close_sockets()
-        self._listeners.close_sockets()

@@ -285,9 +285,5 @@ class SocketLink:
         if freed >= MUCH:
             return_freed_memory()
 
-    def close_socket(self) -> None:
-        """Close only the socket, in a forked child: the link is the parent's."""
-        self._socket.close()
-
     def _say_goodbye(self) -> None:
         """Say goodbye below the link, which has said its own: a plain socket has nothing to say."""
