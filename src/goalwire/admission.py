@@ -1,8 +1,8 @@
-"""Who may talk to a server on this machine: the rules of the console and of the bridges, in one place.
+"""Decides which browsers and clients may talk to a server on this machine: the console and the bridges.
 
 A page on another site can make a browser open web sockets here, which know no same-origin policy. By a name
 of its own that it points at this machine (DNS rebinding) it makes its requests look like those of this site.
-So a server without a token answers under the names of this machine alone.
+So a server without a token answers only to requests that name this machine.
 """
 
 from __future__ import annotations

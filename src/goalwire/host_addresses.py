@@ -83,7 +83,7 @@ def _of_ipv4() -> list[Interface]:
 
 
 def _of_ipv6() -> list[Interface]:
-    """Read Linux's table; elsewhere loopback alone is known, and what routes tell."""
+    """Read Linux's table. Other systems have none: only loopback and routes' addresses are known there."""
     try:
         lines = _TABLE_V6.read_text(encoding='ascii').splitlines()
     except OSError:

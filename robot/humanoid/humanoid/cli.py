@@ -49,7 +49,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: list[str]) -> int:
-    """What follows a program's name belongs to that program, `--ros-args` included."""
+    """Arguments after a program's name belong to that program, `--ros-args` included."""
     try:
         if arguments and arguments[0] in PROGRAMS:
             program = importlib.import_module(PROGRAMS[arguments[0]])
@@ -85,7 +85,7 @@ def _run(arguments: list[str]) -> int:
 
 
 def _advice(module: str) -> str:
-    """What to do about a module that is not there."""
+    """Advice for a module that is not installed."""
     package = module.partition('.')[0]
     if package in ('humanoid_interfaces', 'humanoid_description'):
         advice = (

@@ -37,11 +37,11 @@ class Member:
     world: Path | None = None
 
     def label(self, program: str) -> str:
-        """What its program is called in the output."""
+        """The name of the server's program in the output."""
         return f'{self.name}/{program}' if self.name else program
 
     def arguments(self, program: str, folder: Path) -> Sequence[str]:
-        """What its program is started with; `folder` has the files that it needs."""
+        """The command that starts the server's program; `folder` has the files that it needs."""
         arguments = self._in_world(program)
         if not self.name:
             return ['--ros-args', *arguments] if arguments else []

@@ -1,4 +1,4 @@
-"""What a person does with the robot from the command line: look, wave, send the base or a joint somewhere."""
+"""Commands for a person at the command line: look, wave, send the base or a joint somewhere."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ Told = TypeVar('Told')
 
 
 class Impossible(Exception):
-    """What is asked for cannot be done; the text says why, and what can."""
+    """The request cannot be carried out; the text says why, and what can be asked for instead."""
 
 
 def operate(options: argparse.Namespace, ros_args: list[str]) -> int:
@@ -123,7 +123,7 @@ def _refused(robot: Robot, otherwise: str, joints: Collection[str] = ()) -> str:
 
 
 def _balance(robot: Robot, joints: Collection[str]) -> str:
-    """What a robot that stands on its own feet has against a goal: '' if nothing, or if it is not one."""
+    """Return why a robot on its own feet cannot take a goal; '' if it can, or if it is another robot."""
     if not robot.node.count_publishers(FALLEN):
         return ''
     if robot.next_message(Bool, FALLEN, latched()).data:

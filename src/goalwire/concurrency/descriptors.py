@@ -55,7 +55,7 @@ def _limit() -> str:
 class LibrarysSockets:
     """The sockets that are opened in the block, all of them a library's.
 
-    What this process executes does not inherit them, from the end of the block on. A forked child closes its
+    After the block, programs that this process executes do not inherit them. A forked child closes its
     copies, if their numbers are still those of the same sockets.
     """
 

@@ -158,7 +158,7 @@ class Context:
             self.shutdown_signal.end(_AT_EXIT)
 
     def _tell_mistakes(self) -> None:
-        """Tell once what can be told at the end alone: parameters that nothing used, nodes never spun."""
+        """Log the mistakes that only the end shows, once: unused parameters, nodes that were never spun."""
         first, self._are_mistakes_told = not self._are_mistakes_told, True
         if not first:
             return

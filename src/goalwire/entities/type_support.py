@@ -54,14 +54,14 @@ class ServiceType(Protocol[RequestT_co, ResponseT_co]):
 
 
 class BareService(Protocol):
-    """A service class as pyrefly sees it, for which a class within a class is no property."""
+    """A service class as the checker pyrefly sees it: for pyrefly a nested class is not a property."""
 
     Request: ClassVar[type[Any]]
     Response: ClassVar[type[Any]]
 
 
 ServiceClass: TypeAlias = type[ServiceType[RequestT, ResponseT]] | type[BareService]
-"""What create_service and create_client take."""
+"""A service class, as create_service and create_client take it."""
 
 
 class MessageSupport:

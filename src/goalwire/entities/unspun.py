@@ -37,7 +37,7 @@ class NodeOfProgram(Protocol):
 
 
 class UnspunNode:
-    """What is told of a node; it does not hold the node."""
+    """The facts that the log tells of a node. They do not keep the node alive."""
 
     def __init__(self, node: NodeOfProgram) -> None:
         self.name = node.name.qualified
@@ -89,7 +89,7 @@ class Calling(Protocol):
 
     @property
     def node(self) -> NodeOfProgram:
-        """Its node."""
+        """The node that made the client."""
 
     @property
     def pending(self) -> Sized:

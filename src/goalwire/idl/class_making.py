@@ -246,7 +246,7 @@ def _sign(message: MessageDefinition) -> object:
     return signature(message)
 
 
-# What IPython asks of an object that it shows.
+# IPython calls these on an object that it shows.
 
 
 def _print_shortened(message: object, printer: _Printer, cycle: bool) -> None:  # noqa: ARG001 - IPython's

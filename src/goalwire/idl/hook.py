@@ -211,7 +211,7 @@ def _tell_hidden(name: str, file: str) -> None:
 
 
 def _hide_own_frames() -> None:
-    """Have the error that goes up end the program with the program's own lines alone."""
+    """Have the error end the program with a traceback that shows only the program's own lines."""
     from goalwire.tracebacks import hide_own_frames
 
     hide_own_frames()

@@ -176,7 +176,7 @@ _CONTENTS: 'tuple[tuple[Callable[..., object], Callable[..., list[str]] | None],
     (_find_type, _list_types),
     (_find_part, _list_parts),
 )
-"""What answers for a name, and lists the names, by how deep a module lies."""
+"""For each depth of a module, the function that finds a name, and the one that lists all names."""
 
 
 def package_spec(package: str, found: InterfacePackage | None, stubs: str) -> ModuleSpec:

@@ -140,7 +140,7 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
 
 
 def _elsewhere(name: str) -> str:
-    """Return the full name of a shipped type that many mean by a name alone; '' for another name."""
+    """Return the full name of a shipped type whose package many leave out; '' for another name."""
     return next((f'{package}/{name}' for package, names in _OFTEN_MEANT.items() if name in names), '')
 
 

@@ -96,7 +96,7 @@ def find_package(package: str, *, walk: bool = True) -> InterfacePackage | None:
 def imported_package(package: str, kind: str) -> InterfacePackage | None:
     """Return the folder of an imported package, otherwise the result of `find_package`, which may raise.
 
-    As with Python's own packages, one that is imported stays where it was found.
+    As with Python's own packages, an imported package stays in the folder where it was found.
     """
     for name in (package, f'{package}.{kind}'):  # in a Python package the hook serves only msg
         found = getattr(getattr(sys.modules.get(name), '__spec__', None), 'loader_state', None)

@@ -85,7 +85,7 @@ class Child(asyncio.SubprocessProtocol):
         return code
 
     def signal(self, wanted: signal.Signals) -> None:
-        """Send a signal: one that ends goes to the whole group, others to the process alone."""
+        """Send a signal. Signals that end go to the whole group, others only to the process."""
         with contextlib.suppress(ProcessLookupError, PermissionError):
             if POSIX and wanted.name in _TO_GROUP:
                 os.killpg(self.pid, wanted)

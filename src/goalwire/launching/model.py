@@ -119,7 +119,7 @@ class ArgumentSearch(NamedTuple):
     """Where a search for launch arguments has come to."""
 
     includes: tuple[LaunchDescriptionEntity, ...] = ()  # the outermost scope first
-    decided: frozenset[str] = frozenset()  # names that an include sets: they are no arguments of the launch
+    decided: frozenset[str] = frozenset()  # names that an include sets: not arguments of the launch
     is_conditional: bool = False
 
 

@@ -1,1 +1,1 @@
-"""What tools that pack programs need of goalwire."""
+"""Hooks for tools that pack programs, such as PyInstaller."""

@@ -193,8 +193,8 @@ class McapWriter:
     def close(self, metadata: str) -> None:
         """Write the end and close the file. Idempotent.
 
-        Where there is no room for the end, the last chunks make room: the file can be read in any case.
-        Raises OSError where even that fails.
+        If the disk has no room for the end, the last chunks make room, so that the file can be read in any
+        case. Raises OSError if even that fails.
         """
         if self._descriptor < 0:
             return
@@ -240,10 +240,9 @@ class McapWriter:
     # -- chunks ----------------------------------------------------------------------------------------------
 
     def _write_chunk(self) -> None:
-        """Write the waiting messages as a chunk, with their index. If that fails, the chunk is lost as a
-        whole.
+        """Write the waiting messages as a chunk, with their index.
 
-        What fails is lost, and not half there.
+        If that fails, the chunk is lost as a whole: no half of it stays in the file.
         """
         parts, size, indices = self._parts, self._size, self._indices
         self._parts, self._size, self._indices = [], 0, defaultdict(list)

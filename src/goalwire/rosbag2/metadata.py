@@ -213,7 +213,7 @@ def _mode(given: object) -> str:
 
 
 def _files(bag: Mapping[str, Any]) -> tuple[FileFacts, ...]:
-    """Return the files; before version 5 their names alone are known, before 4 with the bag's folder."""
+    """Return the files. Before version 5 only their names are known, before 4 with the bag's folder."""
     details = {PurePosixPath(each['path']).name: each for each in bag.get('files') or ()}
     found = []
     for path in bag['relative_file_paths'] or ():

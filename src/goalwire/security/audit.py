@@ -33,7 +33,7 @@ def log_path(folder: Path, name: str) -> Path:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO]:
-    """Open a log for this process alone: several programs may have one identity."""
+    """Open a log and lock out other processes: several programs may have one identity."""
     path.parent.mkdir(FOLDER, exist_ok=True)
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, PRIVATE)
     with os.fdopen(descriptor, 'r+b') as stream:

@@ -1,4 +1,4 @@
-"""What the arms' servers share: what is seen of the joints, which are taken, and the way to command them."""
+"""The arms' servers share this: the joints' last states, the joints in use, and a way to command them."""
 
 from __future__ import annotations
 

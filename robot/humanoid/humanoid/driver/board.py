@@ -41,7 +41,7 @@ class MotorBoard:
         return self._decoder.damaged
 
     def receive(self, data: bytes) -> bytes:
-        """What it answers."""
+        """The board's answer."""
         return b''.join(self._answer(frame) for frame in self._decoder.feed(data))
 
     def _answer(self, frame: Frame) -> bytes:

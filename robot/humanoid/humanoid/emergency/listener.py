@@ -14,7 +14,7 @@ from humanoid.graph import full_name, has_service, one_of, publisher_gid
 
 
 class StatePublishers:
-    """Who publishes `emergency_stopped`, as the graph shows it."""
+    """The publishers of `emergency_stopped`, as the graph shows them."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -118,7 +118,7 @@ class StopListener:
 
     @property
     def ended(self) -> str:
-        """What the results of goals say that it has ended."""
+        """The reason that the results of goals give for their end."""
         return f'{ENDED}: {self.why}' if self.why else ENDED
 
     def settle(self) -> None:

@@ -1,4 +1,4 @@
-"""What the publishers of `emergency_stopped` say, and what follows from it. It knows no ROS.
+"""Decides whether the robot is stopped, from all publishers of `emergency_stopped`. It knows no ROS.
 
 A *switch* is a publisher whose node has the service `emergency_stop`, too. It repeats its state, so its
 silence is noticed. Anybody else is a *stranger*: a console, a recording, a second program. The rules:
@@ -31,7 +31,7 @@ class Publisher(NamedTuple):
 
 @dataclass
 class Vote:
-    """What a publisher said last. A stranger has a vote only while it says "stopped"."""
+    """The last word of a publisher. A stranger has a vote only while it says "stopped"."""
 
     publisher: Publisher
     stopped: bool
@@ -39,7 +39,7 @@ class Vote:
 
 
 class StopVotes:
-    """Who has said what, and whether the robot is stopped by that."""
+    """The last word of each publisher, and whether they stop the robot."""
 
     def __init__(self) -> None:
         self.lost = ''

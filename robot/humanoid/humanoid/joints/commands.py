@@ -1,4 +1,4 @@
-"""What a joint command asks for: per joint, angles to pass at given times."""
+"""Turns a joint command into a plan: per joint, angles to pass at given times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the floor does to the soles of a kinematic robot: it carries the weight where a sole is low enough."""
+"""The floor under the soles of a kinematic robot: it carries the weight where a sole is low enough."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a mission tells about itself while it runs, as records and as lines of text between processes."""
+"""The events that a mission reports while it runs, as records and as lines of text between processes."""
 
 from __future__ import annotations
 

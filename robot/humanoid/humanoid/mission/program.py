@@ -36,7 +36,7 @@ def carry_out(robot: Robot, mission: Sequence[Step], tell: Sink) -> None:
 
 
 def _report(number: int, tell: Sink) -> Report:
-    """What step `number` is given to tell about itself."""
+    """The reporter that step `number` is given."""
     return Report(
         lambda fraction, text: tell(Progressed(number, fraction, text)),
         lambda attempt, wait, reason: tell(Retrying(number, attempt, wait, reason)),

@@ -30,7 +30,7 @@ class NotAsExpected(Exception):
 
 @dataclass(frozen=True)
 class Report:
-    """What a step may tell while it runs."""
+    """The reports that a step may make while it runs."""
 
     progress: Callable[[float, str], None]  # fraction 0 to 1, text
     retrying: Callable[[int, float, str], None]  # attempt, pause in s, reason

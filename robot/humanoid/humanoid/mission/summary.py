@@ -1,4 +1,4 @@
-"""What became of each step, as a table of text."""
+"""Shows how each step ended, as a table of text."""
 
 from __future__ import annotations
 

@@ -86,11 +86,11 @@ class MobileBase(Protocol):
 
 @runtime_checkable
 class SimulatedBase(Protocol):
-    """A base whose simulation knows where it really is, whatever the base itself believes."""
+    """A base whose simulation knows the true pose, whatever the base itself believes."""
 
     @property
     def truth(self) -> Placement:
-        """Where it really is now, as seen from where it was brought up."""
+        """The true pose now, in the frame of the pose at which it was started."""
 
 
 class Base:

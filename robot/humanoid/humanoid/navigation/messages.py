@@ -83,7 +83,7 @@ def placed(frame: str, place: Pose2D, stamp: TimeMsg, child: str) -> TransformSt
 def imu(
     pose: Pose2D, before: Velocity2D, after: Velocity2D, elapsed: float, stamp: TimeMsg, prefix: str
 ) -> Imu:
-    """What a sensor in the pelvis shows of a base without mass, whose velocity has changed in `elapsed` s."""
+    """Make the reading of a sensor in a pelvis without mass, whose velocity has changed in `elapsed` s."""
     message = Imu()
     message.header.frame_id = f'{prefix}imu_link'
     message.header.stamp = stamp

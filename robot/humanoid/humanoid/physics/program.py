@@ -94,7 +94,7 @@ class Simulation(Node):
         self.create_timer(PERIOD, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _told_world(self) -> Surroundings | None:
-        """What is around the robot, by the parameter `world`; `world_markers` says where it is now."""
+        """Make the robot's surroundings, by the parameter `world`; `world_markers` shows them."""
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         if not world:
             return None

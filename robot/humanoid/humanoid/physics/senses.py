@@ -1,4 +1,4 @@
-"""What the body's sensors tell its walker: the simulation's values with noise, and late."""
+"""The body's sensors as its walker reads them: the simulation's values, with noise and delay."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def surroundings_of(world: str) -> Surroundings:
 
 
 def body_name(kind: str, name: str) -> str:
-    """What the body of a door or a person is called in the model."""
+    """The name of the body of a door or a person in the model."""
     return f'{kind} {name}'
 
 

@@ -36,7 +36,7 @@ class Unstable(Exception):
 
 @dataclass(frozen=True)
 class Inertial:
-    """What an inertial sensor in the pelvis shows, in its own frame: rad/s, and m/s² with gravity in it."""
+    """The reading of an inertial sensor in the pelvis, in its own frame: rad/s, and m/s² with gravity."""
 
     turn_rate: tuple[float, float, float]
     acceleration: tuple[float, float, float]
@@ -133,7 +133,7 @@ class World:
 
     @property
     def estimate(self) -> Estimate:
-        """What the robot knows of itself, by its own sensors."""
+        """The robot's estimate of itself, from its own sensors."""
         return self.walker.estimate
 
     @property
@@ -167,7 +167,7 @@ class World:
 
     @property
     def outside_forces(self) -> tuple[Array, Array]:
-        """What acts on the robot beside motors and floor: on its bodies, and on its degrees of freedom."""
+        """The forces that neither motors nor floor give: on the bodies, and on the degrees of freedom."""
         return np.array(self._data.xfrc_applied), np.array(self._data.qfrc_applied)
 
     @property

@@ -31,7 +31,7 @@ class Progress:
 
 
 class Manner(Protocol):
-    """What one action asks for, and how it tells."""
+    """One action: its goal, and its feedback and result."""
 
     name: str
     type_: Any

@@ -1,4 +1,4 @@
-"""What is near: the map, and on it what the scanner has seen of late, as clearances and as costs."""
+"""Obstacles near the robot: the map and the latest scans together, as clearances and as costs."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Costmap:
         self._seen_at[seen[over, 0], seen[over, 1]] = -math.inf
 
     def forget(self) -> None:
-        """Believe the map alone, until the next scan: what is out of sight may have gone."""
+        """Believe only the map, until the next scan: obstacles out of sight may have gone."""
         self._seen_at.fill(-math.inf)
         self.clearance = self.mapped
 
@@ -60,7 +60,7 @@ class Costmap:
         return self._at(self.clearance, points)
 
     def mapped_at(self, points: Array) -> Array:
-        """The same by the map alone."""
+        """The same, from the map without the scans."""
         return self._at(self.mapped, points)
 
     def costs(self) -> NDArray[np.int8]:

@@ -41,7 +41,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Aims:
-    """What to achieve: m/s² of the centre of mass, rad/s² of the pelvis in its frame, and of both soles."""
+    """The accelerations to achieve: centre of mass in m/s², pelvis in rad/s², and both soles."""
 
     centre: Array
     pelvis: Array
@@ -141,7 +141,7 @@ class ForceControl:
 
 @cache
 def _rows(length: float, width: float) -> Array:
-    """What a sole can give, each row at most 0: friction, edges, twist. The last row is the force up.
+    """The limits of a sole, each row at most 0: friction, edges, twist. The last row is the force up.
 
     The twist that friction can give shrinks as the force moves to an edge or is used up along the floor
     (Caron, Pham, Nakamura: Stability of surface contacts for humanoid robots, 2015).

@@ -48,7 +48,9 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class Seen:
-    """What a gait decides by: soles and DCM on the floor (m), N on the soles, the pendulum's rate in 1/s."""
+    """The measurements that a gait needs: soles and DCM on the floor (m), N on the soles, and the
+    pendulum's rate in 1/s.
+    """
 
     feet: tuple[Pose2D, Pose2D]
     heights: tuple[float, float]  # m of the soles above the floor
@@ -206,7 +208,7 @@ class Gait:
         return segments
 
     def _adjust(self, swing: Swing, omega: float, elapsed: float) -> None:
-        """Put the foot down where the DCM will need it: as much as the sole alone cannot correct.
+        """Put the foot down where the DCM will need it, by as much as the standing sole cannot correct.
 
         All later steps go with it, and so does the plan.
         """

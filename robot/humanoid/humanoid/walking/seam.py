@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sensed:
-    """What the sensors show at one moment: nothing about where the body is on the floor."""
+    """The readings of the sensors at one moment. They do not tell where on the floor the body is."""
 
     turn_rate: Array  # rad/s, of the pelvis in its own frame
     acceleration: Array  # m/s² in the same frame, gravity included
@@ -34,7 +34,7 @@ class Wish:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a walker believes about its body: the pelvis over the floor, in m, rad and s."""
+    """A walker's estimate of its body: the pelvis over the floor, in m, rad and s."""
 
     pose: Pose2D
     velocity: Velocity2D  # in the body's own frame

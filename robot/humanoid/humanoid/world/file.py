@@ -52,7 +52,7 @@ class Person:
 
 @dataclass(frozen=True)
 class WorldFile:
-    """What a world file says. `start`: where the robot begins, x and y in m and a heading in rad."""
+    """The contents of a world file. `start`: the pose of the robot at first, x and y in m, heading in rad."""
 
     name: str
     start: tuple[float, float, float]

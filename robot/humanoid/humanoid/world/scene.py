@@ -66,7 +66,7 @@ class Scene:
         return float(nearest) - BASE.radius
 
     def scan(self, laser: Pose2D, height: float, noise: float, chance: np.random.Generator) -> Array:
-        """What a scanner sees that is `height` m up: BEAMS ranges in m from -π on, inf where nothing is near.
+        """Return the ranges of a scanner `height` m up: BEAMS ranges in m from -π on, inf for no obstacle.
 
         `noise` is the standard deviation of a range, in m.
         """

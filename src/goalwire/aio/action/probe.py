@@ -1,7 +1,7 @@
 """Asks an action server about a goal that was sent before, without sending anything but requests for results.
 
 A server answers a request for the result of an unknown goal at once, and that of a running goal when it ends.
-So silence alone may mean that the goal runs, or that the server is away. A second request, for an id that was
+So silence can mean two things: the goal runs, or the server is away. A second request, for an id that was
 just made up, tells these apart: a server that is there answers it at once.
 """
 

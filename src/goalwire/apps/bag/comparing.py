@@ -28,7 +28,7 @@ class Tolerance:
     stamps: bool = False
     """Whether fields of the type builtin_interfaces/msg/Time may differ."""
     fields: tuple[str, ...] = ()
-    """Patterns of fields that may differ: 'pose.position.*', or a name alone wherever it is."""
+    """Patterns of fields that may differ: 'pose.position.*', or just a field's name for all such fields."""
 
     def ignores(self, path: str) -> bool:
         """Return whether a field, as 'poses[3].position.x', may differ."""

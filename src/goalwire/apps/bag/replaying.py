@@ -35,7 +35,7 @@ class ReplayOptions:
     """The services and actions to send to; None: all."""
     tolerance: Tolerance = Tolerance()
     rate: float = 1.0
-    """Times as fast; infinity waits for what came before alone."""
+    """The speed, as a multiple of the recorded one. Infinity waits only for earlier answers."""
     timeout: float = 10.0
     """How long an answer may take, and a goal beyond its recorded time, in s."""
 

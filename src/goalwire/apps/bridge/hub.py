@@ -22,7 +22,7 @@ _LOOK_S = 1.0
 
 
 class Hub:
-    """What all clients of a bridge share. Use it in an `async with`."""
+    """The state that all clients of a bridge share. Use it in an `async with`."""
 
     def __init__(self, node: goalwire.Node, settings: Settings) -> None:
         self.node = node

@@ -26,8 +26,8 @@ class _Item(NamedTuple):
 class Outbox:
     """Up to `limit` bytes wait. Beyond that the oldest message of a topic is dropped, and counted.
 
-    Answers are never dropped. `on_overflow` is called if a client takes none of them, so that they alone
-    exceed the limit: its connection is to be ended.
+    Answers are never dropped. `on_overflow` is called if a client takes none of them, and the answers
+    themselves exceed the limit: its connection is to be ended.
     """
 
     def __init__(self, limit: int, on_overflow: Callable[[], object]) -> None:

@@ -65,7 +65,7 @@ def _tells_of_parameters(topic: str) -> bool:
 
 @record
 class Permissions:
-    """Who may do what, by classes of names. The parts of an action belong to the action."""
+    """The names that clients may use, for each kind of use. The parts of an action belong to the action."""
 
     publish: Patterns = Patterns('--publish')
     subscribe: Patterns = Patterns('--subscribe')

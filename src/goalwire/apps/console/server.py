@@ -49,8 +49,8 @@ _LOGGERS = ('uvicorn', 'nicegui', 'engineio', 'socketio', 'asyncio')
 class _OneLine(logging.Handler):
     """Has the node's logger log the web server's records, one line each.
 
-    Whoever reaches the port can make that log: no traceback for each malformed frame. With
-    GOALWIRE_FULL_TRACEBACKS=1 there is one.
+    A stranger who reaches the port can make the server log, so a malformed frame gets no traceback. With
+    GOALWIRE_FULL_TRACEBACKS=1 it gets one.
     """
 
     def __init__(self, logger: RcutilsLogger) -> None:

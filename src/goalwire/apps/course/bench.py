@@ -1,4 +1,4 @@
-"""What the checks try a program with: a node of their own beside it, and what they want of its servers."""
+"""The checks try a program with these: a node of their own beside it, and expectations of its servers."""
 
 from __future__ import annotations
 
@@ -21,12 +21,11 @@ SERVES_WITHIN = 5.0
 
 @asynccontextmanager
 async def alone() -> AsyncIterator[goalwire.Node]:
-    """Give the check's node, in a world where only the programs are that are started in the block."""
+    """Give the check's node, in a world that holds only the programs started in the block."""
     with World('zenoh'):
         async with goalwire.Node('checker') as node:
-            node.logger.set_level(
-                LoggingSeverity.FATAL
-            )  # what its servers do on purpose is no news to a student
+            # The node's servers fail on purpose. Their warnings would confuse a student.
+            node.logger.set_level(LoggingSeverity.FATAL)
             yield node
 
 

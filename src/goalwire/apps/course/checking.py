@@ -15,14 +15,14 @@ from goalwire.records import record
 
 @record
 class Report:
-    """What a check has found."""
+    """The findings of a check."""
 
     passed: list[str]
     """One sentence for each step that the program has passed."""
     problem: str = ''
-    """What is wrong; empty if nothing is."""
+    """The first mistake, as a sentence; empty if there is none."""
     advice: str = ''
-    """What to look at."""
+    """The place to look at."""
 
 
 def check(exercise: Exercise, file: Path, tell: Callable[[str], None] = lambda _step: None) -> Report:

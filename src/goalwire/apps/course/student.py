@@ -72,7 +72,7 @@ class Student:
 
     @property
     def output(self) -> str:
-        """What it has printed so far, errors included; of much output the end."""
+        """The output so far, errors included. Of long output only the end is kept."""
         return ''.join(self._output)
 
     def last_lines(self) -> str:

@@ -23,7 +23,7 @@ CANCEL_UNSEEN_S = 3.0
 
 
 class ActionAdvice:
-    """What one action server has told; each sentence is told once."""
+    """The advice that one action server logs. Each sentence is logged once."""
 
     def __init__(self, name: str, node: NodeCore, no_cancel: Callable[..., object]) -> None:
         """`no_cancel` is the cancel callback of servers that were given none."""

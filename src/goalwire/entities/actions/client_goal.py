@@ -49,7 +49,7 @@ class GoalSending(Protocol):
 
     @property
     def blocking(self) -> AnswerWaiting:
-        """Its blocking calls."""
+        """The calls of this client that block a thread."""
 
     def goal(self, goal_id: GoalId) -> ClientGoal[Any]:
         """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""

@@ -41,7 +41,7 @@ class ActionType(Protocol[GoalT_co, ResultT_co, FeedbackT_co]):
 
 
 class BareAction(Protocol):
-    """An action class as pyrefly sees it, for which a class within a class is no property."""
+    """An action class as the checker pyrefly sees it: for pyrefly a nested class is not a property."""
 
     Goal: ClassVar[type[Any]]
     Result: ClassVar[type[Any]]
@@ -49,7 +49,7 @@ class BareAction(Protocol):
 
 
 ActionClass: TypeAlias = type[ActionType[GoalT, ResultT, FeedbackT]] | type[BareAction]
-"""What ActionServer and ActionClient take."""
+"""An action class, as ActionServer and ActionClient take it."""
 
 
 class ResultResponse(Protocol[ResultT_co]):

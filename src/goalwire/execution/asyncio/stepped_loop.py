@@ -69,8 +69,8 @@ class SteppedSelector(selectors.BaseSelector):
     def watch_own_pipe(self) -> None:
         """Watch the pipe that the loop has registered for itself: signals are written there.
 
-        It is emptied first. Whoever queues a callback writes there, too, and in a full pipe there is no room
-        for a signal.
+        It is emptied first. Threads that queue a callback write there, too, and a full pipe has no room for a
+        signal.
         """
         while self._unwatched:
             fd = self._unwatched.pop()

@@ -34,7 +34,7 @@ def require_opencv(what: str) -> ModuleType:
 def convert(picture: Picture, source: str, target: str) -> Picture:
     """Return a copy of a picture in another encoding; raises ConversionError if that makes no sense.
 
-    Pictures with one channel are height x width. Numbers are scaled between 8 and 16 bits alone; otherwise
+    Pictures with one channel are height x width. Only between 8 and 16 bits are numbers scaled; otherwise
     they are rounded and bounded.
     """
     if target in {'', source}:

@@ -17,7 +17,7 @@ _PLAIN = {
     '16UC3': 'bgr16',
     '16UC4': 'bgra16',
 }
-"""What pictures are taken for whose encoding does not say what their channels are."""
+"""The encodings assumed for pictures that do not name their channels."""
 
 
 def cvtColorForDisplay(

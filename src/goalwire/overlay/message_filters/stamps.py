@@ -18,7 +18,7 @@ def stamp_of(msg: Any) -> Time:
 
 
 def stamp_or_arrival(msg: Any, *, allow_headerless: bool, logger_name: str) -> Time | None:
-    """Return the stamp, or where there is none the time now; None, with a warning, unless that is allowed."""
+    """Return the stamp. Without a header return the time now if that is allowed; else warn, return None."""
     if hasattr(msg, 'header') and hasattr(msg.header, 'stamp'):
         return stamp_of(msg)
     if allow_headerless:

@@ -9,6 +9,6 @@ from rclpy.duration import Duration
 __all__ = ['S_TO_NS', 'ClockType', 'Duration', 'Time', 'TimeHandle']
 
 TimeHandle = Time
-"""What has nanoseconds and a clock type: there is no C time behind it."""
+"""The type of `Time.handle`: a time itself, since there is no C time behind it."""
 
 reexport(__name__)

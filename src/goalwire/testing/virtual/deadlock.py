@@ -50,7 +50,7 @@ def _show(places: StackSummary) -> str:
 
 
 def _is_machinery(path: str) -> bool:
-    """Whether a file is the library's, Python's or an installed one: names of folders alone tell nothing."""
+    """Whether a file is the library's, Python's or an installed one. The whole path decides."""
     return is_library(path) or is_standard(path) or path.startswith((*_INSTALLED, '<'))
 
 

@@ -199,7 +199,7 @@ class SlowReader(Fault):
 
 
 _HEADER = 4
-"""Bytes of encapsulation before every message. A wire may read them itself, so faults leave them alone."""
+"""Bytes of encapsulation before every message. A wire may read them itself, so faults do not touch them."""
 
 
 @dataclass(eq=False)

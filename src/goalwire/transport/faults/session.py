@@ -40,8 +40,8 @@ def _key_of(entity: GraphEntity) -> _Key:
 class FilteredGraph(GraphListener):
     """Stands between the wire's graph and its listener; `is_hidden` decides about each entity.
 
-    What the wire and the faults change at the same time reaches the listener in one order. Without a listener
-    it is kept for those who ask.
+    Changes that come from the wire and from the faults at the same time reach the listener in one order.
+    Without a listener they are kept for those who ask.
     """
 
     def __init__(self, listener: GraphListener | None, is_hidden: Callable[[GraphEntity], bool]) -> None:

@@ -138,7 +138,7 @@ class Reassembly:
         self.is_refused = False
         """Whether the budget had no room for the last piece."""
         self._quiet: tuple[int, float] | None = None
-        """The number of pieces at the last `is_stale`, and since when it has not changed."""
+        """The number of pieces at the last `is_stale`, and the time since which it has been the same."""
 
     def add(self, piece: Buffer, *, gap: int, first: bool, more: bool, given_up: bool) -> bytes | None:
         """Add a piece; with the last one return the whole message.

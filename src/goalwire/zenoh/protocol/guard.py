@@ -1,4 +1,4 @@
-"""What the other side of a link may do: asked wherever something of it is let in, or told to it.
+"""Decides what the other side of a link may do: which of its messages are let in, and what it is told.
 
 The answer for a key is looked up once and then remembered with the receivers of that key. So a message costs
 no more with a guard than without one.

@@ -32,7 +32,7 @@ _MAGIC = {
 _DEPTH_HEADER = 12
 """Bytes before the PNG in a picture that image_transport's compressedDepth made."""
 _BY_OPENCV = {1: 'gray', 3: 'bgr', 4: 'bgra'}
-"""What pictures are taken for whose encoding only says how many channels they have."""
+"""The encodings assumed for pictures that only say how many channels they have."""
 
 
 def write_pictures(bag: Reader, topics: Collection[str], start: int, folder: Path) -> list[Written]:

@@ -30,7 +30,7 @@ _TICKS_OF_RATES = 5
 
 
 class Session:
-    """What all pages share.
+    """The state that all pages share.
 
     In its `async with` it follows goals and logs; it follows the rest once a browser asks.
     """

@@ -214,7 +214,7 @@ class TurtleEndpoints:
         self._node.destroy_publisher(self._colour)
 
     def publish(self, colour: Colour) -> None:
-        """Publish where it is, and the colour below it."""
+        """Publish the turtle's pose, and the colour below the turtle."""
         turtle = self.turtle
         self._pose.publish(
             Pose(

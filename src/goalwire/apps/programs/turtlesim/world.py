@@ -62,7 +62,7 @@ class Turtle:
         self.forward, self.sideways, self.turn = forward, sideways, turn
 
     def pixel(self) -> tuple[float, float]:
-        """Return where it is on the canvas."""
+        """Return the turtle's place on the canvas, in pixels."""
         return self.x * PIXELS, (LENGTH - self.y) * PIXELS
 
 

@@ -2,7 +2,7 @@
 
 from goalwire.launching import substitutions as _substitutions
 from goalwire.launching.aliases import add_modules
-from goalwire.launching.substitutions import *  # noqa: F403 - what it exports is what ROS 2's does
+from goalwire.launching.substitutions import *  # noqa: F403 - ROS 2's exports the same names
 
 __all__ = _substitutions.__all__
 
