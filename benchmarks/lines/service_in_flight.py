@@ -13,6 +13,7 @@ from benchmarks.lines.service_spin import answer
 
 if TYPE_CHECKING:
     from rclpy.client import Client
+    from rclpy.executors import Executor
     from rclpy.node import Node
     from rclpy.task import Future
 
@@ -66,35 +67,45 @@ class Flight:
         else:
             self._send(client)
 
-    def spin(self, node: Node) -> None:
+    def spin(self, node: Node, executor: Executor | None = None) -> None:
         """Spin until every call is answered, or none has been for a while."""
         before = -1
         while not self.done.done() and self.answered > before:
             before = self.answered
-            stage.spin_until_done(node, self.done, GIVE_UP_S)
+            if executor is None:
+                stage.spin_until_done(node, self.done, GIVE_UP_S)
+            else:
+                executor.spin_until_future_complete(self.done, GIVE_UP_S)
 
 
-def measure(clients: int, window: int, count: int) -> Figures:
-    """Return calls a second, those lost, and CPU."""
+def measure(clients: int, window: int, count: int, *, has_nodes: bool = False) -> Figures:
+    """Return calls a second, those lost, and CPU; `has_nodes`: each client has a node of its own."""
     import rclpy
+    from rclpy.executors import SingleThreadedExecutor
     from std_srvs.srv import SetBool
 
     with stage.Partner('benchmarks.lines.service_spin') as partner:
         rclpy.init()
-        node = rclpy.create_node('bench_client')
-        ends = [node.create_client(SetBool, SERVICE) for _ in range(clients)]
+        executor = SingleThreadedExecutor() if has_nodes else None
+        nodes = [rclpy.create_node(f'bench_client_{number}') for number in range(clients if has_nodes else 1)]
+        if executor is not None:
+            for each in nodes:
+                executor.add_node(each)
+        node = nodes[0]
+        ends = [nodes[number % len(nodes)].create_client(SetBool, SERVICE) for number in range(clients)]
         for end in ends:
             assert end.wait_for_service(stage.PATIENCE_S)
-        Flight(ends, window, 10 * window).spin(node)
+        Flight(ends, window, 10 * window).spin(node, executor)
         meter = stage.Meter(partner)
         begun = perf_counter()
         flight = Flight(ends, window, count)
-        flight.spin(node)
+        flight.spin(node, executor)
         figures = meter.read(count) | {
             'rate': flight.answered / (flight.last - begun),
             'lost': count - flight.answered,
         }
-        node.destroy_node()
+        for each in nodes:
+            each.destroy_node()
         rclpy.shutdown()
         return figures
 

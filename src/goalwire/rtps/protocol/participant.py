@@ -151,6 +151,21 @@ class Participant(Wire):
         self.run(partial(self._open_reader, reader), None)
         return reader
 
+    def announce_reader(
+        self, topic: str, type_name: str, qos: Qos, user_data: bytes = b''
+    ) -> EndpointData:
+        """Tell all participants of a reader that takes nothing, and return what they are told.
+
+        They count it, and name it; another reader of the participant takes what is sent on its topic.
+        """
+        data = EndpointData(self._new_guid(READER_KIND), topic, type_name, qos, user_data)
+        self.run(partial(self._tell, data), None)
+        return data
+
+    def withdraw_reader(self, guid: bytes) -> None:
+        """Tell all participants that an announced reader is there no more."""
+        self.run(partial(self._tell_gone, guid), None)
+
     def delete(self, endpoint: Writer | Reader) -> None:
         """Take a writer or a reader back, and tell all participants of it."""
         self.run(partial(self._delete, endpoint), None)
@@ -180,6 +195,14 @@ class Participant(Wire):
         self._known.add_reader(reader)
         self._discovery.tell(reader.data)
         self._known.add_own(reader.data)
+
+    def _tell(self, data: EndpointData) -> None:
+        if not self._is_closed:
+            self._discovery.tell(data)
+
+    def _tell_gone(self, guid: bytes) -> None:
+        if not self._is_closed:
+            self._discovery.tell_gone(guid)
 
     def _delete(self, endpoint: Writer | Reader) -> None:
         if self._known.remove(endpoint):

@@ -7,24 +7,18 @@ from functools import partial
 from itertools import count
 from time import time_ns
 
-from goalwire.errors import RemoteError
 from goalwire.rtps.protocol.announcements import EndpointData as RtpsEndpoint
-from goalwire.rtps.protocol.reader import ReaderListener
-from goalwire.rtps.protocol.reader import Sample as RtpsSample
 from goalwire.rtps.protocol.reader_proxy import ReaderProxy
 from goalwire.rtps.protocol.writer import WriterListener
 from goalwire.transport.contract import Endpoint, Sample, new_sample
 from goalwire.transport.dds.description import EndpointData, Role
 from goalwire.transport.dds.native.context import NativeContext
-from goalwire.transport.dds.native.dialects import Dialect, dialect_of, read_reply, request_qos
-from goalwire.transport.dds.native.ends import WaitingSamples, make_ends, side_of
+from goalwire.transport.dds.native.dialects import Dialect, Reply, dialect_of, request_qos
+from goalwire.transport.dds.native.ends import WaitingSamples, make_writer, side_of
+from goalwire.transport.dds.native.replies import ReplyReaders
 from goalwire.transport.dds.service_header import wrap
 from goalwire.transport.dds.session import ClientEnd
 from goalwire.transport.endpoint import EndpointState
-
-SILENCE_S = 0.25
-"""A server's writer that has told nothing for so long is taken to know the client. RustDDS is silent until it
-writes; Fast DDS and Cyclone DDS tell within 0.1 s that they have nothing."""
 
 
 class Call:
@@ -48,7 +42,9 @@ class Call:
 class NativeClient(ClientEnd):
     """A declared service client."""
 
-    def __init__(self, context: NativeContext, state: EndpointState, endpoint: Endpoint) -> None:
+    def __init__(
+        self, context: NativeContext, readers: ReplyReaders, state: EndpointState, endpoint: Endpoint
+    ) -> None:
         self._context = context
         self._next_sequence = count(1).__next__
         self._calls: dict[int, Call] = {}
@@ -60,15 +56,20 @@ class NativeClient(ClientEnd):
         self._reaches = False
         self._has_begun = False
         """Events come as soon as there is one end."""
-        data = EndpointData(endpoint.type_hash, client_id=context.next_service_id(), takes_refusals=True)
-        listeners = _WriterEvents(self), _ReaderEvents(self)
-        self._ends = ends = make_ends(context, state, endpoint, data, Role.REQUEST, listeners)
-        super().__init__(state, ends.writer.data.guid)
-        self._own = ends.reader.data.guid, self.gid
+        self._replies = replies = readers.take(endpoint)
+        state.undo.append(partial(readers.give_back, replies))
+        self._name = replies.make_name()
+        """What its requests name, where their dialect is INLINE."""
+        state.undo.append(partial(replies.drop_name, self._name))
+        data = EndpointData(endpoint.type_hash, client_id=replies.client_id, takes_refusals=True)
+        self._writer = make_writer(context, state, endpoint, data, Role.REQUEST, _WriterEvents(self))
+        super().__init__(state, self._writer.data.guid)
         self._handle = int.from_bytes(self.gid[8:], 'little')
         """As the instance handle of its writer in Cyclone DDS: it tells clients apart."""
-        self._request_qos = request_qos(ends.reader.data.guid)
-        state.undo.append(self.close_calls)
+        self._request_qos = request_qos(self._name)
+        names = self._name, self.gid, self._handle
+        self._listen = partial(replies.add, self, names)
+        state.undo += [partial(replies.remove, self, names), self.close_calls]
 
     def begin(self) -> None:
         """Take note of servers from now on, and of those that are there."""
@@ -77,6 +78,7 @@ class NativeClient(ClientEnd):
 
     def _begin(self) -> None:
         self._has_begun = True
+        self._listen()
         self.on_change()
 
     def request(
@@ -101,7 +103,7 @@ class NativeClient(ClientEnd):
 
     def _send(self, call: Call, payload: bytes) -> None:
         """Send a request to all servers that there are. Inside `Wire.run`."""
-        readers = self._ends.writer.readers
+        readers = self._writer.readers
         is_alone = len(readers) == 1
         for guid, proxy in readers.items():
             call.servers[guid] = 0
@@ -115,7 +117,7 @@ class NativeClient(ClientEnd):
         server = proxy.data.guid
         if server not in call.servers or call.sequence not in self._calls:
             return True  # it has ended meanwhile
-        writer = self._ends.writer
+        writer = self._writer
         number, qos = writer.last + 1, b''
         dialect = dialect_of(self._context.participant.vendor_of(proxy.data.prefix))
         if dialect is Dialect.INLINE:
@@ -152,58 +154,40 @@ class NativeClient(ClientEnd):
 
     # ---- what comes
 
-    def take_reply(self, sample: RtpsSample) -> None:
-        """Take a reply, this client's or another's."""
-        if sample.payload is None or not self._has_begun:
-            return
-        try:
-            reply = read_reply(sample.qos, sample.payload, self._own, self._handle)
-        except RemoteError as error:
-            self._context.rejects.add('reply', error, self.state)
-            return
-        found = None if reply is None else self._asked.pop(reply.number, None)
-        if reply is None or found is None:
+    def take_reply(self, reply: Reply, time: int | None) -> None:
+        """Take the reply to a request of this client, written at that time."""
+        found = self._asked.pop(reply.number, None)
+        if found is None:
             return
         call, server = found
         # The reply shows that the request has come. So no HEARTBEAT asks for that: two packets of six less
         # for a call of a client that calls less than a hundred times a second.
-        self._context.participant.run(partial(self._ends.writer.note_received, server, reply.number), None)
+        self._context.participant.run(partial(self._writer.note_received, server, reply.number), None)
         if reply.refusal is not None:
             call.reason = call.reason or reply.refusal
         else:
             now = time_ns()
-            call.on_reply(new_sample((reply.message, call.sequence, sample.time or now, now, self.gid)))
+            call.on_reply(new_sample((reply.message, call.sequence, time or now, now, self.gid)))
         call.servers.pop(server, None)
         if not call.servers:
             self._end(call)
 
     # ---- servers that come and go
 
-    def _look(self) -> None:
+    def look(self) -> None:
         """See whether a server can be called, and its reply be heard."""
-        ends = self._ends
         asked = {
             side_of(proxy.data)
-            for proxy in list(ends.writer.readers.values())
+            for proxy in list(self._writer.readers.values())
             if proxy.has_answered or not proxy.is_reliable
         }
-        long_ago = self._context.participant.clock() - SILENCE_S
-        answering = {
-            side_of(proxy.data)
-            for proxy in list(ends.reader.writers.values())
-            if proxy.next or not proxy.is_reliable or proxy.matched_at <= long_ago
-        }
-        self._reaches = not asked.isdisjoint(answering)
+        self._reaches = not asked.isdisjoint(self._replies.answering())
 
     def on_change(self) -> None:
         """An end of a server has come, has answered, or has gone."""
         if self._has_begun:
-            self._look()
+            self.look()
             self._context.notifier.connected()
-
-    def expect_server(self) -> None:
-        """A server's writer has come; some tell nothing of themselves before they have written."""
-        self._context.call_later(2 * SILENCE_S, self.on_change)
 
     def lose_server(self, reader: bytes) -> None:
         """A server has gone: it answers nothing more."""
@@ -227,7 +211,7 @@ class NativeClient(ClientEnd):
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
         """The gids of its readers and writers."""
-        return self._own[:1], self._own[1:]
+        return (self._name,), (self.gid,)
 
 
 class _WriterEvents(WriterListener):
@@ -242,21 +226,4 @@ class _WriterEvents(WriterListener):
 
     def on_unmatched(self, reader: RtpsEndpoint) -> None:
         self._client.lose_server(reader.guid)
-        self._client.on_change()
-
-
-class _ReaderEvents(ReaderListener):
-    """Tells a client of its servers' writers, and of their replies."""
-
-    def __init__(self, client: NativeClient) -> None:
-        self._client = client
-        self.on_sample = client.take_reply  # type: ignore[method-assign]
-
-    def on_matched(self, writer: RtpsEndpoint) -> None:  # noqa: ARG002
-        self._client.expect_server()
-
-    def on_answered(self, writer: RtpsEndpoint) -> None:  # noqa: ARG002
-        self._client.on_change()
-
-    def on_unmatched(self, writer: RtpsEndpoint) -> None:  # noqa: ARG002
         self._client.on_change()

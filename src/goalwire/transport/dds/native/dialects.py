@@ -106,6 +106,8 @@ def write_refusal(to: ReturnAddress, reason: str) -> tuple[bytes, bytes]:
 class Reply(NamedTuple):
     """What a reply says."""
 
+    client: bytes | int
+    """Whose request it answers: the GUID that the request has named, or the client of its header."""
     number: int
     """The request's."""
     message: bytes
@@ -113,24 +115,19 @@ class Reply(NamedTuple):
     """The reason, if it is a refusal."""
 
 
-def read_reply(qos: bytes, payload: bytes, own: tuple[bytes, bytes], handle: int) -> Reply | None:
-    """Return what a reply says; None if it is another client's.
-
-    `own` are the GUIDs of the client's ends, `handle` is its own in headers. Raises RemoteError.
-    """
+def read_reply(qos: bytes, payload: bytes) -> Reply | None:
+    """Return what a reply says; None if it names no request in any of the forms. Raises RemoteError."""
     related = related_sample(qos) if qos else None
     if related is not None:
-        if related.guid not in own:
-            return None
         is_plain = len(qos) <= _PLAIN_QOS_SIZE
-        return Reply(related.number, payload, None if is_plain else _reason(qos))
+        return Reply(related.guid, related.number, payload, None if is_plain else _reason(qos))
     try:
         (client, number), message = unwrap(payload)
     except RemoteError:
         return None  # a vendor's that names its requests otherwise
-    if client != handle:
-        return None
-    return Reply(-number, b'', refusal_reason(message)) if number < 0 else Reply(number, message)
+    if number < 0:
+        return Reply(client, -number, b'', refusal_reason(message))
+    return Reply(client, number, message)
 
 
 _PLAIN_QOS_SIZE = len(write_related_sample(SampleIdentity(bytes(GUID_SIZE), 0)))

@@ -1,11 +1,10 @@
-"""What clients and servers have in common: two ends with names, and samples that wait for room."""
+"""What clients and servers have in common: ends with names, and samples that wait for room."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 from goalwire.rtps.protocol.announcements import EndpointData as RtpsEndpoint
 from goalwire.rtps.protocol.reader import Reader, ReaderListener
@@ -24,12 +23,13 @@ from goalwire.transport.dds.native.qos import service_qos
 from goalwire.transport.endpoint import EndpointState
 
 
-def _names(role: Role, endpoint: Endpoint) -> tuple[str, str]:
+def names_of(role: Role, endpoint: Endpoint) -> tuple[str, str]:
+    """Return the topic and the type of one end."""
     topic = dds_topic(role, endpoint.name, verbatim=endpoint.qos.avoid_ros_namespace_conventions)
     return topic, dds_type(role, endpoint.type_name)
 
 
-def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
+def user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
     """Return what an end says of itself: the hash is that of what it carries."""
     if endpoint.part_hashes is not None:
         of_request, of_response = endpoint.part_hashes()
@@ -37,34 +37,38 @@ def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
     return encode_endpoint(data)
 
 
-class Ends(NamedTuple):
-    """The two ends of a client or a server."""
-
-    writer: Writer
-    reader: Reader
-
-
-def make_ends(
+def make_writer(
     context: NativeContext,
     state: EndpointState,
     endpoint: Endpoint,
     data: EndpointData,
-    sends: Role,
-    listeners: tuple[WriterListener, ReaderListener],
-) -> Ends:
-    """Make them; `sends` is what the writer sends. `state` undoes it."""
-    participant, qos = context.participant, service_qos(endpoint.qos)
-    takes = Role.REPLY if sends is Role.REQUEST else Role.REQUEST
-    on_writer, on_reader = listeners
-    writer = participant.create_writer(
-        *_names(sends, endpoint), qos, on_writer, _user_data(sends, endpoint, data)
-    )
+    role: Role,
+    listener: WriterListener,
+) -> Writer:
+    """Make the end that sends `role`; `state` undoes it."""
+    participant = context.participant
+    told = user_data(role, endpoint, data)
+    qos = service_qos(endpoint.qos)
+    writer = participant.create_writer(*names_of(role, endpoint), qos, listener, told)
     state.undo.append(partial(participant.delete, writer))
-    reader = participant.create_reader(
-        *_names(takes, endpoint), qos, on_reader, _user_data(takes, endpoint, data)
-    )
+    return writer
+
+
+def make_reader(
+    context: NativeContext,
+    state: EndpointState,
+    endpoint: Endpoint,
+    data: EndpointData,
+    role: Role,
+    listener: ReaderListener,
+) -> Reader:
+    """Make the end that takes `role`; `state` undoes it."""
+    participant = context.participant
+    told = user_data(role, endpoint, data)
+    qos = service_qos(endpoint.qos)
+    reader = participant.create_reader(*names_of(role, endpoint), qos, listener, told)
     state.undo.append(partial(participant.delete, reader))
-    return Ends(writer, reader)
+    return reader
 
 
 def side_of(endpoint: RtpsEndpoint) -> str:

@@ -10,6 +10,7 @@ from typing import NamedTuple, TypeAlias
 from goalwire.errors import RemoteError
 from goalwire.reports import report_failure
 from goalwire.rtps.protocol.announcements import EndpointData as RtpsEndpoint
+from goalwire.rtps.protocol.qos import RELIABLE
 from goalwire.rtps.protocol.reader import ReaderListener
 from goalwire.rtps.protocol.reader import Sample as RtpsSample
 from goalwire.rtps.protocol.writer import WriterListener
@@ -23,7 +24,7 @@ from goalwire.transport.dds.native.dialects import (
     write_refusal,
     write_reply,
 )
-from goalwire.transport.dds.native.ends import WaitingSamples, make_ends, side_of
+from goalwire.transport.dds.native.ends import WaitingSamples, make_reader, make_writer, side_of
 from goalwire.transport.dds.server import DdsRequest, DdsServer
 from goalwire.transport.endpoint import EndpointState
 
@@ -34,8 +35,10 @@ MATCHING_S = 0.1
 class Client(NamedTuple):
     """A client, as its request writer describes it."""
 
-    prefix: bytes
-    side: str
+    side: tuple[bytes, str]
+    """Its participant, and the id that its ends share."""
+    has_id: bool
+    """Whether its ends tell an id; else any reader of its participant may be its own."""
     has_header: bool
     takes_refusals: bool
 
@@ -78,10 +81,12 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
         """Replies to clients whose readers are not known yet."""
         self._early: list[RtpsSample] | None = []
         """Requests that have come before `begin`; None after it."""
+        self._readers: dict[tuple[bytes, str], bytes] = {}
+        """The GUID of the reader that takes replies, for each side of clients that is known."""
         data = EndpointData(endpoint.type_hash, service_id=context.next_service_id())
-        listeners = _WriterEvents(self), _ReaderEvents(self)
-        self._ends = ends = make_ends(context, state, endpoint, data, Role.REPLY, listeners)
-        super().__init__(state, ends.reader.data.guid)
+        self._writer = make_writer(context, state, endpoint, data, Role.REPLY, _WriterEvents(self))
+        self._reader = make_reader(context, state, endpoint, data, Role.REQUEST, _ReaderEvents(self))
+        super().__init__(state, self._reader.data.guid)
 
     def begin(self) -> None:
         """Take requests from now on, and those that have come already."""
@@ -126,12 +131,13 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
 
     def _describe(self, writer: bytes) -> Client | None:
         """Return what is known of the client with a request writer; None if it has gone."""
-        proxy = self._ends.reader.writers.get(writer)
+        proxy = self._reader.writers.get(writer)
         if proxy is None:
             return None
         told = decode_endpoint(proxy.data.user_data)
         vendor = self._context.participant.vendor_of(proxy.data.prefix)
-        client = Client(proxy.data.prefix, side_of(proxy.data), vendor == CYCLONE_VENDOR, told.takes_refusals)
+        side = proxy.data.prefix, side_of(proxy.data)
+        client = Client(side, bool(told.client_id), vendor == CYCLONE_VENDOR, told.takes_refusals)
         self._clients[writer] = client
         return client
 
@@ -159,16 +165,15 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
 
     def _find_reader(self, request: NativeRequest) -> bytes | None:
         """Return the reader that a reply is for, if it is matched."""
-        readers, client, reader = self._ends.writer.readers, request.client, request.address.reader
-        if reader:
-            return reader if reader in readers else None
-        for guid, proxy in readers.items():
-            if proxy.data.prefix == client.prefix and side_of(proxy.data) == client.side:
-                return guid
-        return None
+        client, named = request.client, request.address.reader
+        if client.has_id or not named:
+            # Clients of one session share a reader. What a request of theirs names is announced, but takes
+            # nothing (replies.py).
+            return self._readers.get(client.side)
+        return named if named in self._writer.readers else None
 
     def _send_to(self, reader: bytes, reply: _Outgoing) -> bool:
-        writer = self._ends.writer
+        writer = self._writer
         if reader not in writer.readers:
             return True
         return writer.add(reply.payload, reply.qos, reader) is not None
@@ -196,14 +201,27 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
                 self._send(reply)
         self._unsent.send_all()
 
-    def lose_reader(self, reader: bytes) -> None:
+    def meet_reader(self, reader: RtpsEndpoint) -> None:
+        """A client hears from now on. Of one side's readers the first takes replies, or a reliable one."""
+        side = reader.prefix, side_of(reader)
+        if reader.qos.reliability == RELIABLE or side not in self._readers:
+            self._readers[side] = reader.guid
+        self.send_waiting()
+
+    def lose_reader(self, reader: RtpsEndpoint) -> None:
         """A client hears nothing more."""
-        self._context.participant.run(partial(self._unsent.discard, reader), None)
+        side = reader.prefix, side_of(reader)
+        if self._readers.get(side) == reader.guid:
+            del self._readers[side]
+            for proxy in list(self._writer.readers.values()):
+                if (proxy.data.prefix, side_of(proxy.data)) == side:
+                    self.meet_reader(proxy.data)
+        self._context.participant.run(partial(self._unsent.discard, reader.guid), None)
 
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
         """The gids of its readers and writers."""
-        return (self.gid,), (self._ends.writer.data.guid,)
+        return (self.gid,), (self._writer.data.guid,)
 
 
 class _WriterEvents(WriterListener):
@@ -213,11 +231,11 @@ class _WriterEvents(WriterListener):
         self._service = service
         self.on_room = service.send_waiting  # type: ignore[method-assign]
 
-    def on_matched(self, reader: RtpsEndpoint) -> None:  # noqa: ARG002
-        self._service.send_waiting()
+    def on_matched(self, reader: RtpsEndpoint) -> None:
+        self._service.meet_reader(reader)
 
     def on_unmatched(self, reader: RtpsEndpoint) -> None:
-        self._service.lose_reader(reader.guid)
+        self._service.lose_reader(reader)
 
 
 class _ReaderEvents(ReaderListener):

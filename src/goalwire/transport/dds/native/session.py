@@ -9,6 +9,7 @@ from goalwire.errors import TransportError
 from goalwire.transport.contract import Endpoint, Request, Sample, SessionOptions
 from goalwire.transport.dds.native.client import NativeClient
 from goalwire.transport.dds.native.context import NativeContext
+from goalwire.transport.dds.native.replies import ReplyReaders
 from goalwire.transport.dds.native.rmw import RmwDefaults
 from goalwire.transport.dds.native.service import NativeService
 from goalwire.transport.dds.native.topics import NativePublisher, NativeSubscription
@@ -20,6 +21,7 @@ from goalwire.transport.loopback import ADVICE, is_loopback_down
 class _Endpoints(EndpointFactory):
     def __init__(self, context: NativeContext) -> None:
         self._context = context
+        self._reply_readers = ReplyReaders(context)
 
     def publisher(self, state: EndpointState, endpoint: Endpoint) -> Made[PublisherEnd]:
         port = NativePublisher(self._context, state, endpoint)
@@ -38,7 +40,7 @@ class _Endpoints(EndpointFactory):
         return Made(port, *port.gids, port.begin)
 
     def client(self, state: EndpointState, endpoint: Endpoint) -> Made[ClientEnd]:
-        port = NativeClient(self._context, state, endpoint)
+        port = NativeClient(self._context, self._reply_readers, state, endpoint)
         return Made(port, *port.gids, port.begin)
 
 

@@ -1,0 +1,171 @@
+"""The reader that takes the replies of one service for all of a session's clients.
+
+With a reader for each client a server would look at all of them with each reply, and each would acknowledge
+for itself. So the clients of one service, type and QoS share one, and a table tells whose a reply is. Each
+client counts its requests from 1, so each needs a GUID of its own that its requests name: the first client
+takes the shared reader's, any other that of a reader that is announced and takes nothing.
+
+ROS 2 counts the clients of a service by their readers of replies (rmw_count_clients in rmw_fastrtps and
+rmw_cyclonedds), so it counts rightly. If the first client closes before the others, it counts one too many
+until the last of them has closed: nobody else gets the first one's name, since replies to it may still come.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from functools import partial
+from itertools import count
+from typing import Protocol
+
+from goalwire.errors import RemoteError
+from goalwire.rtps.protocol.announcements import EndpointData as RtpsEndpoint
+from goalwire.rtps.protocol.qos import Qos
+from goalwire.rtps.protocol.reader import ReaderListener
+from goalwire.rtps.protocol.reader import Sample as RtpsSample
+from goalwire.transport.contract import Endpoint
+from goalwire.transport.dds.description import EndpointData, Role
+from goalwire.transport.dds.native.context import NativeContext
+from goalwire.transport.dds.native.dialects import Reply, read_reply
+from goalwire.transport.dds.native.ends import names_of, side_of, user_data
+from goalwire.transport.dds.native.qos import service_qos
+from goalwire.transport.endpoint import EndpointState
+
+SILENCE_S = 0.25
+"""A server's writer that has told nothing for so long is taken to know the client. RustDDS is silent until it
+writes; Fast DDS and Cyclone DDS tell within 0.1 s that they have nothing."""
+
+
+class ReplyTaker(Protocol):
+    """A client that shares a reader with others."""
+
+    state: EndpointState
+
+    def take_reply(self, reply: Reply, time: int | None) -> None:
+        """Take the reply to a request of this client, written at that time."""
+
+    def look(self) -> None:
+        """See whether a server can be called, and its reply be heard."""
+
+
+class ReplyReader(ReaderListener):
+    """Reads the replies of one service, and hands each to the client whose request it answers."""
+
+    def __init__(self, context: NativeContext, endpoint: Endpoint) -> None:
+        self.client_id = context.next_service_id()
+        """What the ends of all its clients share: a server of Cyclone DDS looks for a reader with that id."""
+        self.users = 1
+        """Clients that use it, or are about to. Inside `Wire.run`."""
+        self._context = context
+        self._clients: dict[ReplyTaker, None] = {}
+        self._by_name: dict[bytes | int, ReplyTaker] = {}
+        """The clients, by what replies name."""
+        self._next_name = count().__next__
+        data = EndpointData(endpoint.type_hash, client_id=self.client_id, takes_refusals=True)
+        self._names = names_of(Role.REPLY, endpoint)
+        self._told = user_data(Role.REPLY, endpoint, data)
+        self.reader = context.participant.create_reader(
+            *self._names, service_qos(endpoint.qos), self, self._told
+        )
+
+    def make_name(self) -> bytes:
+        """Return a GUID that a new client's requests name; `drop_name` takes it back."""
+        if self._next_name() == 0:
+            return self.reader.data.guid
+        return self._context.participant.announce_reader(*self._names, Qos(), self._told).guid
+
+    def drop_name(self, name: bytes) -> None:
+        """The client with this name has gone."""
+        if name != self.reader.data.guid:
+            self._context.participant.withdraw_reader(name)
+
+    def add(self, client: ReplyTaker, names: tuple[bytes | int, ...]) -> None:
+        """Hand a client the replies that name it in one of these ways."""
+        self._clients[client] = None
+        for name in names:
+            self._by_name[name] = client
+
+    def remove(self, client: ReplyTaker, names: tuple[bytes | int, ...]) -> None:
+        """Hand a client nothing more."""
+        self._clients.pop(client, None)
+        for name in names:
+            self._by_name.pop(name, None)
+
+    def on_sample(self, sample: RtpsSample) -> None:
+        """Take a reply to one of the clients, or to another session's."""
+        if sample.payload is None:
+            return
+        try:
+            reply = read_reply(sample.qos, sample.payload)
+        except RemoteError as error:
+            client = next(iter(self._clients.copy()), None)
+            self._context.rejects.add('reply', error, None if client is None else client.state)
+            return
+        client = None if reply is None else self._by_name.get(reply.client)
+        if reply is not None and client is not None:
+            client.take_reply(reply, sample.time)
+
+    # ---- servers that come and go
+
+    def answering(self) -> set[str]:
+        """Return the sides of the servers whose writers know the reader."""
+        long_ago = self._context.participant.clock() - SILENCE_S
+        return {
+            side_of(proxy.data)
+            for proxy in list(self.reader.writers.values())
+            if proxy.next or not proxy.is_reliable or proxy.matched_at <= long_ago
+        }
+
+    def _look(self) -> None:
+        for client in self._clients.copy():
+            client.look()
+        self._context.notifier.connected()
+
+    def on_matched(self, writer: RtpsEndpoint) -> None:  # noqa: ARG002
+        self._context.call_later(2 * SILENCE_S, self._look)
+
+    def on_answered(self, writer: RtpsEndpoint) -> None:  # noqa: ARG002
+        self._look()
+
+    def on_unmatched(self, writer: RtpsEndpoint) -> None:  # noqa: ARG002
+        self._look()
+
+
+class ReplyReaders:
+    """The reply readers of one session."""
+
+    def __init__(self, context: NativeContext) -> None:
+        self._context = context
+        self._readers: dict[Hashable, ReplyReader] = {}
+
+    def take(self, endpoint: Endpoint) -> ReplyReader:
+        """Return the reader for a new client, which gives it back at its end."""
+        key = names_of(Role.REPLY, endpoint), service_qos(endpoint.qos), endpoint.type_hash
+        run = self._context.participant.run
+        wanted: list[Hashable] = [key]
+        found = run(partial(self._find, wanted), None)
+        wanted.clear()
+        if found is not None:
+            return found
+        made = ReplyReader(self._context, endpoint)
+        # If another thread has made one meanwhile, this one serves its client alone.
+        run(partial(self._readers.setdefault, key, made), made)
+        return made
+
+    def _find(self, wanted: list[Hashable]) -> ReplyReader | None:
+        if not wanted:
+            return None  # a signal's handler asked, and could not wait for this
+        found = self._readers.get(wanted[0])
+        if found is not None:
+            found.users += 1
+        return found
+
+    def give_back(self, shared: ReplyReader) -> None:
+        """A client has gone; the last one of them takes the reader along."""
+        self._context.participant.run(partial(self._leave, shared), None)
+
+    def _leave(self, shared: ReplyReader) -> None:
+        shared.users -= 1
+        if not shared.users:
+            for key in [key for key, reader in self._readers.items() if reader is shared]:
+                del self._readers[key]
+            self._context.participant.delete(shared.reader)
