@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from benchmarks import svg
 from benchmarks.line import Line
+from benchmarks.lines.scaling_clients import NODES, PROCESSES
 from benchmarks.measuring import Failed, run
 from benchmarks.subjects import DDS, RAW_DDS, RAW_NATIVE, ZENOH, Subject
 
@@ -19,7 +20,7 @@ ROUNDS = 2
 class Curve(NamedTuple):
     """A plot: `figure` of the program `module` against values of `x`; the better of the rounds is shown.
 
-    `operations` says how many are done at a value of x; the program's arguments are that number and x.
+    `operations` says how many are done at a value of x. The program's arguments: that number, x, and `more`.
     """
 
     name: str
@@ -33,13 +34,24 @@ class Curve(NamedTuple):
     subjects: tuple[Subject, ...] = (ZENOH, DDS)
     floor: str = ''
     more_is_better: bool = False
+    more: tuple[str, ...] = ()
 
 
 CURVES = (
     Curve(
         'clients', 'Calls a second, each client with one on its way', 'clients of one node', 'calls a second',
-        'benchmarks.lines.scaling_clients', 'rate', (1, 2, 4, 8, 16, 32, 64), lambda x: 1000 + 100 * x,
+        'benchmarks.lines.scaling_clients', 'rate', (1, 4, 16, 64, 256), lambda x: 1000 + 100 * x,
         more_is_better=True,
+    ),
+    Curve(
+        'clients-nodes', 'Calls a second, each client in its own node', 'nodes', 'calls a second',
+        'benchmarks.lines.scaling_clients', 'rate', (1, 4, 16, 64), lambda x: 1000 + 100 * x,
+        more_is_better=True, more=(NODES,),
+    ),
+    Curve(
+        'clients-processes', 'Calls a second, each client in its own process', 'processes', 'calls a second',
+        'benchmarks.lines.scaling_clients', 'rate', (1, 4, 16, 64), lambda x: 5000 + 200 * x,
+        more_is_better=True, more=(PROCESSES,),
     ),
     Curve(
         'payload', 'From publish to the callback in another process', 'bytes of an Image', 'µs',
@@ -64,7 +76,7 @@ def points(curve: Curve, subject: Subject, scale: float) -> list[tuple[float, fl
     found = []
     for x in curve.values:
         count = max(int(curve.operations(x) * scale), 1) if curve.figure != 'found' else x
-        arguments = (count,) if curve.figure == 'found' else (count, x)
+        arguments = (count,) if curve.figure == 'found' else (count, x, *curve.more)
         runs = [run(subject, line, *arguments) for _ in range(ROUNDS)]
         values = [figures[curve.figure] for figures in runs if figures]
         found.append((float(x), max(values) if curve.more_is_better else min(values)))

@@ -151,9 +151,7 @@ class Participant(Wire):
         self.run(partial(self._open_reader, reader), None)
         return reader
 
-    def announce_reader(
-        self, topic: str, type_name: str, qos: Qos, user_data: bytes = b''
-    ) -> EndpointData:
+    def announce_reader(self, topic: str, type_name: str, qos: Qos, user_data: bytes = b'') -> EndpointData:
         """Tell all participants of a reader that takes nothing, and return what they are told.
 
         They count it, and name it; another reader of the participant takes what is sent on its topic.
