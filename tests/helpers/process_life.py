@@ -7,7 +7,7 @@ from pathlib import Path
 from helpers.isolation import isolated_env
 from helpers.wires import DDS, require
 
-from goalwire.transport.zenoh.session import CHOICE, ECLIPSE, NATIVE
+from goalwire.transport.zenoh.settings.environment import CHOICE, ECLIPSE, NATIVE
 
 PROGRAMS = Path(__file__).parents[1] / 'process_life' / 'programs'
 

@@ -9,7 +9,7 @@ import pytest
 from goalwire.errors import TransportError
 from goalwire.transport.dds import CYCLONE, chosen
 from goalwire.transport.dds.cyclone.library import find_library
-from goalwire.transport.zenoh.session import CHOICE, DEFAULT_CHOICE, NATIVE
+from goalwire.transport.zenoh.settings.environment import NATIVE, zenoh_choice
 
 DDS = 'rmw_cyclonedds_cpp'
 TRANSPORTS = os.environ.get('GOALWIRE_TEST_TRANSPORTS', 'goalwire_memory,rmw_zenoh_cpp').split(',')
@@ -23,7 +23,7 @@ GOALWIRE_TEST_NETWORK=rmw_cyclonedds_cpp.
 
 def opens_native() -> bool:
     """Whether the Zenoh sessions of this run are goalwire's own."""
-    return (os.environ.get(CHOICE) or DEFAULT_CHOICE) == NATIVE
+    return zenoh_choice() == NATIVE
 
 
 def require_wire(request: pytest.FixtureRequest) -> str:

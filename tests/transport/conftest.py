@@ -12,7 +12,7 @@ from helpers.wires import DDS, TRANSPORTS, opens_native, require, require_wire, 
 from goalwire.transport import dds
 from goalwire.transport.contract import EndpointKind, Session
 from goalwire.transport.faults import Faults
-from goalwire.transport.zenoh.session import CHOICE, ECLIPSE, NATIVE
+from goalwire.transport.zenoh.settings.environment import CHOICE, ECLIPSE, NATIVE
 
 Sides: TypeAlias = tuple[Side, Side]
 

@@ -15,7 +15,7 @@ from helpers.wire import BARE, Side
 
 from goalwire.transport.contract import SessionOptions
 from goalwire.transport.zenoh import TRANSPORT, threads
-from goalwire.transport.zenoh.session import CHOICE, ECLIPSE, NATIVE
+from goalwire.transport.zenoh.settings.environment import CHOICE, ECLIPSE, NATIVE
 
 OpenSide: TypeAlias = Callable[[str], Side]
 

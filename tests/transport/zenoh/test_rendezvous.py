@@ -24,8 +24,9 @@ from goalwire.errors import TransportError
 from goalwire.logging import LogRecord
 from goalwire.transport.contract import EndpointKind, SessionOptions
 from goalwire.transport.zenoh import TRANSPORT, rendezvous, threads
-from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, RENDEZVOUS, EmbeddedRouter, Holder, is_taken
-from goalwire.transport.zenoh.session import ECLIPSE, NATIVE
+from goalwire.transport.zenoh.embedded_router import PORT_IS_TAKEN
+from goalwire.transport.zenoh.rendezvous import RENDEZVOUS, EmbeddedRouter, Holder, is_taken
+from goalwire.transport.zenoh.settings.environment import ECLIPSE, NATIVE
 from goalwire.transport.zenoh.settings.values import Configuration
 
 from .conftest import OpenSide, on_both

@@ -17,7 +17,8 @@ from zenoh import ext
 from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import EndpointKind, Sample
 from goalwire.transport.zenoh import subscription, wire
-from goalwire.transport.zenoh.session import CHOICE, NATIVE, ZenohSession
+from goalwire.transport.zenoh.session import ZenohSession
+from goalwire.transport.zenoh.settings.environment import CHOICE, NATIVE
 
 from .conftest import on_both, open_peer
 

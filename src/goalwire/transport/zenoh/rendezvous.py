@@ -2,8 +2,7 @@
 
 One process of a machine holds the port. The others keep trying to bind it, and one of them takes over when
 the holder dies. Ordinary sessions, goalwire's and rmw_zenoh's, connect there, learn of each other and then
-talk directly. The router is eclipse-zenoh's, which is imported by the process that takes the port, and by no
-other.
+talk directly. The router's code is imported by the process that takes the port, and by no other.
 
 A program that will never answer as a router may hold the port. Zenoh waits a minute (`open_timeout`) for the
 answer of a program that accepts and says nothing, and such a session closes only after 10 s (1.10.2). So the
@@ -30,8 +29,7 @@ from goalwire.transport.endpoint import Shared, close_at_exit
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import zenoh
-
+    from goalwire.transport.zenoh.embedded_router import OpenRouter
     from goalwire.transport.zenoh.settings.values import Configuration
 
 PATIENCE_S = 2.0
@@ -123,9 +121,6 @@ def _has_open(process: Path, sockets: set[str]) -> bool:
     return False
 
 
-PORT_IS_TAKEN = 'listener'
-"""How zenoh's error tells a port that cannot be bound from a configuration that it cannot use."""
-
 RETRY_S = 0.2
 """Between two looks whether the port can be taken; one costs 20 µs of CPU."""
 
@@ -175,18 +170,18 @@ def _sockets_on(port: int) -> list[int]:
 class EmbeddedRouter:
     """One router, from the first attempt to open it until `close`.
 
-    zenoh could retry by itself, but a session that still does so closes only by its time limit of 10 s, with
-    an error (1.10.2; upstream pull request 2754). So a thread repeats it. And an attempt that fails never
-    gives 20 KiB of memory back: so a plain socket looks before whether there is something to try.
+    A thread repeats the attempt. eclipse-zenoh could do so itself, but a session that still does closes only
+    by its time limit of 10 s, with an error (1.10.2; upstream pull request 2754). And an attempt of its that
+    fails never gives 20 KiB of memory back. So a plain socket looks before whether there is something to try.
     """
 
     def __init__(self, port: int, config: Configuration) -> None:
         self._port = port
         self._config = config
         self._endpoints = str(config.at('listen/endpoints'))
-        self._router: zenoh.Session | None = None
+        self._router: OpenRouter | None = None
         self._may_hold = False
-        """True from the attempt to open the router on, unless it has failed."""
+        """Whether sockets of eclipse-zenoh's may be open on the port. Those of ours reset themselves."""
         self._closed = Event()
         self._thread: Thread | None = None
         if is_taken(self._endpoints) or not self._take_port():
@@ -200,29 +195,18 @@ class EmbeddedRouter:
 
     def _take_port(self) -> bool:
         """Raises TransportError, and ForkedError if the parent of this process has used eclipse-zenoh."""
-        try:
-            import zenoh
+        from goalwire.transport.zenoh.embedded_router import open_router
+        from goalwire.zenoh.io.listeners import AddressTakenError
 
-            from goalwire.transport.zenoh import library
-        except ImportError as error:
-            if error.name != 'zenoh':
-                raise
-            raise TransportError(
-                f'the rendezvous on port {self._port} needs eclipse-zenoh, which is not installed: run '
-                f'pip install eclipse-zenoh, or set GOALWIRE_ROUTER=off and start a router'
-            ) from None
-        self._may_hold = True
         try:
-            self._router = library.open_zenoh(self._config)
-        except zenoh.ZError as error:
+            self._router = open_router(self._port, self._config, self._note_eclipse)
+        except AddressTakenError:
             self._may_hold = False
-            if PORT_IS_TAKEN in str(error):
-                return False
-            raise TransportError(
-                f'the rendezvous on port {self._port} cannot be offered: {library.reason(error)}; '
-                f'check ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE, or set GOALWIRE_ROUTER=off'
-            ) from None
+            return False
         return True
+
+    def _note_eclipse(self) -> None:
+        self._may_hold = True
 
     def _retry(self) -> None:
         try:
@@ -257,7 +241,7 @@ class EmbeddedRouter:
             self._thread.join()
         if self._router is not None:
             try:
-                self._router.close()  # type: ignore[no-untyped-call]
+                self._router.close()
             except Exception as error:  # a ZError: zenoh gives its closing up after 10 s
                 from goalwire.logging import get_logger
 

@@ -10,7 +10,8 @@ import zenoh
 from goalwire.errors import TransportError
 from goalwire.security.environment import Chosen
 from goalwire.transport.zenoh import library
-from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, name_of_holder
+from goalwire.transport.zenoh.embedded_router import PORT_IS_TAKEN
+from goalwire.transport.zenoh.rendezvous import name_of_holder
 from goalwire.transport.zenoh.settings.plan import router_config
 from goalwire.transport.zenoh.settings.secured import rules_of
 

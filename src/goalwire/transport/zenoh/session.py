@@ -11,7 +11,6 @@ is closed, its token goes first.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -43,6 +42,7 @@ from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS, Holder, look, name_of_holder
 from goalwire.transport.zenoh.services import ZenohClient, ZenohService
 from goalwire.transport.zenoh.settings import built_in, environment
+from goalwire.transport.zenoh.settings.environment import ECLIPSE, INSTALL_ECLIPSE
 from goalwire.transport.zenoh.settings.plan import Plan, local_port, make_plan
 from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.transport.zenoh.tokens import (
@@ -59,20 +59,16 @@ from goalwire.transport.zenoh.wire import Declared, Wire, undeclare
 if TYPE_CHECKING:
     from goalwire.transport.zenoh.guards import SessionSecurity
 
-CHOICE = 'GOALWIRE_ZENOH'
-NATIVE, ECLIPSE = 'native', 'eclipse'
-DEFAULT_CHOICE = NATIVE
+
+_ASKED = f'{environment.CHOICE}={ECLIPSE}'
 
 
 def _open_wire(configuration: Configuration, security: SessionSecurity | None) -> Wire:
     """Open a session. Raises TransportError or ForkedError."""
     # Only the kind of session that is opened is imported: each costs some 10 ms.
-    chosen = os.environ.get(CHOICE) or DEFAULT_CHOICE
-    if chosen not in {NATIVE, ECLIPSE}:
-        raise TransportError(f"{CHOICE} is '{chosen}'; set it to {NATIVE} or {ECLIPSE}")
-    if chosen == ECLIPSE:
-        _refuse_unprotected(security, f'{CHOICE}={ECLIPSE}')
-        return _open_eclipse(configuration, f'{CHOICE}={ECLIPSE}')
+    if environment.zenoh_choice() == ECLIPSE:
+        _refuse_unprotected(security, _ASKED)
+        return _open_eclipse(configuration, _ASKED)
     from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
 
     try:
@@ -104,7 +100,7 @@ def _open_eclipse(configuration: Configuration, why: str) -> Wire:
         if error.name != 'zenoh':
             raise
         raise TransportError(
-            f'{why} needs eclipse-zenoh, which is not installed: run pip install eclipse-zenoh'
+            f'{why} needs eclipse-zenoh, which is not installed: run {INSTALL_ECLIPSE}'
         ) from None
     return EclipseWire(configuration)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable
+from errno import EADDRINUSE
 
 from goalwire.concurrency.forks import open_privately
 from goalwire.concurrency.poller import IN, Poller
@@ -12,6 +13,10 @@ from goalwire.zenoh.io.endpoints import Endpoint, locators_of, resolve
 
 AGAIN_S = 1.0
 """How long nothing is accepted once this process has no descriptor left."""
+
+
+class AddressTakenError(TransportError):
+    """Another program listens at the address."""
 
 
 class Listeners:
@@ -30,7 +35,7 @@ class Listeners:
     def listen(self, endpoint: Endpoint, text: str) -> list[str]:
         """Listen at an address and return the addresses at which others reach it.
 
-        `text` is the address for error messages. Raises TransportError.
+        `text` is the address for error messages. Raises TransportError, AddressTakenError among them.
         """
         try:
             family, address = resolve(endpoint, passive=True)[0]
@@ -40,7 +45,8 @@ class Listeners:
                 lambda: socket.create_server(address[:2], family=family, backlog=128, dualstack_ipv6=is_any)
             )
         except OSError as error:
-            raise TransportError(f"cannot listen on '{text}': {error.strerror or error}") from None
+            kind = AddressTakenError if error.errno == EADDRINUSE else TransportError
+            raise kind(f"cannot listen on '{text}': {error.strerror or error}") from None
         listener.setblocking(False)
         self._sockets.append(listener)
         self._watch(listener, endpoint.protocol)

@@ -87,8 +87,8 @@ class NativeSession:
         self.rejects = RejectCounters()
         """How many messages of peers this session ignored, by kind."""
         self.lease_ms = settings.lease_ms
-        self.protocol = protocol = SessionProtocol(
-            Identity(zid, settings.role, settings.lease_ms), self, clock=monotonic, wall_clock_ns=time_ns
+        self.protocol = protocol = self._make_protocol(
+            Identity(zid, settings.role, settings.lease_ms), settings
         )
         protocol.token_keys = settings.token_keys
         self.id = protocol.id
@@ -130,6 +130,16 @@ class NativeSession:
             raise
 
     # ---- opening
+
+    def _make_protocol(self, identity: Identity, settings: Settings) -> SessionProtocol:
+        if identity.role is not Role.ROUTER:
+            return SessionProtocol(identity, self, clock=monotonic, wall_clock_ns=time_ns)
+        # Imported here, since only one process of a machine is its router
+        from goalwire.zenoh.protocol.router_protocol import RouterProtocol
+
+        return RouterProtocol(
+            identity, self, clock=monotonic, wall_clock_ns=time_ns, passes_on=settings.passes_on
+        )
 
     def _open(self) -> None:
         settings = self._settings

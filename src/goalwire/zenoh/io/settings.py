@@ -35,6 +35,8 @@ class Settings:
     """Whether opening fails if `connect` is not reached; None: a client's does, a peer's does not."""
     connecting_s: float = 0.0
     """How long opening goes on trying if it must connect; 0: each address once."""
+    passes_on: bool = True
+    """Whether a router serves clients; if not, it only introduces peers to each other."""
     portable: bool = IS_PORTABLE
     """True to avoid what only Linux offers."""
     advice: str = 'check that these addresses can be reached'

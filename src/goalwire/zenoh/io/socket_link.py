@@ -14,7 +14,7 @@ from goalwire.concurrency.wire_poller import Sleeper
 from goalwire.zenoh.io.memory import MUCH, keep_freed_memory, return_freed_memory
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.handshake import Handshake
-from goalwire.zenoh.protocol.link import KEEP_ALIVES, Link
+from goalwire.zenoh.protocol.link import KEEP_ALIVES
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT, Outgoing
 from goalwire.zenoh.protocol.primitives import MAX_LINKS, TO_SELF, ZenohProtocolError
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
@@ -106,7 +106,7 @@ class SocketLink:
             else lambda buffers, _, flags: sock.send(join_first(buffers), flags)
         )
         refuse_sigpipe(sock)
-        self.link = Link(owner.protocol, handshake, self, lease_ms=owner.lease_ms)
+        self.link = owner.protocol.make_link(handshake, self, lease_ms=owner.lease_ms)
         self.outgoing = self.link.outgoing
         self.connects = handshake.connects
         self._receive = self.link.frames.receive

@@ -38,6 +38,8 @@ class Node:
     zid: bytes
     role: Role
     locators: tuple[str, ...] = ()
+    change: int = 0
+    """The version of this news: of two about a node, the greater one holds."""
 
 
 def tell_of(node: Node, change: int) -> bytes:
@@ -87,7 +89,7 @@ class LinkStates:
     def _read_node(self, reader: Reader) -> Node | None:
         options = reader.z()
         number = reader.z()
-        reader.z()
+        change = reader.z()
         if options & _HAS_ID:
             if number not in self._ids and len(self._ids) >= bounds.MOST_NODES:
                 del self._ids[next(iter(self._ids))]
@@ -102,7 +104,7 @@ class LinkStates:
         zid = self._ids.get(number)
         if zid is None or role is None or not locators:
             return None
-        return Node(zid, role, tuple(locators[: bounds.MOST_LOCATORS]))
+        return Node(zid, role, tuple(locators[: bounds.MOST_LOCATORS]), change)
 
 
 def connects_to(own: bytes, node: Node) -> bool:

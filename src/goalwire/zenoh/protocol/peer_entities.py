@@ -118,6 +118,12 @@ class PeerEntities:
         if found is not None:
             self._free(len(found[0]))
 
+    def has(self, kind: Kind, number: int) -> bool:
+        """Whether the other side has declared an entity under a number, within the bounds."""
+        if kind is Kind.TOKEN:
+            return number in self.tokens
+        return number in (self.subscribers if kind is Kind.SUBSCRIBER else self.queryables)
+
     # ---- what it wants to know
 
     def add_interest(self, wish: Interest) -> None:
@@ -136,9 +142,12 @@ class PeerEntities:
     def wants(self, kind: Kind, key: str) -> bool:
         """Whether one of the other side's interests is in this kind of entity on this key."""
         return any(
-            each.when & When.FUTURE and _ABOUT[kind] & each.about and self.is_about(each, key)
-            for each in self.interests.values()
+            each.when & When.FUTURE and self.is_met(each, kind, key) for each in self.interests.values()
         )
+
+    def is_met(self, wish: Interest, kind: Kind, key: str) -> bool:
+        """Whether a wish is in this kind of entity on this key."""
+        return bool(_ABOUT[kind] & wish.about) and self.is_about(wish, key)
 
     def is_about(self, wish: Interest, key: str) -> bool:
         """Whether a wish is about a key; one that names no key is about all."""

@@ -27,7 +27,7 @@ from goalwire.zenoh.protocol.declarations import About, Declaration, Interest, K
 from goalwire.zenoh.protocol.expressions import Expressions
 from goalwire.zenoh.protocol.gossip import Gossip
 from goalwire.zenoh.protocol.guard import Act
-from goalwire.zenoh.protocol.handshake import Identity
+from goalwire.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.key_expressions import canonical, check
 from goalwire.zenoh.protocol.link import Link
@@ -35,6 +35,7 @@ from goalwire.zenoh.protocol.link_state import Node
 from goalwire.zenoh.protocol.links import Links
 from goalwire.zenoh.protocol.liveliness_tokens import Liveliness, Watcher
 from goalwire.zenoh.protocol.network import Sample
+from goalwire.zenoh.protocol.outgoing import Connection
 from goalwire.zenoh.protocol.own_entities import OwnEntities
 from goalwire.zenoh.protocol.pending_queries import PendingQueries
 from goalwire.zenoh.protocol.primitives import encode_replier, show_id
@@ -189,6 +190,10 @@ class SessionProtocol:
         self.section.run(partial(self.expressions.use, key))
 
     # ---- links come and go
+
+    def make_link(self, handshake: Handshake, connection: Connection, *, lease_ms: int) -> Link:
+        """Return the link of a new connection."""
+        return Link(self, handshake, connection, lease_ms=lease_ms)
 
     def take_link(self, link: Link) -> None:
         """Declare everything on a new link, and ask a router for what it has."""

@@ -1,9 +1,10 @@
-"""The variables of the environment that say how sessions are opened: rmw_zenoh's own, and two of goalwire's.
+"""The environment's variables that say how sessions are opened: rmw_zenoh's own, and three of goalwire's.
 
     ZENOH_SESSION_CONFIG_URI, ZENOH_ROUTER_CONFIG_URI   a json5 file in place of the built-in settings
     ZENOH_CONFIG_OVERRIDE                               `key/path=json5;…` on top of either
     ZENOH_SHM_ALLOC_SIZE, ZENOH_SHM_MESSAGE_SIZE_THRESHOLD   bytes; sizes of shared memory, where it is on
     ZENOH_ROUTER_CHECK_ATTEMPTS                         how many seconds to look for a router before a warning
+    GOALWIRE_ZENOH                                      native, eclipse: whose sessions and rendezvous
     GOALWIRE_ROUTER                                     auto, on, off: whether to offer a rendezvous
     GOALWIRE_ROUTER_PORT                                where it is offered and looked for (7447)
 
@@ -22,6 +23,10 @@ from goalwire.transport.zenoh.settings.values import Settings
 from goalwire.zenoh.io.endpoints import as_port
 
 DEFAULT_PORT = 7447
+CHOICE = 'GOALWIRE_ZENOH'
+NATIVE, ECLIPSE = 'native', 'eclipse'
+INSTALL_ECLIPSE = "pip install 'goalwire[eclipse]'"
+"""The advice if something needs eclipse-zenoh, and it is not installed."""
 START_ROUTER = 'start one (ros2 router; beside an installed ROS 2 also ros2 run rmw_zenoh_cpp rmw_zenohd)'
 """The advice if no router answers."""
 
@@ -30,6 +35,14 @@ def advise_unreached(mode: str) -> str:
     """Return advice for a session that reaches nobody at its addresses; a client needs a router there."""
     check = 'check ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be reached'
     return f'{START_ROUTER}, or {check}' if mode == 'client' else check
+
+
+def zenoh_choice(env: Mapping[str, str] = os.environ) -> str:
+    """Return whose sessions are opened, NATIVE or ECLIPSE; raises TransportError for anything else."""
+    chosen = env.get(CHOICE) or NATIVE
+    if chosen not in {NATIVE, ECLIPSE}:
+        raise TransportError(f"{CHOICE} is '{chosen}'; set it to {NATIVE} or {ECLIPSE}")
+    return chosen
 
 
 class RendezvousChoice(Enum):

@@ -49,7 +49,7 @@ def native_settings(values: Json) -> Settings:
     def at(path: str) -> Json:
         return schema.of_mode(value_at(values, path), mode)
 
-    _refuse(at)
+    _refuse(at, _OFF)
     identity = at('id')
     must_connect = at('connect/exit_on_failure')
     return Settings(
@@ -69,6 +69,33 @@ def native_settings(values: Json) -> Settings:
         untimed_s=_number(at('queries_default_timeout'), 10_000) / 1000,
         must_connect=must_connect if isinstance(must_connect, bool) else None,
         connecting_s=_connecting_s(at('connect/timeout_ms')),
+    )
+
+
+def router_settings(values: Json) -> Settings:
+    """Return the settings of a router of our own, for one machine.
+
+    Raises BeyondOursError, which names the unknown setting. Access control is known in one form alone: where
+    it forbids everything, the router only introduces peers to each other.
+    """
+    for name in schema.unknown(values):
+        raise BeyondOursError(f'{name}, which is not known here')
+
+    def at(path: str) -> Json:
+        return schema.of_mode(value_at(values, path), 'router')
+
+    _refuse(at, _OFF_IN_ROUTER)
+    forbids = at('access_control/enabled') is True
+    if forbids and (at('access_control/default_permission') != 'deny' or at('access_control/rules')):
+        raise BeyondOursError('access_control/rules')
+    identity = at('id')
+    return Settings(
+        role=Role.ROUTER,
+        listen=_endpoints(_or(at('listen/endpoints'), ['tcp/[::]:7447']), 'listen'),
+        zid=read_id(identity) if isinstance(identity, str) else b'',
+        lease_ms=int(_number(at('transport/link/tx/lease'), 10_000)),
+        tls=_tls_files(at('transport/link/tls')),
+        passes_on=not forbids,
     )
 
 
@@ -108,9 +135,21 @@ _OFF: dict[str, tuple[Json, ...]] = {
 """The settings that sessions of ours do not have, with the values that ask for nothing."""
 
 
-def _refuse(at: _At) -> None:
+_OFF_IN_ROUTER: dict[str, tuple[Json, ...]] = {
+    **{path: wanted for path, wanted in _OFF.items() if path != 'access_control/enabled'},
+    'mode': ('router',),
+    'connect/endpoints': ([], None),
+    'routing/router/peers_failover_brokering': (False,),
+    'scouting/gossip/enabled': (True, None),
+    'scouting/gossip/target': (['router', 'peer'], ['peer', 'router'], None),
+    'scouting/gossip/autoconnect': ([], None),
+}
+"""The same of routers of ours, which know no other routers."""
+
+
+def _refuse(at: _At, off: dict[str, tuple[Json, ...]]) -> None:
     """Raise BeyondOursError if sessions of ours would do anything otherwise."""
-    for path, wanted in _OFF.items():
+    for path, wanted in off.items():
         if at(path) not in wanted:
             raise BeyondOursError(_setting(path, at(path)))
     links = at('transport/unicast/max_links')

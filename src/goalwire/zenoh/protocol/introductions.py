@@ -1,0 +1,34 @@
+"""How a router introduces peers to each other: each is told where the others listen."""
+
+from __future__ import annotations
+
+from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_state import Node, tell_of
+from goalwire.zenoh.protocol.links import Links
+from goalwire.zenoh.protocol.transport import Role
+
+
+class Introductions:
+    """The peers of one router. Whoever calls a method holds the router's section."""
+
+    def __init__(self, links: Links) -> None:
+        self._links = links
+        self._nodes: dict[bytes, Node] = {}
+
+    def tell_all(self) -> list[bytes]:
+        """Return the messages that tell a new peer of the others."""
+        return [tell_of(node, node.change) for node in self._nodes.values()]
+
+    def take(self, link: Link, nodes: list[Node]) -> None:
+        """Take note of where a peer listens, and tell the others. A peer speaks for itself alone."""
+        for node in nodes:
+            if node.zid != link.zid or link.role is not Role.PEER:
+                continue
+            self._nodes[node.zid] = node
+            for other in self._links.up:
+                if other is not link and other.role is not Role.CLIENT:
+                    other.outgoing.declare(tell_of(node, node.change))
+
+    def forget(self, zid: bytes) -> None:
+        """Introduce a peer no more: its link has ended. An unknown one is not an error."""
+        self._nodes.pop(zid, None)

@@ -1,0 +1,114 @@
+"""The entities of a router's links, and the other links that have been told of them.
+
+A router tells a link only of what that has asked for. Two peers are not told of each other's entities: they
+have a link between them, on which each tells its own.
+"""
+
+from __future__ import annotations
+
+from itertools import count
+from typing import NamedTuple
+
+from goalwire.zenoh.protocol.declarations import (
+    Declaration,
+    Interest,
+    Kind,
+    When,
+    declare,
+    final,
+    take_back,
+)
+from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.links import Links
+from goalwire.zenoh.protocol.network import wire_key
+from goalwire.zenoh.protocol.transport import Role
+
+
+class _Relayed(NamedTuple):
+    """An entity of one link, with the number under which the others know it."""
+
+    number: int
+    key: str
+    complete: bool
+
+
+class RelayedEntities:
+    """The entities of all links of one router. Whoever calls a method holds the router's section."""
+
+    def __init__(self, links: Links, *, passes_on: bool) -> None:
+        """A router that does not pass on tells nobody of any entity."""
+        self._links = links
+        self._passes_on = passes_on
+        self._of: dict[Link, dict[tuple[Kind, int], _Relayed]] = {}
+        self._next_number = count(1).__next__
+
+    def others(self, link: Link) -> list[Link]:
+        """Return the links with which a link has to do: a client with all others, a peer with clients."""
+        if not self._passes_on:
+            return []
+        is_client = link.role is Role.CLIENT
+        return [
+            each for each in self._links.up if each is not link and (is_client or each.role is Role.CLIENT)
+        ]
+
+    def add(self, link: Link, declaration: Declaration, key: str) -> None:
+        """Tell the others of what a link has declared."""
+        kind = declaration.kind
+        self.remove(link, kind, declaration.number)
+        entity = _Relayed(self._next_number() & 0xFFFF_FFFF, key, declaration.complete)
+        self._of.setdefault(link, {})[kind, declaration.number] = entity
+        for other in self.others(link):
+            if other.peer.wants(kind, key):
+                other.peer.told_of.add(entity.number)
+                other.outgoing.declare(_declaration(kind, entity))
+
+    def remove(self, link: Link, kind: Kind, number: int) -> None:
+        """Tell the others that a link has taken something back. An unknown number changes nothing."""
+        entity = self._of.get(link, {}).pop((kind, number), None)
+        if entity is not None:
+            self._take_back(kind, entity)
+
+    def remove_link(self, link: Link) -> None:
+        """Tell the others that all entities of a link have gone."""
+        for (kind, _), entity in self._of.pop(link, {}).items():
+            self._take_back(kind, entity)
+
+    def _take_back(self, kind: Kind, entity: _Relayed) -> None:
+        for other in self._links.up:
+            if entity.number in other.peer.told_of:
+                other.peer.told_of.discard(entity.number)
+                other.outgoing.declare(take_back(kind, entity.number))
+
+    def take_interest(self, link: Link, wish: Interest) -> None:
+        """Answer an interest of a link, and remember it if it is in what comes later, too."""
+        peer = link.peer
+        peer.remove_interest(wish.number)
+        if not wish.when:
+            return
+        out: list[bytes] = []
+        if not wish.has_key or peer.key_wanted(wish) is not None:
+            if wish.when & When.FUTURE:
+                peer.add_interest(wish)
+            if wish.when & When.PRESENT:
+                out += self._answer(link, wish)
+        if wish.when & When.PRESENT:
+            out.append(final(wish.number))
+        link.outgoing.declare(*out)
+
+    def _answer(self, link: Link, wish: Interest) -> list[bytes]:
+        """Return the messages that tell a link of what it is interested in."""
+        out: list[bytes] = []
+        for other in self.others(link):
+            for (kind, _), entity in self._of.get(other, {}).items():
+                if not link.peer.is_met(wish, kind, entity.key):
+                    continue
+                if wish.when & When.FUTURE:
+                    link.peer.told_of.add(entity.number)
+                else:  # the link is never told that the entity has gone
+                    entity = entity._replace(number=0)
+                out.append(_declaration(kind, entity, wish.number))
+        return out
+
+
+def _declaration(kind: Kind, entity: _Relayed, interest: int | None = None) -> bytes:
+    return declare(kind, entity.number, wire_key(entity.key), complete=entity.complete, interest=interest)
