@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shutil
+import subprocess
+import sys
 import tarfile
 import zipfile
 from collections.abc import Callable
@@ -12,7 +14,9 @@ from pathlib import Path
 import pytest
 from helpers.environments import Environment
 from helpers.fresh import output_of
+from helpers.isolation import isolated_env
 from helpers.packages import write_package
+from helpers.processes import Program
 
 from .conftest import build
 
@@ -52,7 +56,7 @@ def test_the_wheel_requires_what_the_library_imports_and_nothing_else(wheel: Pat
         lines = archive.read(metadata).decode().splitlines()
     required = {line.removeprefix('Requires-Dist: ') for line in lines if line.startswith('Requires-Dist: ')}
     always = {re.split(r'[^\w-]', each)[0] for each in required if 'extra ==' not in each}
-    assert always == {'eclipse-zenoh', 'numpy', 'pyyaml', 'xxhash'}
+    assert always == {'numpy', 'pyyaml', 'xxhash'}
 
 
 def test_an_uninstall_leaves_nothing_behind(new_environment: Callable[[], Environment], wheel: Path) -> None:
@@ -112,3 +116,56 @@ def test_the_build_looks_at_no_definitions_but_the_shipped_ones(checkout: Path, 
     output_of(program, cwd=tmp_path, GOALWIRE_INTERFACE_PATH=str(tmp_path), PYTHONPATH=str(tmp_path))
     text = (source / 'src/goalwire/overlay/std_msgs/msg/__init__.pyi').read_text(encoding='utf-8')
     assert 'other' not in text
+
+
+SERVER = """
+import rclpy
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+def answer(request, response):
+    response.success = True
+    return response
+
+rclpy.init()
+node = Node('server')
+node.create_service(Trigger, 'ask', answer)
+print('ready', flush=True)
+rclpy.spin(node)
+"""
+ASKS = """
+import sys, rclpy
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+with rclpy.init():
+    node = Node('client')
+    client = node.create_client(Trigger, 'ask')
+    assert client.wait_for_service(20)
+    future = client.call_async(Trigger.Request())
+    rclpy.spin_until_future_complete(node, future, timeout_sec=20)
+    print(future.result().success, 'zenoh' in sys.modules)
+"""
+NEEDS = ('numpy', 'numpy.libs', 'yaml', '_yaml', 'xxhash')
+
+
+def test_two_programs_meet_and_a_call_is_answered_with_nothing_else_installed(
+    new_environment: Callable[[], Environment], wheel: Path, tmp_path: Path
+) -> None:
+    """Of the tests' own packages it has those that the wheel requires, and so no eclipse-zenoh."""
+    environment = new_environment()
+    assert environment.install('--no-deps', '--no-compile', str(wheel)).returncode == 0
+    own = next(Path(entry) for entry in sys.path if entry.endswith('site-packages'))
+    for name in NEEDS:
+        if (own / name).exists():
+            (environment.site / name).symlink_to(own / name)
+    env = isolated_env('rmw_zenoh_cpp') | {'GOALWIRE_ZENOH': 'native'}
+    with Program(SERVER, env=env, python=environment.python) as server:
+        server.expect('ready')
+        assert output_of(ASKS, cwd=tmp_path, python=environment.python, **env) == 'True False'
+        server.kill()
+    command = [str(environment.python), '-m', 'goalwire', 'router']
+    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1
+    assert "run pip install 'goalwire[eclipse]'" in done.stderr
+    assert 'Traceback' not in done.stderr

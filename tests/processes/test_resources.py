@@ -23,7 +23,7 @@ STREAM_KIB = 1000
 CALL_KIB = 1
 """What Zenoh keeps of each call for as long as that might take; a stream has one for 500 messages."""
 SPARE_THREADS = 4
-"""Zenoh's runtime, which the rendezvous runs on, starts one when all of its others are blocked, and ends it
+"""eclipse-zenoh's runtime starts one when all of its others are blocked, and ends it
 some seconds after. Two were seen on a busy one. A thread of every thousandth message would be a hundred."""
 GROWTH_KIB = 3
 """What a node with its entities may leave: allocators keep a little, and more than this would be seen."""

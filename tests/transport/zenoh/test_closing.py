@@ -13,6 +13,7 @@ from helpers.processes import Program
 from helpers.wires import opens_native
 
 from goalwire.transport.zenoh import threads
+from goalwire.transport.zenoh.settings.environment import CHOICE, ECLIPSE
 
 PREAMBLE = """
     import os, sys, threading
@@ -240,7 +241,7 @@ def test_pinning_can_be_turned_off(world: dict[str, str]) -> None:
 
 
 def test_zenohs_logs_follow_rust_log(world: dict[str, str]) -> None:
-    with program('open_session().close()', {**world, 'RUST_LOG': 'zenoh=debug'}) as running:
+    with program('open_session().close()', {**world, CHOICE: ECLIPSE, 'RUST_LOG': 'zenoh=debug'}) as running:
         assert 'DEBUG' in running.succeed()
 
 

@@ -124,7 +124,7 @@ def test_who_finds_a_rendezvous_needs_no_eclipse(
     [
         (
             {'ROUTER_FILE': '{mode: "router", routing: {router: {peers_failover_brokering: true}}}'},
-            'the rendezvous .* brokering=true. That needs eclipse-zenoh, .* run pip install .goalwire.eclipse.',
+            'the rendezvous .* asks for .*. That needs eclipse-zenoh, .* run pip install .goalwire.eclipse.',
         ),
         (
             {'GOALWIRE_ROUTER': 'off', 'ZENOH_CONFIG_OVERRIDE': 'transport/shared_memory/enabled=true'},

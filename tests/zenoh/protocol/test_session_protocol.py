@@ -438,7 +438,8 @@ def test_a_router_is_told_of_us_and_asked_for_everything() -> None:
 def test_nodes_that_a_router_tells_of_are_met_by_the_greater_id() -> None:
     peer, router = Session(b'\xb1'), Session(b'\xa1', Role.ROUTER)
     cable = Cable(peer, router).start()
-    lesser, greater = Node(b'\xa2\xff', Role.PEER, ('tcp/h:1',)), Node(b'\xb1\x01', Role.PEER, ('tcp/h:2',))
+    lesser = Node(b'\xa2\xff', Role.PEER, ('tcp/h:1',), 1)
+    greater = Node(b'\xb1\x01', Role.PEER, ('tcp/h:2',))
     for node in (lesser, greater, Node(b'\xb1', Role.PEER, ('tcp/h:3',)), Node(b'\xee', Role.CLIENT, ('x',))):
         cable.links[1].outgoing.declare(tell_of(node, 1))
     cable.carry()
@@ -460,7 +461,7 @@ def test_captured_link_states_are_read() -> None:
     first = bytes.fromhex(
         'df0121081d01070002' + '04f91400a5' + '0201' + '0f' + b'tcp/127.0.0.1:1'.hex() + '0101'
     )
-    assert states.read(Reader(first)) == [Node(bytes.fromhex('f91400a5'), Role.PEER, ('tcp/127.0.0.1:1',))]
+    assert states.read(Reader(first)) == [Node(bytes.fromhex('f91400a5'), Role.PEER, ('tcp/127.0.0.1:1',), 2)]
     again = bytes.fromhex('df0121080801040003' + '0101' + '78' + '0000')
     again = again[:4] + bytes((len(again) - 5,)) + again[5:]
     assert states.read(Reader(again))[0].zid == bytes.fromhex('f91400a5')

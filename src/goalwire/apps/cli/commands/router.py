@@ -52,9 +52,18 @@ def _arguments(parser: ArgumentParser) -> None:
 
 
 def _router(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.transport.zenoh.router import router
-    from goalwire.transport.zenoh.settings.environment import router_port
+    from goalwire.transport.zenoh.settings.environment import INSTALL_ECLIPSE, router_port
 
+    try:
+        from goalwire.transport.zenoh.router import router
+    except ImportError as error:
+        if error.name != 'zenoh':
+            raise
+        raise CommandError(
+            Outcome.FAILED,
+            "a router for a site is eclipse-zenoh's, which is not installed",
+            f'run {INSTALL_ECLIPSE}; programs of one machine find each other without a router',
+        ) from None
     port = arguments.port or router_port()
     ended = Event()
     outcome = Outcome.INTERRUPTED
