@@ -66,6 +66,8 @@ class Side(ABC):
 
     make: str
     id: str
+    held: list[Any]
+    """Queries that are not answered."""
 
     @abstractmethod
     def subscribe(self, key: str) -> Heard: ...
@@ -119,7 +121,7 @@ class Ours(Side):
         )
         self.protocol = self.session.protocol
         self.id = self.session.id
-        self.held: list[Query] = []
+        self.held = []
         self._publications: dict[tuple[str, bool], Publication] = {}
 
     def subscribe(self, key: str) -> Heard:
@@ -239,7 +241,7 @@ class Theirs(Side):
             config.insert_json5(name, json.dumps(value))
         self.session = threads.open_session(config)
         self.id = str(self.session.zid())
-        self.held: list[zenoh.Query] = []
+        self.held = []
         self._kept: list[object] = []
 
     def _direct(self, function: Callable[..., None], drop: Callable[[], None] = lambda: None) -> Any:

@@ -150,7 +150,7 @@ NEEDS = ('numpy', 'numpy.libs', 'yaml', '_yaml', 'xxhash')
 
 
 def test_two_programs_meet_and_a_call_is_answered_with_nothing_else_installed(
-    new_environment: Callable[[], Environment], wheel: Path, tmp_path: Path
+    new_environment: Callable[[], Environment], wheel: Path
 ) -> None:
     """Of the tests' own packages it has those that the wheel requires, and so no eclipse-zenoh."""
     environment = new_environment()
@@ -162,7 +162,8 @@ def test_two_programs_meet_and_a_call_is_answered_with_nothing_else_installed(
     env = isolated_env('rmw_zenoh_cpp') | {'GOALWIRE_ZENOH': 'native'}
     with Program(SERVER, env=env, python=environment.python) as server:
         server.expect('ready')
-        assert output_of(ASKS, cwd=tmp_path, python=environment.python, **env) == 'True False'
+        with Program(ASKS, env=env, python=environment.python) as client:
+            assert client.succeed() == 'True False'
         server.kill()
     command = [str(environment.python), '-m', 'goalwire', 'router']
     done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60, check=False)

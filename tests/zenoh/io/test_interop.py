@@ -122,7 +122,7 @@ def test_a_query_ends_when_its_link_is_lost(pair: tuple[Side, Side]) -> None:
     server.token('up')
     watch.wait(1)
     asked = client.ask('slow', timeout_s=60)
-    wait_for(lambda: server.held, 'the query')  # type: ignore[attr-defined]
+    wait_for(lambda: server.held, 'the query')
     server.close()
     assert asked.wait() == []
 
