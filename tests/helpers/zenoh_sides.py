@@ -233,7 +233,9 @@ class Theirs(Side):
             'transport/link/tx/lease': lease_ms,
             'transport/link/tx/sequence_number_resolution': numbers,
             'transport/shared_memory/enabled': False,
-            'transport/link/tls': {name: getattr(tls, name) or None for name in TLS_NAMES},
+            'transport/link/tls': {
+                name: None if getattr(tls, name) == '' else getattr(tls, name) for name in TLS_NAMES
+            },
         }
         if zid:
             values['id'] = zid

@@ -37,6 +37,7 @@ def client_context(files: TlsFiles) -> ssl.SSLContext:
     context.check_hostname = files.verify_name_on_connect
     _trust(context, files)
     if files.enable_mtls:
+        _insist_on_tls_1_3(context)
         _show(context, files.connect_certificate, files.connect_private_key, 'connect')
     return context
 
@@ -50,8 +51,15 @@ def server_context(files: TlsFiles) -> ssl.SSLContext:
     _show(context, files.listen_certificate, files.listen_private_key, 'listen')
     if files.enable_mtls:
         context.verify_mode = ssl.CERT_REQUIRED
+        context.num_tickets = 0  # nobody resumes a session: each link has a certificate shown anew
+        _insist_on_tls_1_3(context)
         _trust(context, files)
     return context
+
+
+def _insist_on_tls_1_3(context: ssl.SSLContext) -> None:
+    """Speak nothing older, which would show certificates in plain text, and keep sessions to resume."""
+    context.minimum_version = ssl.TLSVersion.TLSv1_3
 
 
 def _trust(context: ssl.SSLContext, files: TlsFiles) -> None:
