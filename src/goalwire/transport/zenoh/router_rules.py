@@ -85,8 +85,9 @@ def _paths(grant: Grant) -> Iterator[str]:
 def _mangled(pattern: str) -> list[str]:
     """Return the expressions of the one chunk of a token that holds a name, '%' for each slash.
 
-    Within a chunk nothing stands for "no '%'": so '/*/b' is also the token of /x/y/b. Only tokens are seen or
-    shown by that; data has expressions with slashes.
+    Within a chunk nothing stands for "at least one sign, and no '%'": so '/*/b' is also the token of /x/y/b,
+    and '/*' as a namespace that of no namespace. Only tokens are seen or shown by that; data has expressions
+    with slashes. `inexpressible` tells of it.
     """
     found = ['']
     for chunk in pattern.split('/')[1:]:
@@ -205,10 +206,20 @@ def _could_cover(pattern: str, suffix: str) -> bool:
     return last == '**' or matches(f'/{last}', f'/{suffix.rpartition("/")[2]}')
 
 
+_SEEN = (Verb.RUN, Verb.INTROSPECT)
+"""Verbs that are kept by tokens alone."""
+
+
 def inexpressible(policy: Policy) -> list[str]:
-    """Return sentences about acts that the policy allows and a router's rules refuse."""
+    """Return sentences about acts that the policy allows and a router's rules refuse, or the reverse."""
     found = []
     for who, grants in policy.grants.items():
+        found += [
+            f"a router lets '{who}' {grant.verb.value} more names than {grant.pattern}: in its rules for the "
+            f"graph '*' also stands for no part of a name, and for several"
+            for grant in grants
+            if grant.verb in _SEEN and any('*' in chunk != '**' for chunk in grant.pattern.split('/')[1:-1])
+        ]
         for narrower, _ in _denials(grants):
             if any(grant.verb is narrower.narrow for grant in grants):
                 found.append(
