@@ -14,10 +14,10 @@ from threading import Event
 
 import pytest
 from helpers.patience import PATIENCE, soon, wait_for
+from helpers.secured_site import FEEDBACK, MARKER, OPEN, SERVICES, STRANGERS, TOPIC, files_of, key_of
 from helpers.zenoh_sides import address
 
 from goalwire.errors import SecurityError, TransportError
-from goalwire.records import replace
 from goalwire.security import audit
 from goalwire.security.environment import Chosen
 from goalwire.security.keystore import Keystore
@@ -33,24 +33,6 @@ from goalwire.zenoh.protocol.network import ReplyError, Target
 from goalwire.zenoh.protocol.queries import Answer
 from goalwire.zenoh.protocol.senders import Publication, Querier
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
-
-HASH = 'RIHS01_00'
-
-
-def _key(name: str, dds_type: str = 'std_msgs::msg::dds_::String_') -> str:
-    return f'0{name}/{dds_type}/{HASH}'
-
-
-_SERVICE = 'std_srvs::srv::dds_::Empty_'
-MARKER, OPEN, TOPIC = _key('/marker'), _key('/open'), _key('/secret')
-CALLED = {
-    Verb.CALL: _key('/secret', _SERVICE),
-    Verb.SEND: _key('/secret/_action/send_goal', 'a::action::dds_::Walk_SendGoal_'),
-    Verb.CANCEL: _key('/secret/_action/cancel_goal', 'action_msgs::srv::dds_::CancelGoal_'),
-    Verb.READ: _key('/secret/get_parameters', 'rcl_interfaces::srv::dds_::GetParameters_'),
-    Verb.SET: _key('/secret/set_parameters', 'rcl_interfaces::srv::dds_::SetParameters_'),
-}
-FEEDBACK = _key('/secret/_action/feedback', 'a::action::dds_::Walk_FeedbackMessage_')
 
 EVERYONE = '[everyone]\npublish = ["/marker"]\nsubscribe = ["/open"]\n'
 ROBOT = '[roles.robot]\n' + ''.join(f'{verb.value} = ["/**"]\n' for verb in Verb)
@@ -77,25 +59,20 @@ def keystore(made: Keystore, tmp_path: Path) -> Keystore:
     return Keystore(tmp_path / 'keys')
 
 
-def _files(keystore: Keystore, name: str) -> TlsFiles:
-    own = str(keystore.identity_path(name))
-    return TlsFiles(str(keystore.trust_path), own, own, own, own, True, False)
-
-
 class Victim:
     """The session of a robot: it serves and publishes under the name /secret."""
 
     def __init__(self, keystore: Keystore, name: str = 'robby') -> None:
         self.where = address().replace('tcp/', 'tls/')
         security = SessionSecurity(Chosen(keystore.path, name))
-        settings = Settings(listen=(self.where,), tls=_files(keystore, name))
+        settings = Settings(listen=(self.where,), tls=files_of(keystore, name))
         self.wire = NativeWire(settings, security)
         self.protocol: SessionProtocol = self.wire.session.protocol
         self.got: list[str] = []
         self.marked = Event()
         for key in (TOPIC, MARKER):
             self.protocol.declare_subscriber(key, lambda sample: self._take(sample.key))
-        for key in CALLED.values():
+        for key in SERVICES.values():
             self.protocol.declare_queryable(key, self._answer, complete=True)
         self.token = f'@ros2_lv/0/{self.protocol.id}/0/0/NN/%/%/secret'
         self.protocol.declare_token(self.token)
@@ -140,7 +117,7 @@ def attacker(keystore: Keystore) -> Iterator[Callable[[Victim], NativeSession]]:
 
     def open_attacker(victim: Victim, name: str = 'mallory', zid: bytes = b'') -> NativeSession:
         patience = 0.0 if zid else PATIENCE
-        opened.append(_connect(victim.where, _files(keystore, name), zid, patience))
+        opened.append(_connect(victim.where, files_of(keystore, name), zid, patience))
         return opened[-1]
 
     yield open_attacker
@@ -187,7 +164,7 @@ def _publishes(attacker: NativeSession, victim: Victim, _verb: Verb) -> bool:
 
 
 def _asks(attacker: NativeSession, victim: Victim, verb: Verb) -> bool:
-    key = CALLED[verb]
+    key = SERVICES[verb]
     _pretend_to_know_nothing(attacker)
     answers = _ask(attacker.protocol, key)
     refused = [each for each in answers if isinstance(each, ReplyError)]
@@ -212,7 +189,7 @@ def _hears(key: str) -> Callable[[NativeSession, Victim, Verb], bool]:
 
 
 def _serves(attacker: NativeSession, victim: Victim, _verb: Verb) -> bool:
-    key = _key('/secret', 'a::srv::dds_::B_')
+    key = key_of('/secret', 'a::srv::dds_::B_')
     attacker.protocol.declare_queryable(key, lambda query: query.answer(query.key, b'false'), complete=True)
     _mark(attacker, victim)
     return bool(_ask(victim.protocol, key))
@@ -233,7 +210,7 @@ ATTEMPTS: dict[Verb, Callable[[NativeSession, Victim, Verb], bool]] = {
     Verb.PUBLISH: _publishes,
     Verb.SUBSCRIBE: _hears(TOPIC),
     Verb.WATCH: _hears(FEEDBACK),
-    **dict.fromkeys(CALLED, _asks),
+    **dict.fromkeys(SERVICES, _asks),
     Verb.SERVE: _serves,
     Verb.RUN: _runs,
     Verb.INTROSPECT: _looks,
@@ -269,7 +246,7 @@ def test_audit_lets_through_what_it_logs(
     target = victim(_policy(mode='audit'))
     session = attacker(target)
     if verb is Verb.CALL:
-        assert [getattr(each, 'payload', b'') for each in _ask(session.protocol, CALLED[verb])] == [b'done']
+        assert [getattr(each, 'payload', b'') for each in _ask(session.protocol, SERVICES[verb])] == [b'done']
     else:
         assert ATTEMPTS[verb](session, target, verb)
 
@@ -349,35 +326,6 @@ def test_the_id_of_another_identitys_session_is_not_taken_over(
 # ---- who gets no link at all
 
 
-def _expired(keystore: Keystore) -> TlsFiles:
-    keystore.identity_path('mallory').unlink()
-    keystore.issue('mallory', 'program', timedelta(seconds=-1))
-    return _files(keystore, 'mallory')
-
-
-def _revoked(keystore: Keystore) -> TlsFiles:
-    copy = keystore.path / 'stolen.pem'
-    shutil.copy(keystore.identity_path('mallory'), copy)
-    keystore.revoke('mallory')
-    return replace(_files(keystore, 'robby'), connect_certificate=str(copy), connect_private_key=str(copy))
-
-
-def _of_another_authority(keystore: Keystore) -> TlsFiles:
-    other = Keystore.create(keystore.path.parent / 'other')
-    other.add('mallory', 'program', ())
-    files = _files(other, 'mallory')
-    return replace(files, root_ca_certificate=str(keystore.trust_path))
-
-
-STRANGERS: dict[str, Callable[[Keystore], TlsFiles]] = {
-    'without a certificate': lambda keystore: replace(_files(keystore, 'mallory'), enable_mtls=False),
-    'of another authority': _of_another_authority,
-    'expired': _expired,
-    'revoked': _revoked,
-    'not in the policy': lambda keystore: _files(keystore, 'nobody'),
-}
-
-
 @pytest.mark.parametrize('kind', list(STRANGERS))
 def test_a_stranger_gets_no_link(keystore: Keystore, victim: Callable[[str], Victim], kind: str) -> None:
     files = STRANGERS[kind](keystore)
@@ -397,7 +345,7 @@ def test_a_stranger_without_tls_gets_no_link(victim: Callable[[str], Victim]) ->
 
 def test_nobody_is_dialled_or_listened_to_without_tls(keystore: Keystore) -> None:
     keystore.policy_path.write_text(_policy())
-    settings = Settings(listen=(address(),), tls=_files(keystore, 'robby'))
+    settings = Settings(listen=(address(),), tls=files_of(keystore, 'robby'))
     with pytest.raises(TransportError, match='is not protected, and security is on: write tls/'):
         NativeWire(settings, SessionSecurity(Chosen(keystore.path, 'robby')))
 
@@ -409,7 +357,7 @@ def test_a_server_that_is_not_of_the_site_is_not_talked_to(
     target = victim(_policy())
     keystore.policy_path.write_text(_policy().replace('robby = ["robot"]', 'mallory2 = []'))
     settings = Settings(
-        connect=(target.where,), listen=(), tls=_files(keystore, 'mallory'), must_connect=True
+        connect=(target.where,), listen=(), tls=files_of(keystore, 'mallory'), must_connect=True
     )
     with pytest.raises(TransportError, match="'robby' is not named in"):
         NativeWire(settings, SessionSecurity(Chosen(keystore.path, 'mallory')))
