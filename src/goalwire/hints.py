@@ -23,9 +23,9 @@ def hint_for(error: BaseException) -> str:
         return ''
     text = str(error)
     for pattern, explain in _HINTS:
-        if found := pattern.search(text):
-            return explain(found, _innermost(error))
-    return ''
+        if (found := pattern.search(text)) and (hint := explain(found, _innermost(error))):
+            return hint
+    return _unset_attribute(error) if isinstance(error, AttributeError) else ''
 
 
 def _innermost(error: BaseException) -> FrameType:
@@ -60,6 +60,17 @@ def _unfinished_future(_found: re.Match[str], frame: FrameType) -> str:
                 f"rclpy.spin_until_future_complete(node, {name}) before, or in an 'async def' await {name}"
             )
     return ''
+
+
+def _unset_attribute(error: BaseException) -> str:
+    """Of a node that lacks what no other name of it is near to: most probably it was never set."""
+    from difflib import get_close_matches
+
+    owner, name = getattr(error, 'obj', None), getattr(error, 'name', '')
+    cls = type(owner)
+    if not hasattr(cls, 'create_publisher') or get_close_matches(name, dir(owner), n=1, cutoff=0.8):
+        return ''  # Python itself says which name was meant
+    return f"this {cls.__name__} has no '{name}' yet: write 'self.{name} = …' in {cls.__name__}.__init__()"
 
 
 def _said(sentence: str) -> Callable[[re.Match[str], FrameType], str]:

@@ -70,5 +70,5 @@ def test_what_an_execute_callback_raised(nodes: Sides, records: list[LogRecord])
     result_of(handle.get_result_async())
     (told,) = [record.message for record in records if 'execute callback' in record.message]
     assert told.replace('\n', '').isprintable()
-    assert told.split('\n')[0].endswith(TOLD)
+    assert f': {TOLD}; so the goal is aborted' in told.split('\n')[0]
     assert [line for line in told.split('\n') if line.startswith('[')] == []

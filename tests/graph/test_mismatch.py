@@ -70,7 +70,7 @@ def test_another_type_under_one_name_is_reported_naming_both_types_and_nodes() -
     assert str(mismatch) == (
         "Incompatible type on topic '/pose', no messages will be sent to it: publisher in node '/talker' has "
         "the type geometry_msgs/msg/Pose and subscription in node '/l' has the type a/msg/B; give both the "
-        'same type, or one another name'
+        'same type, or give one of them another name'
     )
 
 

@@ -74,7 +74,8 @@ def test_a_record_says_what_it_holds() -> None:
             (
                 "New subscription discovered on topic 'chat', requesting incompatible QoS. "
                 'No messages will be sent to it. Last incompatible policy: RELIABILITY'
-                '; make the publisher RELIABLE, or the subscription BEST_EFFORT'
+                '; write reliability=ReliabilityPolicy.RELIABLE in the QoSProfile of the publisher, '
+                'or BEST_EFFORT in that of the subscription'
             ),
         ),
         (
@@ -82,7 +83,8 @@ def test_a_record_says_what_it_holds() -> None:
             (
                 "New publisher discovered on topic 'chat', offering incompatible QoS. "
                 'No messages will be received from it. Last incompatible policy: RELIABILITY'
-                '; make the publisher RELIABLE, or the subscription BEST_EFFORT'
+                '; write reliability=ReliabilityPolicy.RELIABLE in the QoSProfile of the publisher, '
+                'or BEST_EFFORT in that of the subscription'
             ),
         ),
     ],
@@ -92,9 +94,11 @@ def test_the_warning_is_ros_2s_own_and_true_on_every_wire(
 ) -> None:
     assert incompatible_qos_warning(event, 'chat', RELIABILITY, wire=None) == said
     lenient = incompatible_qos_warning(event, 'chat', RELIABILITY, wire='rmw_zenoh_cpp')
-    assert (
-        lenient == f'{said} (this is so on DDS; rmw_zenoh_cpp, which runs now, delivers the messages anyway)'
-    )
+    assert 'On DDS no messages will be ' in lenient
+    assert 'rmw_zenoh_cpp, which runs now, ' in lenient
+    assert 'No messages' not in lenient
+    assert lenient.partition(' QoS. ')[0] == said.partition(' QoS. ')[0]
+    assert lenient.partition('Last ')[2] == said.partition('Last ')[2]
 
 
 def test_gaps_are_counted_for_each_publisher() -> None:

@@ -75,7 +75,8 @@ def _judge(root: str, path: str, leaf: Leaf, value: object) -> None:
     size = int(getattr(value, 'size', len(value)))
     capacity = leaf.type.capacity
     if leaf.type.shape is Shape.ARRAY and size != capacity:
-        raise EncodeValueError(root, path, f'expected exactly {capacity} values, got {size}')
+        hint = f'write a list of {capacity} values, or leave the field out'
+        raise EncodeValueError(root, path, f'expected exactly {capacity} values, got {size} ({hint})')
     if leaf.type.shape is Shape.BOUNDED and size > capacity:
         raise EncodeValueError(root, path, f'expected at most {capacity} values, got {size}')
     if leaf.type.is_number and leaf.type.shape is Shape.ARRAY:
@@ -171,7 +172,10 @@ def _judge_integer(root: str, path: str, base: str, value: object) -> None:
         raise EncodeTypeError(root, path, f'expected int, got {_show(value)}{hint}')
     low, high = integer_range(base)
     if not low <= value.__index__() <= high:
-        raise EncodeValueError(root, path, f'{value!r} is outside the range of {base}, [{low}, {high}]')
+        hint = f'write a number from {low} to {high}, or take a type with a larger range'
+        raise EncodeValueError(
+            root, path, f'{value!r} is outside the range of {base}, [{low}, {high}] ({hint})'
+        )
 
 
 def _brief(value: object) -> str:

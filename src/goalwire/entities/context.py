@@ -9,6 +9,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Sequence
+from functools import partial
 from types import MethodType, TracebackType
 from typing import TYPE_CHECKING, Self
 from weakref import WeakMethod, WeakSet
@@ -18,6 +19,7 @@ from goalwire.concurrency.exits import Stage, at_exit
 from goalwire.concurrency.forks import ForkGuard, leak, reset_in_children
 from goalwire.entities.arguments import override_use, process_arguments
 from goalwire.entities.deadlock_detector import DeadlockDetector
+from goalwire.entities.endpoint import EndpointPlaces
 from goalwire.entities.rosout import Rosout
 from goalwire.entities.unspun import UnspunNodes, ends_early
 from goalwire.errors import NotInitializedException, RCLError
@@ -28,6 +30,7 @@ from goalwire.execution.waiting import ShutdownSignal
 from goalwire.execution.weak_methods import weakly
 from goalwire.graph.graph import Graph
 from goalwire.graph.mismatch import Mismatch
+from goalwire.places import at
 from goalwire.rules import domain
 from goalwire.rules.arguments import Arguments
 from goalwire.transport import registry
@@ -59,6 +62,7 @@ class Context:
         """The request servers of this context's nodes, to find blocking calls that one of them would have
         to answer."""
         self.rosout = Rosout()
+        self.endpoint_places = EndpointPlaces()
         self.call_timeout: float | None = None
         """s that a call may take to which nobody nearer gives a time; None: without limit, as in ROS 2."""
         self.deadlines = TimerThread(self.shutdown_signal, 'goalwire-deadlines')
@@ -305,7 +309,7 @@ class Context:
         graph = Graph(
             session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
         )
-        graph.on_mismatch(_report)
+        graph.on_mismatch(partial(_report, session.id, self.endpoint_places))
         try:
             session.watch_graph(graph)
         except BaseException:
@@ -334,9 +338,11 @@ def _end_at_exit() -> None:
 at_exit(Stage.CONTEXTS, _end_at_exit)
 
 
-def _report(mismatch: Mismatch) -> None:
-    """Warn once of a reason why two peers do not hear each other."""
-    logging.get_logger('goalwire').warning(str(mismatch))
+def _report(session: str, places: EndpointPlaces, mismatch: Mismatch) -> None:
+    """Warn once of a reason why two peers do not hear each other, with the lines of those of `session`."""
+    own = [side for side in (mismatch.first, mismatch.second) if side.session == session]
+    lines = dict.fromkeys(places.find(side.kind, side.name) for side in own)
+    logging.get_logger('goalwire').warning(f'{mismatch}{at(", ".join(filter(None, lines)))}')
 
 
 def _refuse_log_config_file(arguments: Arguments) -> None:

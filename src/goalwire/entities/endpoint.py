@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 from goalwire.entities.type_support import MessageSupport, ServiceSupport
 from goalwire.errors import RCLError
 from goalwire.graph.mismatch import opposite
+from goalwire.places import caller_place
 from goalwire.rules import qos_best_available
 from goalwire.rules.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy
 from goalwire.transport.contract import Endpoint, EndpointKind
@@ -23,8 +24,37 @@ _UNKNOWN = (
 )
 
 
+class EndpointPlaces:
+    """The lines of the program that made its endpoints, for warnings about them."""
+
+    MOST = 1000
+    """Names that are kept: a program may make and drop endpoints of new names for ever."""
+
+    def __init__(self) -> None:
+        self._places: dict[tuple[EndpointKind, str], str] = {}
+
+    def note(self, kind: EndpointKind, name: str) -> None:
+        """Note that the calling line of the program makes an endpoint of this full name."""
+        if len(self._places) < self.MOST:
+            self._places[kind, name] = caller_place()
+
+    def find(self, kind: EndpointKind, name: str) -> str:
+        """Return the line that made the newest endpoint of this full name; '' if it is not known."""
+        return self._places.get((kind, name), '')
+
+
+class HasEndpointPlaces(Protocol):
+    """A context, as far as it is needed here."""
+
+    endpoint_places: EndpointPlaces
+
+
 class InGraph(Protocol):
     """A node, as far as it is needed here."""
+
+    @property
+    def context(self) -> HasEndpointPlaces:
+        """Its context."""
 
     @property
     def graph(self) -> Graph:
@@ -40,7 +70,11 @@ def describe_endpoint(
     *,
     waits_for_room: bool | None = None,
 ) -> Endpoint:
-    """Return the endpoint of a fully qualified name; raises RCLError for a policy that is UNKNOWN."""
+    """Return the endpoint of a fully qualified name; raises RCLError for a policy that is UNKNOWN.
+
+    Called for the line of the program that makes it: the context keeps that line for warnings.
+    """
+    node.context.endpoint_places.note(kind, name)
     return Endpoint(
         kind,
         name,

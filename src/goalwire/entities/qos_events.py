@@ -17,6 +17,7 @@ from goalwire.errors import InvalidHandle, UnsupportedEventTypeError
 from goalwire.execution.ready_queue import CallbackSource
 from goalwire.execution.weak_methods import weakly
 from goalwire.logging import get_logger
+from goalwire.places import at
 from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.rules.qos_events import (
     NOTHING_YET,
@@ -317,7 +318,9 @@ def warn_by_default(endpoint: TopicEndpoint, topic: str) -> None:
 def _warn_of_qos(endpoint: TopicEndpoint, event: EventType, topic: str, status: IncompatibleQoS) -> None:
     wire = endpoint.events.wire_that_delivers_all_the_same
     text = incompatible_qos_warning(event, topic, status.last_policy_kind, wire=wire)
-    get_logger(endpoint.node.logger_name).warning(text)
+    own = endpoint.events.endpoint
+    place = endpoint.node.context.endpoint_places.find(own.kind, own.name)
+    get_logger(endpoint.node.logger_name).warning(f'{text}{at(place)}')
 
 
 def _leave_to_graph(*_: object) -> None:

@@ -110,7 +110,7 @@ class UnspunNodes:
 
     def unanswered(self) -> list[str]:
         """Return a sentence for each client whose answers nobody waited for: its node was never spun."""
-        if _TEST_RUNNERS & sys.modules.keys() or ends_early():
+        if not tells_at_end():
             return []
         return [
             f"the program ended before the answer of the service '{client.full_name}' came: write "
@@ -130,13 +130,18 @@ class UnspunNodes:
 
     def never_spun(self) -> list[UnspunNode]:
         """Return those to tell at the end of the context: none where tests run, or after an error."""
-        if _TEST_RUNNERS & sys.modules.keys() or ends_early():
+        if not tells_at_end():
             return []
         return [node for node in self._nodes if not (node.is_told or node.was_spun)]
 
     def waiting(self, now: int) -> list[UnspunNode]:
         """Return those whose callbacks wait while a thread spins other nodes."""
         return [node for node in self._nodes if not node.is_told and node.waits(now)]
+
+
+def tells_at_end() -> bool:
+    """Whether to tell what shows itself at the end alone: not where tests run, nor after an error."""
+    return not (_TEST_RUNNERS & sys.modules.keys() or ends_early())
 
 
 def ends_early() -> bool:

@@ -16,6 +16,7 @@ from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.monotonic import STEADY, deadline_after
 from goalwire.execution.ready_queue import ReadyQueue
+from goalwire.execution.spin_watch import SpinWatch, of_pool
 from goalwire.execution.spinning import (
     StopConditionScope,
     StopWhen,
@@ -271,7 +272,12 @@ class MultiThreadedExecutor(Executor):
         self._pool.reset_in_child()
 
     def spin(self) -> None:
-        self._run(None, None, once=False)
+        find = of_pool(self._pool, self._ready, self._timer_heap)
+        watch = SpinWatch(self._shutdown_signal, find)
+        try:
+            self._run(None, None, once=False)
+        finally:
+            watch.close()
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         self._run(future, self._deadline(timeout_sec), once=False)

@@ -77,6 +77,9 @@ class CallbackGroup:
     foreign = False
     """Whether a program has written its rule."""
 
+    is_default = False
+    """Whether a node gives it to callbacks for which the program chose none."""
+
     work_queue: NodeWorkQueue | None = None
     """Where its members' work goes, if not to their node's executor; to be set before they are made."""
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from goalwire.errors import ExternalShutdownException
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.future import Future
+from goalwire.execution.spin_watch import SpinWatch, of_this_thread
 from goalwire.execution.spinning import (
     NEVER,
     StopConditionScope,
@@ -44,9 +45,8 @@ class SingleThreadedExecutor(Executor):
         if self.thread_waits_alone():
             self._run(None, None, once=False)
             return
-        from goalwire.execution.spin_watch import SpinWatch  # not needed by programs that spin once at a time
-
-        watch = SpinWatch(self._shutdown_signal, self._ready, self._timer_heap)
+        find = of_this_thread(self._ready, self._timer_heap)
+        watch = SpinWatch(self._shutdown_signal, find)
         try:
             self._run(None, None, once=False)
         finally:

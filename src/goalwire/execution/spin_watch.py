@@ -3,16 +3,15 @@
 While a thread spins without end, an alarm looks after two seconds, and then less and less often: mistakes of
 this kind show themselves soon, and a robot that runs for days pays nothing. The spinning thread does nothing
 for it. It looks at its timers before each callback: so if one of them is long overdue, the same callback has
-been running since then. Where messages wait and no timer does, the callback's frame is compared with that of
-the last look.
+been running since then. Where messages wait and no timer does, a second look follows soon, and the callback
+is compared with that of the first.
 """
 
 from __future__ import annotations
 
 import sys
-from inspect import CO_COROUTINE
 from threading import get_ident
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from goalwire.execution.callback_runner import CallbackRunner
 from goalwire.execution.monotonic import STEADY, is_machine_time
@@ -21,86 +20,172 @@ from goalwire.logging import get_logger
 from goalwire.places import outermost_program_frame, place_of_frame
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from threading import Thread
     from types import FrameType
 
-    from goalwire.execution.ready_queue import ReadyQueue
+    from goalwire.execution.ready_queue import CallbackSource, ReadyQueue
     from goalwire.execution.timer_heap import TimerHeap
     from goalwire.execution.waiting import ShutdownSignal
 
+_CO_COROUTINE = 0x80
+"""inspect.CO_COROUTINE: to import that module takes 10 ms."""
 FIRST_LOOK_S = 2.0
+CONFIRM_S = 1.0
+"""How long after a look that suspects somebody the next one comes."""
 _LONGER = 1.5
 """How much longer each pause is than the one before."""
 _LONGEST_S = 120.0
 """The last pause."""
 _OVERDUE_NS = 1_500_000_000
-"""How late a timer is before a callback is blamed for it."""
+"""How late a timer is before a callback is blamed for it at first sight."""
+_LATE_NS = 500_000_000
+"""How late a timer is before a second look is worth its while."""
+AWAIT = "in an 'async def' write 'await asyncio.sleep(…)' and await what takes long"
+_RETURN = (
+    'let it return, and do the rest in a timer or in a thread; or spin with a MultiThreadedExecutor and give '
+    'it a callback group of its own'
+)
+_OWN_GROUP = (
+    'they are in one callback group, of which one runs at a time, under a MultiThreadedExecutor, too: write '
+    'callback_group=MutuallyExclusiveCallbackGroup() where you make its timer, subscription or service'
+)
+
+
+class Pool(Protocol):
+    """The threads of a MultiThreadedExecutor (WorkerPool)."""
+
+    limit: int
+    busy: dict[Thread, CallbackSource]
+
+
+class Suspect(NamedTuple):
+    """A callback that may hold up others."""
+
+    frame: FrameType
+    mark: object
+    """If a second look finds the same mark, it has not gone on in between. None: it holds up others now."""
+    remedy: str
+    said: str = 'the callback {}() has not returned for seconds'
 
 
 class SpinWatch:
-    """Watches one spin without end, on the thread that makes it, until `close`."""
+    """Watches one spin without end until `close`; `find` returns whom a look suspects."""
 
-    def __init__(self, shutdown_signal: ShutdownSignal, ready: ReadyQueue, timer_heap: TimerHeap) -> None:
+    def __init__(self, shutdown_signal: ShutdownSignal, find: Callable[[], list[Suspect]]) -> None:
         self._shutdown_signal = shutdown_signal
-        self._ready = ready
-        self._timer_heap = timer_heap
-        self._thread = get_ident()
+        self._find = find
         self._pause = FIRST_LOOK_S
+        self._is_first = True
         self._alarm = TimerEntry(self._look)
-        self._seen: FrameType | None = None
-        """The callback that ran at the last look, while others waited."""
-        self._set()
+        self._marks: list[object] = []
+        """Of those whom the last look suspected, if this one is to confirm it."""
+        self._set(FIRST_LOOK_S)
 
     def close(self) -> None:
         """Look no more."""
         alarms = self._shutdown_signal.alarms
         if alarms is not None:
             alarms.discard(self._alarm)
-        self._seen = None
+        self._marks = []
 
-    def _set(self) -> None:
-        """Look after the next pause. Other clocks than the machine's stand still, or leap."""
+    def _set(self, pause: float) -> None:
+        """Look after a pause. Other clocks than the machine's stand still, or leap."""
         alarms, clock = self._shutdown_signal.alarms, self._shutdown_signal.clock
         if alarms is not None and is_machine_time(clock):
-            alarms.set(self._alarm, clock.now() + int(self._pause * 1e9))
+            alarms.set(self._alarm, clock.now() + int(pause * 1e9))
 
     def _look(self) -> None:
         if not self._shutdown_signal.alive:
             return
-        if self._pause == FIRST_LOOK_S:
+        if self._is_first:
+            self._is_first = False
             for look in self._shutdown_signal.early_looks:
                 look()
-        if not self._is_held_up():
-            self._pause *= _LONGER
-            if self._pause <= _LONGEST_S:
-                self._set()
-
-    def _is_held_up(self) -> bool:
-        """Tell a callback that holds up others; True if there is one."""
-        earliest = self._timer_heap.earliest
-        is_overdue = earliest is not None and earliest + _OVERDUE_NS < STEADY.now()
-        running = self._running() if is_overdue or self._ready.items else None
-        seen, self._seen = self._seen, running
-        if running is None or not (is_overdue or running is seen):
-            return False
-        self._seen = None
-        _tell(running)
-        return True
-
-    def _running(self) -> FrameType | None:
-        """Return the callback that the spinning thread is in."""
-        frame = sys._current_frames().get(self._thread)
-        return outermost_program_frame(frame, CallbackRunner.PERFORM)
+        suspects = self._find()
+        before, self._marks = self._marks, []
+        for suspect in suspects:
+            if suspect.mark is None or suspect.mark in before:
+                _tell(suspect)
+                return
+        if suspects and not before:
+            self._marks = [suspect.mark for suspect in suspects]
+            self._set(CONFIRM_S)
+            return
+        self._pause *= _LONGER
+        if self._pause <= _LONGEST_S:
+            self._set(self._pause)
 
 
-def _tell(callback: FrameType) -> None:
-    code = callback.f_code
-    remedy = (
-        "in an 'async def' write 'await asyncio.sleep(…)' and await what takes long"
-        if code.co_flags & CO_COROUTINE
-        else 'let it return, and do the rest in a timer or in a thread; or spin with a MultiThreadedExecutor '
-        'and give it a callback group of its own'
-    )
+def of_this_thread(ready: ReadyQueue, timer_heap: TimerHeap) -> Callable[[], list[Suspect]]:
+    """Return what finds the callback that holds up the others of the calling thread."""
+    thread = get_ident()
+
+    def find() -> list[Suspect]:
+        overdue = is_late(timer_heap, _OVERDUE_NS)
+        frame = _callback_of(thread) if overdue or ready.items else None
+        return (
+            []
+            if frame is None
+            else [Suspect(frame, None if overdue else _mark(frame), _advise(frame, _RETURN))]
+        )
+
+    return find
+
+
+def of_pool(pool: Pool, ready: ReadyQueue, timer_heap: TimerHeap) -> Callable[[], list[Suspect]]:
+    """Return what finds callbacks that hold up others of a MultiThreadedExecutor.
+
+    They have all its threads, or the group that a node gives to callbacks for which the program chose none. A
+    group that the program chose is exclusive because the program wants that.
+    """
+
+    def find() -> list[Suspect]:
+        busy = pool.busy.copy()
+        are_all_busy = len(busy) >= pool.limit and (bool(ready.items) or is_late(timer_heap))
+        more = (
+            f'the executor has {pool.limit} threads, and all are in callbacks: let them return, or write '
+            'MultiThreadedExecutor(num_threads=…) with a larger number'
+        )
+        found = []
+        for thread, source in busy.items():
+            remedy = more if are_all_busy else _OWN_GROUP if _holds_default_group(source) else ''
+            frame = _callback_of(thread.ident) if remedy else None
+            if frame is not None:
+                found.append(Suspect(frame, _mark(frame), _advise(frame, remedy)))
+        return found
+
+    return find
+
+
+def is_late(timer_heap: TimerHeap, by_ns: int = _LATE_NS) -> bool:
+    """Whether a timer is so late that something must have kept it."""
+    earliest = timer_heap.earliest
+    return earliest is not None and earliest + by_ns < STEADY.now()
+
+
+def _holds_default_group(source: CallbackSource) -> bool:
+    group = source.group
+    return group is not None and group.is_default and bool(group.parked)
+
+
+def _callback_of(thread: int | None) -> FrameType | None:
+    """Return the callback that a thread is in."""
+    frame = None if thread is None else sys._current_frames().get(thread)
+    return outermost_program_frame(frame, CallbackRunner.PERFORM)
+
+
+def _mark(frame: FrameType) -> object:
+    """Return a mark of a callback. A coroutine has the same frame from its start to its end."""
+    return (frame, frame.f_lasti) if frame.f_code.co_flags & _CO_COROUTINE else (frame,)
+
+
+def _advise(frame: FrameType, otherwise: str) -> str:
+    return AWAIT if frame.f_code.co_flags & _CO_COROUTINE else otherwise
+
+
+def _tell(suspect: Suspect) -> None:
+    said = suspect.said.format(suspect.frame.f_code.co_qualname)
     get_logger('goalwire').warning(
-        f'the callback {code.co_qualname}() has not returned for seconds, and other callbacks wait for it: '
-        f'{remedy} ({place_of_frame(callback)})'
+        f'{said}, and other callbacks wait for it: {suspect.remedy} ({place_of_frame(suspect.frame)})'
     )

@@ -86,7 +86,7 @@ class Mismatch:
             opening = f"Incompatible type on topic '{self.name}', no messages will be sent to it"
         else:
             opening = f"Incompatible types of '{self.name}', no requests pass"
-        return f'{opening}: {sides}; give both the same type, or one another name'
+        return f'{opening}: {sides}; give both the same type, or give one of them another name'
 
 
 _OPPOSITES = {

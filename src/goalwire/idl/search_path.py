@@ -126,19 +126,25 @@ def explain_missing(package: str) -> str:
     names = ', '.join(sorted(entry_points.registrations())) or 'none registered'
     lines.append(f'  entry points {entry_points.GROUP}: {names}')
     lines.append('  the packages that goalwire ships')
+    near: list[str] = []
     for root in workspace_roots.find_roots():
         here = workspace_roots.walk(root)
         found = ', '.join(sorted(here.packages)) or 'no interface package'
         lines.append(f'  below {root.place} {shown(here.root)}: {found}')
         lines += [f'    note: {remark}' for remark in _shorten(here)]
-        lines += [f'    note: {remark}' for remark in _explain_near(here, package)]
+        near += [f'    note: {remark}' for remark in _explain_near(here, package)]
         unnamed = (workspace.explain_unnamed(folder, _name_for(folder, package)) for folder in here.unnamed)
         lines += [
             f'    note: {remark}' for remark, _ in zip(filter(None, unnamed), range(_NOTES), strict=False)
         ]
+    if near:  # it is there, and only something about it is wrong
+        return '\n'.join([*lines, *near])
     if close := get_close_matches(package, package_names(), n=3):
         lines.append(f'Did you mean {" or ".join(close)}?')
-    lines.append(f'Start the program in its workspace, or name the folder of {package} in {INTERFACE_PATH}.')
+    lines.append(
+        f'If {package} is your own package, start the program in its workspace, or name its folder in '
+        f'{INTERFACE_PATH}. If others made it, copy its folder, with package.xml, into your workspace.'
+    )
     return '\n'.join(lines)
 
 
@@ -157,7 +163,8 @@ def _explain_near(here: workspace.Workspace, package: str) -> list[str]:
         for file in sorted(os.listdir(folder)):
             kind = file.rpartition('.')[2]
             if kind in workspace.KINDS and kind != file:  # a folder srv is in its place
-                remarks.append(f'{file} lies beside {manifest}: move it into a folder {kind}')
+                inside = shown(os.path.join(folder, kind, file))
+                remarks.append(f'{file} lies beside {manifest}: move it to {inside}')
     return remarks[:_NOTES]
 
 

@@ -186,8 +186,14 @@ NOTHING_YET: dict[EventType, EventStatus] = {
 
 
 _REMEDIES = {
-    PolicyKind.RMW_QOS_POLICY_RELIABILITY: '; make the publisher RELIABLE, or the subscription BEST_EFFORT',
-    PolicyKind.RMW_QOS_POLICY_DURABILITY: '; make the publisher TRANSIENT_LOCAL, or the subscriber VOLATILE',
+    PolicyKind.RMW_QOS_POLICY_RELIABILITY: (
+        '; write reliability=ReliabilityPolicy.RELIABLE in the QoSProfile of the publisher, '
+        'or BEST_EFFORT in that of the subscription'
+    ),
+    PolicyKind.RMW_QOS_POLICY_DURABILITY: (
+        '; write durability=DurabilityPolicy.TRANSIENT_LOCAL in the QoSProfile of the publisher, '
+        'or VOLATILE in that of the subscription'
+    ),
 }
 
 
@@ -198,15 +204,16 @@ def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *
     """
     if isinstance(event, PublisherEvent):
         found = f"New subscription discovered on topic '{topic}', requesting incompatible QoS. "
-        consequence = 'No messages will be sent to it. '
+        consequence, is_passed = 'o messages will be sent to it', 'sends'
     else:
         found = f"New publisher discovered on topic '{topic}', offering incompatible QoS. "
-        consequence = 'No messages will be received from it. '
-    reason = f'Last incompatible policy: {policy.policy}'
-    note = (
-        '' if wire is None else f' (this is so on DDS; {wire}, which runs now, delivers the messages anyway)'
+        consequence, is_passed = 'o messages will be received from it', 'delivers'
+    limits = (
+        f'N{consequence}. '
+        if wire is None
+        else f'On DDS n{consequence}; {wire}, which runs now, {is_passed} them all the same. '
     )
-    return f'{found}{consequence}{reason}{_REMEDIES.get(policy, "")}{note}'
+    return f'{found}{limits}Last incompatible policy: {policy.policy}{_REMEDIES.get(policy, "")}'
 
 
 class SequenceGaps:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
+from goalwire.entities.actions.cancel_refusals import is_refusal, tell_refusal
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT, goal_id_bytes, uuid_message
 from goalwire.execution.current import current_groups, why_it_cannot_answer
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future
 from goalwire.execution.monotonic import STEADY
 from goalwire.logging import get_logger
-from goalwire.places import at, caller_place
+from goalwire.places import at, caller_place, dropping_place
 from goalwire.rules.goals.client import ClientGoal
 
 if TYPE_CHECKING:
@@ -48,14 +49,18 @@ class GoalSending(Protocol):
     node: NodeCore
 
     @property
+    def full_name(self) -> str:
+        """The action's fully-qualified name."""
+
+    @property
     def blocking(self) -> AnswerWaiting:
         """The calls of this client that block a thread."""
 
     def goal(self, goal_id: GoalId) -> ClientGoal[Any]:
         """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
 
-    def cancel_goal(self, goal_id: GoalId) -> Future[Any]:
-        """Ask for cancellation."""
+    def cancel_goal(self, goal_id: GoalId, *, asked_at: str = '') -> Future[Any]:
+        """Ask for cancellation; see ActionClientCore."""
 
     def get_result(self, goal_id: GoalId) -> Future[Any]:
         """Ask for the result."""
@@ -121,11 +126,16 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     def cancel_goal(self) -> CancelGoal.Response | None:
         """Ask for cancellation and wait for the answer; raises ShutDownError or InvalidHandle at the end."""
-        answer: CancelGoal.Response | None = self._action_client.blocking.wait_for(self.cancel_goal_async)
+        answer: CancelGoal.Response | None = self._action_client.blocking.wait_for(self._ask_to_cancel)
+        if answer is not None and is_refusal(answer) and (place := dropping_place()):
+            tell_refusal(self._action_client.node, self._action_client.full_name, place)
         return answer
 
     def cancel_goal_async(self) -> Future[CancelGoal.Response]:
         """Ask for cancellation; the future tells which goals will be cancelled."""
+        return self._action_client.cancel_goal(self._goal.goal_id, asked_at=caller_place())
+
+    def _ask_to_cancel(self) -> Future[CancelGoal.Response]:
         return self._action_client.cancel_goal(self._goal.goal_id)
 
     def get_result(self) -> ResultResponse[ResultT] | None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol
 
+from goalwire.entities.actions.cancel_refusals import watch_answer
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.pending_call import (
     MARGIN_S,
@@ -264,7 +265,22 @@ class GoalCall(PendingCall):
 class CancelCall(PendingCall):
     """A cancel request. It does not wait for a server: the goal to cancel has one."""
 
+    awaited_by: ActionRequests
     waits = False
+    asked_at = ''
+    """The line of the program that asked, if it is to be told of a refusal that it does not look at."""
+
+    @property
+    def is_unread(self) -> bool:
+        """Whether the answer is there, and nobody has looked at it."""
+        return self._raw is not None
+
+    def on_reply(self, sample: Sample) -> None:
+        super().on_reply(sample)
+        place, self.asked_at = self.asked_at, ''
+        if place:
+            client = self.awaited_by
+            watch_answer(self, client.node, client.action.full_name, place)
 
 
 class ResultCall(PendingCall):

@@ -281,7 +281,9 @@ class Execution(CallbackSource):
             from goalwire.tracebacks import traceback_text
 
             told = f'Error raised in execute callback: {peer_text(error)}'
-            server.logger.error(f'{told}\n{traceback_text(error)}')
+            outcome = 'so the goal is aborted' if self._handle.is_active else 'the goal had ended before'
+            remedy = "correct the program's line that is shown last"
+            server.logger.error(f'{told}; {outcome}: {remedy}\n{traceback_text(error)}')
         if isinstance(error, Exception):
             self._finish(server.failure(self._handle, error))
         else:

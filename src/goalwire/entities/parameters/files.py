@@ -44,6 +44,11 @@ def _read(path: str) -> NodeValues:
         return parse_parameter_file(b'' if empty else read_regular(path, LARGEST_PARAMETER_FILE))
     except OSError as error:
         reason = f'Error opening YAML file: {error.strerror}'
+        if isinstance(error, FileNotFoundError) and not os.path.isabs(path):  # noqa: PTH117
+            reason += (
+                ': correct the name, or give the whole path; the program looks in the folder in which it was '
+                f'started, {os.getcwd()}'  # noqa: PTH109
+            )
     except RuleSyntaxError as error:
         reason = str(error)
     except ValueError as error:  # a NUL in the path

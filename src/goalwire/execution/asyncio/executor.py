@@ -8,10 +8,12 @@ from contextvars import copy_context
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
+from goalwire.execution.asyncio.loop_watch import BusyLoop
 from goalwire.execution.asyncio.waiting import delay_s, shared_waker
 from goalwire.execution.asyncio.wire_reader import read_wire
 from goalwire.execution.callback_runner import CallbackRunner
 from goalwire.execution.current import active_executors
+from goalwire.execution.spin_watch import SpinWatch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -89,6 +91,7 @@ class AsyncExecutor(CallbackRunner):
         """Ends this loop's reading of the wire; None if it does not read it."""
         self._on_this_thread = active_executors.executors
         self._watch = shutdown_signal.watch(self._on_shutdown)
+        self._spin_watch: SpinWatch | None = None
 
     def open(self) -> None:
         """Begin. From now on a call that blocks the loop's thread, on something of this node, is refused."""
@@ -99,6 +102,8 @@ class AsyncExecutor(CallbackRunner):
             self._shutdown_signal.add_external_sleeper(self)
         self._node_work_queue.attach(self._ready, self._timer_heap)
         self._listen()
+        busy = BusyLoop(self._waker, self._ready, self._timer_heap)
+        self._spin_watch = SpinWatch(self._shutdown_signal, busy.find)
 
     def close(self) -> None:
         """Stop running callbacks; waiting work goes back to the node.
@@ -109,6 +114,8 @@ class AsyncExecutor(CallbackRunner):
             return
         self._is_shutdown = True
         self._watch.close()
+        if self._spin_watch is not None:
+            self._spin_watch.close()
         self._ready.unlisten(self._ask)
         self._set_timer(None)
         self._stop_counting_as_active()

@@ -1,3 +1,3 @@
 # A package is imported that is not installed.
-# says: No module named 'fancy_msgs', and no interface package named 'fancy_msgs'.
+# says: If fancy_msgs is your own package, start the program in its workspace, or name its folder in GOALWIRE_INTERFACE_PATH. If others made it, copy its folder, with package.xml, into your workspace.
 from fancy_msgs.msg import Hat  # <-- here

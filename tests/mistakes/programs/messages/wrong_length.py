@@ -1,5 +1,5 @@
 # An array of fixed length gets too few numbers.
-# says: sensor_msgs/msg/Imu: orientation_covariance: expected exactly 9 values, got 3
+# says: sensor_msgs/msg/Imu: orientation_covariance: expected exactly 9 values, got 3 (write a list of 9 values, or leave the field out)
 import rclpy
 from sensor_msgs.msg import Imu
 

@@ -1,5 +1,5 @@
 # set_parameters() is refused, and nobody reads that.
-# says: 'speed' was not set: Wrong parameter type, expected 'Type.DOUBLE' got 'Type.STRING'; look at .successful and .reason of what the call returns
+# says: 'speed' was not set: Wrong parameter type, expected 'Type.DOUBLE' got 'Type.STRING'; speed: give a number such as 1.5, not 'fast' (double)
 import rclpy
 from rclpy.parameter import Parameter
 

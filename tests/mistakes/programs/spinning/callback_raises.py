@@ -1,5 +1,5 @@
 # A callback raises.
-# says: 'Talker' object has no attribute 'count'
+# says: 'Talker' object has no attribute 'count' this Talker has no 'count' yet: write 'self.count = …' in Talker.__init__()
 import rclpy
 from rclpy.node import Node
 

@@ -89,6 +89,7 @@ class BaseNode(NodeGraph, ClockedNode):
         self._ros_waitables: list[Waitable[Any]] = []
         self._ros_rates: dict[Rate, Timer] = {}
         self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
+        self._default_callback_group.is_default = True
         self._clock = self.handle.clock = self._ros_make_clock()
         self._logger = get_logger(self.handle.logger_name)
         try:

@@ -1,0 +1,60 @@
+"""Tells a program that its goal was not cancelled and goes on, if it does not look at the answer itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+from goalwire.entities.unspun import tells_at_end
+from goalwire.execution.timer_heap import TimerEntry
+from goalwire.logging import get_logger
+from goalwire.places import at
+from goalwire.rules.goals.cancel import CancelCode
+
+if TYPE_CHECKING:
+    from action_msgs.srv import CancelGoal
+
+    from goalwire.entities.node import NodeCore
+
+UNREAD_S = 2.0
+"""How long a program has to look at the answer before it is told."""
+
+
+class Answered(Protocol):
+    """A cancel request that was answered (CancelCall)."""
+
+    @property
+    def is_unread(self) -> bool:
+        """Whether nobody has looked at the answer."""
+
+    def result(self) -> Any:
+        """Return the answer."""
+
+
+def is_refusal(answer: CancelGoal.Response) -> bool:
+    """Whether a server that had the goal did not cancel it. A goal that has ended needs no cancelling."""
+    return not answer.goals_canceling and answer.return_code in {CancelCode.NONE, CancelCode.REJECTED}
+
+
+def watch_answer(call: Answered, node: NodeCore, action: str, place: str) -> None:
+    """Look at the answer of a cancel request that was made in the line `place`, if nobody else has looked.
+
+    Call it when the answer has come.
+    """
+    context = node.context
+
+    def look() -> None:
+        if not call.is_unread or not (context.ok() or tells_at_end()):
+            return
+        if is_refusal(call.result()):
+            tell_refusal(node, action, place)
+
+    context.deadlines.set(TimerEntry(look), context.shutdown_signal.clock.now() + int(UNREAD_S * 1e9))
+
+
+def tell_refusal(node: NodeCore, action: str, place: str) -> None:
+    """Say that the goal goes on, and what to write at either end."""
+    get_logger(f'{node.logger_name}.action_client').warning(
+        f"action '{action}': the server refused to cancel the goal, so the goal goes on, and this line does "
+        'not look at the answer: give the server a cancel_callback that returns CancelResponse.ACCEPT, and '
+        f'look here whether .goals_canceling of the answer has the goal{at(place)}'
+    )
