@@ -49,21 +49,24 @@ def held_at(pause: str, program: Program) -> Held:
 
 @pytest.mark.parametrize(
     ('transport', 'before', 'between'),
-    [('goalwire_memory', 200, 1000), ('rmw_zenoh_cpp', 200, 400), (DDS, 200, 250)],
+    [('goalwire_memory', 200, 500), ('rmw_zenoh_cpp', 200, 200), (DDS, 200, 125)],
 )
 def test_nothing_is_left_of_many_nodes_with_entities(
     start: Start, transport: str, before: int, between: int
 ) -> None:
-    """15 entities a node: 3000 at the least. Memory is looked at without zenoh, which keeps some KiB of every
-    key ever declared (its issue 1518).
+    """15 entities a node: 3000 at the least. A leak grows from each pause to the next; that Python takes one
+    more arena of 1 MiB is seen between two of them alone.
+
+    Memory is looked at without zenoh, which keeps some KiB of every key ever declared (its issue 1518).
     """
     require(transport)
     churn = start('churn', before, between, RMW_IMPLEMENTATION=transport)
-    first, last = held_at('before', churn), held_at('after', churn)
+    first, middle, last = (held_at(pause, churn) for pause in ('before', 'between', 'after'))
     assert last.descriptors <= first.descriptors
     assert last.threads <= first.threads
     if transport != 'rmw_zenoh_cpp':
-        assert last.memory - first.memory < GROWTH_KIB * between
+        growth = min(middle.memory - first.memory, last.memory - middle.memory)
+        assert growth < GROWTH_KIB * between
     churn.expect(r"left \['last'\]")
     churn.succeed()
 

@@ -1,7 +1,7 @@
-"""Makes and destroys nodes with entities. Pauses twice, so that it may be seen what the process holds.
+"""Makes and destroys nodes with entities. Pauses three times, so that it may be seen what the process holds.
 
-Arguments: how many before the first pause, how many between the first and the second. One node in ten has
-an action server and an action client as well.
+Arguments: how many before the first pause, and how many from each pause to the next. One node in ten has an
+action server and an action client as well.
 """
 
 import gc
@@ -39,6 +39,7 @@ with rclpy.init():
     before, between = map(int, sys.argv[1:])
     churn(before)
     pause('before')
-    churn(between)
-    pause('after')
+    for title in ('between', 'after'):
+        churn(between)
+        pause(title)
     print('left', sorted(rclpy.create_node('last').get_node_names()))
