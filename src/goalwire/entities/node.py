@@ -79,7 +79,7 @@ class NodeCore:
 
     @property
     def port(self) -> NodePort:
-        """Through which endpoints are declared; raises as check_open does."""
+        """The node on the wire, which declares endpoints. Raises as check_open does."""
         self.check_open()
         assert self._port is not None
         return self._port

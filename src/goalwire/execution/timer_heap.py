@@ -54,7 +54,7 @@ class TimerHeap:
         self._sleepers = sleepers
 
     def set(self, entry: TimerEntry, due: int) -> None:
-        """Call `entry` at `due` (steady ns), instead of any time set before, here or elsewhere."""
+        """Call `entry` at `due` (steady ns), instead of any time set before, in this heap or another."""
         before = entry.timer_heap
         if before is not None and before is not self:
             before.discard(entry)

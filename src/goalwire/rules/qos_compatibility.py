@@ -101,8 +101,8 @@ def check_compatible(publisher: QoS, subscription: QoS) -> tuple[QoSCompatibilit
 def incompatible_policy(publisher: QoS, subscription: QoS) -> PolicyKind | None:
     """Return the policy for which two endpoints do not go together under DDS, None if they do.
 
-    Of several it is the one that DDS numbers highest, as its implementations report it. What nobody asked for
-    counts as what it becomes on a wire.
+    Of several it is the one that DDS numbers highest, as its implementations report it. A policy that nobody
+    set counts with the value that the wire gives it.
     """
     return max((kind for kind, _ in _errors(publisher.stated(), subscription.stated())), default=None)
 

@@ -57,7 +57,7 @@ class FrequencyStatus(DiagnosticTask):
         super().__init__(name)
         self.params = params
         self.lock = threading.Lock()
-        # Steady: a machine that sets its clock has no other frequency for that.
+        # The steady clock: a frequency stays right if somebody sets the machine's clock.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.clear()
 

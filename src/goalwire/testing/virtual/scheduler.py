@@ -190,7 +190,7 @@ class Scheduler:
         return child
 
     def strike(self, child: Child) -> None:
-        """The thread could not be started."""
+        """Take a member off whose thread could not be started."""
         with self._lock:
             self._waiting.pop(child, None)
         child.over = True

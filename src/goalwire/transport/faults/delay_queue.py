@@ -127,7 +127,7 @@ class DelayQueue:
 
     @property
     def under_way(self) -> int:
-        """How many things wait for their time."""
+        """The number of deliveries that wait for their time."""
         with self._lock:
             return len(self._heap)
 

@@ -47,7 +47,7 @@ def decode(data: bytes) -> Attachment:
     elif len(data) == NAMED_SIZE:
         name1, sequence, name2, timestamp, name3, gid = _NAMED.unpack(data)
         if (name1, name2, name3) != _NAMES:
-            raise RemoteError('attachment: 77 bytes, but not the field names of the older form')
+            raise RemoteError('attachment: its 77 bytes lack the field names that the older form has')
     else:
         raise RemoteError(
             f'attachment: {len(data)} bytes, expected {SIZE}, or {NAMED_SIZE} in the older form'

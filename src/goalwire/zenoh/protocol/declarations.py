@@ -113,7 +113,7 @@ def read_declaration(reader: Reader) -> Declaration:
             reader.extensions()
         return Declaration(Kind.FINAL, interest=interest)
     if code > Kind.TOKEN + 1:
-        raise ZenohProtocolError(f'declaration 0x{body:02x} does not exist')
+        raise ZenohProtocolError(f'there is no declaration with the id 0x{body:02x}')
     kind = Kind(code & ~1)
     number = reader.z(16 if kind is Kind.EXPRESSION else 32)
     if code & 1:

@@ -172,7 +172,7 @@ class FrameReader:
         except UnicodeDecodeError as error:
             raise ZenohProtocolError(f'a text is not UTF-8: {error}') from None
         finally:
-            # Also where a signal's handler raises in the midst of it: then only the rest of a batch is lost.
+            # A signal's handler may raise anywhere above. Then only the rest of the current batch is lost.
             self._tail = data[start:] if start < end else b''
             self.reads += 1
 

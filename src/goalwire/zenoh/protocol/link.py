@@ -88,7 +88,7 @@ class Router(Protocol):
     """The part of a session that knows the receivers of each message and query."""
 
     def receivers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Receivers:
-        """Return the receivers of a key of this link's; also by `Link.remember_receivers`."""
+        """Return the receivers of a key that this link declared. It may call `Link.remember_receivers`."""
 
     def is_forged(self, link: Link, source: bytes) -> bool:
         """Whether a message names a publisher that has a link of its own, and came over another."""

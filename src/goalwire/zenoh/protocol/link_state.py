@@ -79,7 +79,7 @@ class LinkStates:
             if about == _LINK_STATE:
                 return self._read_nodes(Reader(body))
         elif form:
-            raise ZenohProtocolError('an OAM of a form that does not exist')
+            raise ZenohProtocolError(f'an OAM message has the form {form}, which does not exist')
         return []
 
     def _read_nodes(self, reader: Reader) -> list[Node]:

@@ -119,7 +119,7 @@ class _Subscription:
         self.stop: Callable[[], None] = lambda: None
 
     def adapt(self) -> None:
-        """Do as the client's subscriptions wish by now."""
+        """Combine the wishes of the client's subscriptions anew, after one has come or gone."""
         self._wish = _combined(list(self.wishes.values()))
         self._waiting = deque(self._waiting, maxlen=max(1, self._wish.queue_length))
 

@@ -17,7 +17,7 @@ Tone: TypeAlias = Literal['positive', 'negative', 'warning', 'info']
 
 
 class View:
-    """One page of the page: built when it is chosen, closed when another one is."""
+    """One view of the console's page: built when the user chooses it, closed when the user leaves it."""
 
     name = ''
     title = ''

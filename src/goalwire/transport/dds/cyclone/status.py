@@ -243,14 +243,14 @@ class Statuses:
         return True
 
     def discard(self, entity: int) -> None:
-        """The entity is about to go."""
+        """Forget an entity that is about to be deleted."""
         with self._lock:
             known = self._handlers.pop(entity, None)
         if known is not None:
             self._waitset_thread.unwatch(entity)
 
     def reset(self, entity: int, bits: int) -> None:
-        """Take note of changes: waiting for the next ones sleeps again."""
+        """Mark the changes as seen, so that the next wait sleeps until there are new ones."""
         self._library.dds_take_status(entity, byref(c_uint32()), bits)
 
     def _changed(self, entity: int) -> None:

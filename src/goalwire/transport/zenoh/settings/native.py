@@ -187,7 +187,7 @@ def _endpoints(found: Json, name: str) -> tuple[str, ...]:
     checked = []
     for text in found if isinstance(found, list) else []:
         if not isinstance(text, str):
-            raise BeyondOursError(f'groups of endpoints in {name}/endpoints')
+            raise BeyondOursError(f'a group of addresses in {name}/endpoints')
         if '#' in text or '?' in text:
             raise BeyondOursError(f"the address '{text}' in {name}/endpoints")
         try:
