@@ -26,7 +26,7 @@ def start_builtin_services(
 ) -> DescriberT:
     """Make a node's services, in ROS 2's order, and return the one that `describe` makes.
 
-    The parameters must be there before, for they decide about some of it.
+    The parameters must be declared before, for some of them decide which services there are.
     """
     if parameters:
         ParameterServices(node).offer()

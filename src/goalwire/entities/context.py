@@ -64,12 +64,12 @@ class Context:
         self.rosout = Rosout()
         self.endpoint_places = EndpointPlaces()
         self.call_timeout: float | None = None
-        """s that a call may take to which nobody nearer gives a time; None: without limit, as in ROS 2."""
+        """The time limit in s for calls whose client and node give none; None: no limit, as in ROS 2."""
         self.deadlines = TimerThread(self.shutdown_signal, 'goalwire-deadlines')
         """Ends calls at their deadlines. Its entries must not block."""
         self.shutdown_signal.alarms = self.deadlines
         self.unspun = UnspunNodes()
-        """The nodes that have callbacks, for those that nobody spins to be told."""
+        """The nodes that have callbacks. The log names those that nobody spins."""
         self._are_mistakes_told = False
         self.sends = TimerThread(self.shutdown_signal, 'goalwire-sends')
         """Sends requests that had to wait. Its entries may block on the wire."""
@@ -175,7 +175,7 @@ class Context:
             logging.get_logger('rclpy').warning(complaint)
 
     def _look_early(self) -> None:
-        """Tell what shows itself while one node is spun without end, and is not to wait for that end."""
+        """Log mistakes that show while one node is spun without end, instead of waiting for that end."""
         may_grow = 'rclpy_components' in sys.modules  # nodes are loaded into it at any time
         for complaint in self.override_use.describe_misspelt() if self.override_use and not may_grow else ():
             logging.get_logger('rcl').warning(complaint)

@@ -147,13 +147,13 @@ class ServerWaitQueue:
         """The servers of the last look that found any."""
         self._graph = context.graph
         self._seen = -1
-        """The graph's version when somebody was seen last."""
+        """The graph's version when a server was seen last."""
         self._lock = Lock()
         self._changes: Watch[[]] | None = None
         self._alarm = TimerEntry(self._look)
 
     def has_server(self) -> bool:
-        """Whether there is a server. While the graph is as it was nobody looks again: twelve calls less."""
+        """Whether there is a server. The last answer holds until the graph changes: twelve calls less."""
         version = self._graph.version
         if version == self._seen:
             return True

@@ -63,9 +63,9 @@ class NodeCore:
         self.clock = ROSClock(source=context.shutdown_signal.clock)
         """The node's clock: system time, or /clock under `use_sim_time`."""
         self.make_service: MakeService[Any]
-        """How its API makes the services that every node has, as services of its kind. The API sets it."""
+        """Makes the services that every node has, as services of its API. The API sets it."""
         self.call_timeout: float | None = None
-        """s that calls of this node may take if their client gives them none; None: the context's."""
+        """The time limit in s for calls of this node whose client gives none; None: the context's."""
         port = context.session.node(self.name)
         self._port: NodePort | None = port
         self.remains = Remains(port)

@@ -63,7 +63,7 @@ def unanswered(what: str, reason: str) -> CallError:
 def end_with(future: Future[Any], error: Exception) -> None:
     """Complete a request's future with `error`.
 
-    Nobody is reminded of one that was not looked at, if the program itself has closed what it waited for.
+    If the program itself closed the client, no warning follows that nobody looked at the error.
     """
     future.set_exception(error)
     if isinstance(error, ClosedError):
@@ -73,8 +73,8 @@ def end_with(future: Future[Any], error: Exception) -> None:
 class PendingCall(Future[Any]):
     """One request, and the future of its response. The response is decoded by the thread that asks for it.
 
-    What few calls need is an attribute of the class until then. Programs keep things of their own on futures:
-    so the names are such as nobody else would take.
+    An attribute that few calls need belongs to the class until a call sets it. Programs set attributes of
+    their own on futures, so these names are unlikely ones.
     """
 
     __slots__ = ('awaited_by', 'decode', 'end_lock', 'sent_as', 'sent_ns')
@@ -87,7 +87,7 @@ class PendingCall(Future[Any]):
     sent_as: int
     """The number of the request that was sent last; 0 while none is on its way."""
     sent_ns: int
-    """When, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
+    """When the request was sent last, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
     call_context: CallContext | None = None
     """The call's deadline, and the facts for its errors; None: it stays pending if nobody answers."""
     waits = True
@@ -209,7 +209,7 @@ class PendingCall(Future[Any]):
             self.awaited_by.arrivals.deliver(None)
 
     def on_end(self, reason: str) -> None:
-        """No reply can come to the request that was sent last; `reason` is a server's, or ''."""
+        """End the call, since no reply to its last request can come; `reason` is a server's, or ''."""
         if self.end_lock.locked():
             return
         client, context = self.awaited_by, self.call_context

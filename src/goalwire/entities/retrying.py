@@ -105,7 +105,7 @@ class CallAttempts:
         self.again = TimerEntry(send_again)
 
     def begin(self) -> None:
-        """The request goes out, again or for the first time."""
+        """Note that the request goes out, again or for the first time."""
         context, timeout = self._context, self.retries.policy.timeout
         now = context.now()
         self._counted.begin(now)
@@ -115,7 +115,7 @@ class CallAttempts:
             context.context.deadlines.set(self.patience, now + timeout_ns(timeout))
 
     def on_send(self) -> Exception | None:
-        """The request has its number: return how the attempt has failed meanwhile, if it has."""
+        """Note that the request has its number; return how the attempt has failed meanwhile, if it has."""
         with self._lock:
             self._is_sending, early = False, self._early
             self._early = None

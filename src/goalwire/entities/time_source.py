@@ -64,7 +64,7 @@ class TimeSourceCore:
         """Stop listening to /clock."""
 
     def attach_clock(self, clock: ROSClock) -> None:
-        """Set `clock` too, from now on; it begins with the last time that was heard of."""
+        """Set `clock` too, from now on. It begins with the last time that came on /clock."""
         clock.set_ros_time_override(self._last)
         clock.switch_override(self._active)
         if clock not in self._clocks:
@@ -78,11 +78,11 @@ class TimeSourceCore:
                 self.ros_time_is_active = parameter.value
 
     def catch_up(self) -> bool:
-        """Called by a thread before it sleeps until a time: True if it has set the clocks itself."""
+        """Set the clocks on a thread that is about to sleep; True if there was a message to set them by."""
         return self.subscription is not None and self.subscription.catch_up()
 
     def wake_sleepers(self) -> None:
-        """A message waits for an executor: perhaps for one that is kept from it by a thread that sleeps."""
+        """Wake threads that sleep: a message waits for an executor that one of them may hold up."""
         for clock in self._clocks:
             clock.wake_sleepers()
 
@@ -93,7 +93,7 @@ class TimeSourceCore:
             clock.set_ros_time_override(time)
 
     def advance_quietly(self, time_ns: int) -> bool:
-        """Set the clocks unless that would call a jump callback: False, for `clock_callback` to do it."""
+        """Set the clocks unless that would call a jump callback; return whether they were set."""
         time = Time(nanoseconds=time_ns, clock_type=ClockType.ROS_TIME)
         if not all(clock.advance_quietly(time_ns) for clock in self._clocks):
             return False
@@ -123,11 +123,11 @@ class NodeTimeSource(TimeSourceCore):
 
 
 class ClockSubscription(SubscriptionCore['ClockMessage']):
-    """Time goes on whatever the executor is busy with, as a callback may be sleeping until it does.
+    """Time must go on while the executor is busy: a callback may be sleeping until a later time.
 
-    So a message sets the clocks on the thread that brings it. Only where jump callbacks are to be called, and
-    until they have been, messages take the usual way through the executor: the newest one waits there, for a
-    callback that sleeps, too, if the executor or the group is held up by that.
+    So a message sets the clocks on the thread that brings it. If jump callbacks are to be called, messages
+    take the usual way through the executor until they have been called. The newest one waits there. A thread
+    that sleeps takes it itself if it holds up the executor or the group.
     """
 
     def __init__(self, node: NodeCore, group: CallbackGroup, source: TimeSourceCore) -> None:

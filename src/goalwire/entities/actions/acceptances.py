@@ -51,7 +51,7 @@ class Acceptances:
         _complete(*answer)
 
     def _server_shares_executor(self) -> bool:
-        """Whether a server of this action runs in the executor of this client, and a thread spins that."""
+        """Whether a server of this action runs in this client's executor, and a thread spins that."""
         servers = self._node.context.deadlock_detector.event_queues.get(self._goal_service)
         if not servers:
             return False

@@ -212,7 +212,7 @@ class ActionClientCore(TimedCalls):
         return self._wait_queue
 
     def on_goal_reply(self, call: GoalCall, sample: Sample) -> None:
-        """A server has accepted or refused a goal."""
+        """Take a server's answer to a goal: accepted or refused."""
         goal, payload = call.goal, sample.payload
         with self.lock:
             (answer,) = self.goals.on_goal_reply(goal.goal_id, wire.is_acceptance(payload))

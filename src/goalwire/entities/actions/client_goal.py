@@ -159,9 +159,9 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
 
 class ResultFuture(Future[Any]):
-    """One who waits for a goal's result; all who do share one request. Who asks for it decodes it.
+    """The future of a goal's result. Those of one goal share one request; the reader decodes the result.
 
-    Where the goal has a feedback callback, it is done after that callback's last turn.
+    If the goal has a feedback callback, the future is done after that callback's last turn.
     """
 
     __slots__ = ('_feedback', '_results', 'call_context', 'decode', 'goal_id')
@@ -272,7 +272,7 @@ class GoalFeedback(EventQueue['Sample | None']):
         self._tell_end()
 
     def hurry_if_stuck(self, *, blocks: bool) -> None:
-        """Hurry if the calling callback or thread, which is about to wait for the result, must.
+        """Hurry if the caller, who is about to wait for the result, would hold up the feedback callbacks.
 
         This is so if nobody spins, if the callback holds our group, or if it `blocks` our thread.
         """
@@ -297,7 +297,7 @@ class GoalFeedback(EventQueue['Sample | None']):
         return None
 
     def run(self) -> object:
-        """As an event queue does, which this takes the place of for the sake of one call less."""
+        """Run one callback, as `EventQueue.run` does. It is written out here, which saves a call."""
         if self._is_opening:
             self._is_opening = False
             self._go_on()

@@ -71,7 +71,7 @@ class GoalResults:
         """Return a future for a goal's result: it gives the action's GetResult response."""
         client = self._client
         if call_context is None and client.default_timeout is not None:
-            # A goal may run for ever: if calls have a time, its result has none, but typed errors.
+            # A goal may run for ever, so its result has no deadline. If calls have one, it has typed errors.
             call_context = CallContext(client.node.context, 'action', client.full_name, inf)
             call_context.see_servers(client.goal_service)
         goal = client.goals.find(goal_id)

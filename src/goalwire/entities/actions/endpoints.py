@@ -28,7 +28,7 @@ Handle = Callable[[Request, Any], object]
 """Called with a request and its decoded content."""
 
 REMEMBERED = 1000
-"""How many clients that have gone are known, should a goal of theirs still wait for the executor."""
+"""How many of the clients that have gone are remembered, for goals of theirs that wait for the executor."""
 
 
 @record

@@ -75,7 +75,7 @@ class ActionSide(Protocol):
         """Return the queue in which requests to this action wait for a server."""
 
     def on_goal_reply(self, call: GoalCall, sample: Sample) -> None:
-        """A server has accepted or refused a goal."""
+        """Take a server's answer to a goal: accepted or refused."""
 
     def discard_goal(self, goal: ClientGoal[ResultFuture], reason: str) -> None:
         """Keep nothing of a goal that no server has accepted."""

@@ -100,7 +100,7 @@ def call_each(
 ) -> TransitionCallbackReturnType:
     """Call back each entity in turn, up to the first that does not say SUCCESS, and return what that said.
 
-    Raises TypeError for an answer that is none.
+    Raises TypeError for an answer of another type.
     """
     for entity in entities:
         outcome = checked(getattr(entity, callback)(state), f'{type(entity).__name__}.{callback}()')
