@@ -61,6 +61,17 @@ def test_no_files_import_each_other_in_a_circle() -> None:
     assert circles(modules()) == []
 
 
+def test_no_class_has_more_than_300_lines() -> None:
+    sizes = {
+        f'{module.name}.{item.name}': (item.end_lineno or 0) - item.lineno + 1
+        for module in modules()
+        for item in ast.walk(module.tree)
+        if isinstance(item, ast.ClassDef)
+    }
+    assert len(sizes) > 1000
+    assert {name: lines for name, lines in sizes.items() if lines > 300} == {}
+
+
 def test_private_attributes_are_read_by_their_own_class() -> None:
     files = {module.path for module in modules()}
     for folder in ('benchmarks', 'examples', 'robot', 'tools'):

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.graph_waiting import (
+    ServerWait,
     ServerWaitQueue,
     await_graph,
-    tell_near_misses,
-    tell_silence,
-    wait_for_graph,
 )
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import (
@@ -61,8 +58,6 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         self.qos = qos
         self.callback_group = group
         self._reported: set[str] = set()
-        self._told = ''
-        """The hint about similar names and types that was logged last."""
         self._has_called = False
         self._is_end_told = False
         """Whether it was logged that a call came after the end of the context."""
@@ -70,6 +65,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         self._encode = support.encode_request
         full_name = node.resolve(name, is_service=True)
         super().__init__(node, describe_endpoint(node, EndpointKind.CLIENT, full_name, support, qos))
+        self._server_wait = ServerWait(node, 'service', full_name, self.server_is_there)
         watch_recorders(self)
         node.own(self)
 
@@ -195,11 +191,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
 
         Raises as server_is_there does.
         """
-        tell = partial(tell_silence, self.node, 'service', self.full_name)
-        if wait_for_graph(self.node.context, self.server_is_there, timeout_sec, tell):
-            return True
-        self._told = tell_near_misses(self.node, 'service', self.full_name, self._told)
-        return False
+        return self._server_wait.wait(timeout_sec)
 
     def report_unanswered(self, reason: str) -> None:
         """Count a request that nobody will answer, and say so once for each of the first reasons.

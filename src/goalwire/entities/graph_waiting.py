@@ -62,38 +62,55 @@ def wait_for_graph(
         changes.close()
 
 
-def tell_near_misses(node: NodeCore, kind: str, name: str, told: str) -> str:
-    """Warn of similar names and types in the graph, after a wait without success for a service or action.
-
-    Returns that; if it was `told` before, or nothing is near, nothing is said.
-    """
-    if not node.context.ok():
-        return told
-    from goalwire.graph.near_misses import near_misses
-
-    hint = near_misses(node.context.graph, name, is_action=kind == 'action')
-    if hint and hint != told:
-        get_logger(node.logger_name).warning(f"{kind} '{name}': no server came; {hint}")
-    return hint
-
-
 def where(context: Context) -> str:
     """Return where a context looks for servers, for error texts: its domain and its wire."""
     return f'in domain {context.get_domain_id()} ({selected_identifier()})'
 
 
-def tell_silence(node: NodeCore, kind: str, name: str) -> None:
-    """Say that no server has come yet, where it was looked for, and what in the graph is near."""
-    from goalwire.graph.near_misses import near_misses
-    from goalwire.places import at, caller_place
+class ServerWait:
+    """The blocking waits of one client for its server. They tell what stands in their way, once."""
 
-    if not node.context.ok():
-        return
-    hint = near_misses(node.context.graph, name, is_action=kind == 'action')
-    get_logger(node.logger_name).warning(
-        f"still waiting for {kind} '{name}' after {SILENCE_S:g} s, no server is {where(node.context)}: "
-        f'{hint or "start the node that offers it, or correct the name"}{at(caller_place())}'
-    )
+    def __init__(self, node: NodeCore, kind: str, name: str, is_there: Callable[[], bool]) -> None:
+        """`kind` is 'service' or 'action', `name` fully qualified."""
+        self._node = node
+        self._kind = kind
+        self._name = name
+        self._is_there = is_there
+        self._told = ''
+        """The hint about similar names and types that was logged last."""
+
+    def wait(self, timeout_sec: float | None) -> bool:
+        """Block until there is a server (True), or until the timeout or the context's end (False)."""
+        if wait_for_graph(self._node.context, self._is_there, timeout_sec, self._tell_silence):
+            return True
+        if self._node.context.ok():
+            self._tell_near_misses()
+        return False
+
+    def _tell_near_misses(self) -> None:
+        """Warn of similar names and types in the graph, after a wait without success."""
+        hint = self._find_near_misses()
+        if hint and hint != self._told:
+            get_logger(self._node.logger_name).warning(f"{self._kind} '{self._name}': no server came; {hint}")
+        self._told = hint
+
+    def _tell_silence(self) -> None:
+        """Say that no server has come yet, where it was looked for, and what in the graph is near."""
+        from goalwire.places import at, caller_place
+
+        context = self._node.context
+        if not context.ok():
+            return
+        hint = self._find_near_misses() or 'start the node that offers it, or correct the name'
+        get_logger(self._node.logger_name).warning(
+            f"still waiting for {self._kind} '{self._name}' after {SILENCE_S:g} s, "
+            f'no server is {where(context)}: {hint}{at(caller_place())}'
+        )
+
+    def _find_near_misses(self) -> str:
+        from goalwire.graph.near_misses import near_misses
+
+        return near_misses(self._node.context.graph, self._name, is_action=self._kind == 'action')
 
 
 async def await_graph(context: Context, predicate: Callable[[], bool], deadline: int | None = None) -> bool:

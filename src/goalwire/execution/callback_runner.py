@@ -1,4 +1,4 @@
-"""Runs one callback, plain or a coroutine, as its group allows. All executors share it."""
+"""Runs callbacks, plain ones and coroutines, as their groups allow. All executors share it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from goalwire.execution.asyncio.coroutine_runner import CoroutineRunner, RunnerPool
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.ready_queue import CallbackSource
-    from goalwire.execution.waiting import ShutdownSignal
+    from goalwire.execution.waiting import ShutdownSignal, StopCondition, WireWaiter
 
 
 class CallbackRunner(CallbackChooser):
@@ -44,6 +44,49 @@ class CallbackRunner(CallbackChooser):
         super().reset_in_child()
         if self._runners is not None:
             self._runners.reset_in_child()
+
+    def _run_callbacks(
+        self, waiter: WireWaiter, stop: StopCondition, deadline: int | None, *, once: bool
+    ) -> None:
+        """Run callbacks until `stop`, at `deadline`, or after one."""
+        if self._failures:
+            self._raise_failure()
+        while True:
+            source = self._take(waiter, stop, deadline)
+            if source is None:
+                return
+            performed = self._perform(source)
+            if self._failures:
+                self._raise_failure()
+            if (performed and once) or not self._shutdown_signal.alive or stop.completion_state:
+                return
+            if deadline is not None and not once and self._is_past(deadline):
+                return  # callbacks that are always due must not keep it from ending in time
+
+    def _work_off(self, deadline: int | None) -> None:
+        """Run as many callbacks as there are events now, in order, and then those of the events that came
+        meanwhile.
+
+        rclpy takes an answer behind the tasks and the messages that came with it: the execution of an
+        accepted goal, and the feedback of that. What comes later than these two rounds stays.
+        """
+        self._work_off_once(deadline)
+        if self._ready.items:
+            self._work_off_once(deadline)
+
+    def _work_off_once(self, deadline: int | None) -> None:
+        waiting = [(source, source.backlog) for source in self._ready.items.copy()]
+        while waiting:
+            left = []
+            for source, events in waiting:
+                if self._is_shutdown or not self._shutdown_signal.alive or self._is_past(deadline):
+                    return
+                if self._ready.take(source):  # otherwise another spin has it
+                    self._perform(source)
+                    self._raise_failure()
+                    if events > 1:
+                        left.append((source, events - 1))
+            waiting = left
 
     def _perform(self, source: CallbackSource) -> bool:
         """Run one callback of `source`; False if its group is busy or its node has left.

@@ -370,49 +370,6 @@ class Executor(CallbackRunner):
             if stop is not NEVER and not stop.completion_state:  # otherwise the waker has been called
                 stop.remove_waker(waiter.wake)
 
-    def _run_callbacks(
-        self, waiter: WireWaiter, stop: StopCondition, deadline: int | None, *, once: bool
-    ) -> None:
-        """Run callbacks until `stop`, at `deadline`, or after one."""
-        if self._failures:
-            self._raise_failure()
-        while True:
-            source = self._take(waiter, stop, deadline)
-            if source is None:
-                return
-            performed = self._perform(source)
-            if self._failures:
-                self._raise_failure()
-            if (performed and once) or not self._shutdown_signal.alive or stop.completion_state:
-                return
-            if deadline is not None and not once and self._is_past(deadline):
-                return  # callbacks that are always due must not keep it from ending in time
-
-    def _work_off(self, deadline: int | None) -> None:
-        """Run as many callbacks as there are events now, in order, and then those of the events that came
-        meanwhile.
-
-        rclpy takes an answer behind the tasks and the messages that came with it: the execution of an
-        accepted goal, and the feedback of that. What comes later than these two rounds stays.
-        """
-        self._work_off_once(deadline)
-        if self._ready.items:
-            self._work_off_once(deadline)
-
-    def _work_off_once(self, deadline: int | None) -> None:
-        waiting = [(source, source.backlog) for source in self._ready.items.copy()]
-        while waiting:
-            left = []
-            for source, events in waiting:
-                if self._is_shutdown or not self._shutdown_signal.alive or self._is_past(deadline):
-                    return
-                if self._ready.take(source):  # otherwise another spin has it
-                    self._perform(source)
-                    self._raise_failure()
-                    if events > 1:
-                        left.append((source, events - 1))
-            waiting = left
-
     def _deadline(self, timeout: Timeout) -> int | None:
         return deadline_after(self._clock, timeout.timeout if isinstance(timeout, TimeoutObject) else timeout)
 

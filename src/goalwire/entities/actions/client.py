@@ -25,10 +25,8 @@ from goalwire.entities.actions.requests import LATE_S, ActionRequests, CancelCal
 from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.graph_waiting import (
+    ServerWait,
     ServerWaitQueue,
-    tell_near_misses,
-    tell_silence,
-    wait_for_graph,
 )
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import PENDING_LIMIT, unanswered
@@ -81,8 +79,6 @@ class ActionClientCore(TimedCalls):
         self.lock = Lock()
         """Guards `goals`: the rules take no lock themselves."""
         self.logger: RcutilsLogger = get_logger(node.logger_name).get_child('action_client')
-        self._told = ''
-        """The hint about similar names and types that was logged last."""
         self._clock = node.context.shutdown_signal.clock
         self.goal_type: type = support.cls.Goal  # type: ignore[attr-defined]
         """The action's Goal class."""
@@ -90,6 +86,7 @@ class ActionClientCore(TimedCalls):
         self._wait_queue: ServerWaitQueue | None = None
         self.arrivals = ResponseTicks(node.work_queue, self)
         self._names = node.resolve_action(name)
+        self._server_wait = ServerWait(node, 'action', self.full_name, self.server_is_there)
         self.acceptances = Acceptances(node, self._names.send_goal, self.blocking.futures)
         take_statuses = partial(self.dispatch, self.goals.on_status)
         self.streams = ClientStreams(self, support, group, self.goals, take_statuses)
@@ -112,6 +109,7 @@ class ActionClientCore(TimedCalls):
             self, 'cancel request', names.cancel_goal, support.cancel_goal, qos.cancel
         )
         undo.callback(self.cancel_requests.close)
+        self._requests = (self.goal_requests, self.result_requests, self.cancel_requests)
         undo.callback(self.streams.close)
         self.streams.open(names, qos)
 
@@ -301,16 +299,11 @@ class ActionClientCore(TimedCalls):
         self.node.check_open()
         if not self.node.graph.has_action(self._names.name, self.type_name):
             return False
-        requests = (self.goal_requests, self.result_requests, self.cancel_requests)
-        return all(each.reaches_server() for each in requests)
+        return all(each.reaches_server() for each in self._requests)
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
         """Block until there is a server (True) or the timeout (False); None waits without limit."""
-        tell = partial(tell_silence, self.node, 'action', self.full_name)
-        if wait_for_graph(self.node.context, self.server_is_there, timeout_sec, tell):
-            return True
-        self._told = tell_near_misses(self.node, 'action', self.full_name, self._told)
-        return False
+        return self._server_wait.wait(timeout_sec)
 
     # -- what it is ----------------------------------------------------------------------------------------
 
@@ -359,7 +352,7 @@ class ActionClientCore(TimedCalls):
         self.destroyed = True
         self.node.disown(self)
         self.streams.close()
-        for requests in (self.goal_requests, self.result_requests, self.cancel_requests):
+        for requests in self._requests:
             requests.close()
         self.blocking.end()
         queues = self.goals.feedback_queues()

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from goalwire.entities.parameters.declaration import Described, declarations, described
+from goalwire.entities.parameters.set_callbacks import SetParametersCallbacks
 from goalwire.errors import (
     InvalidHandle,
     InvalidParameterTypeException,
@@ -26,11 +27,10 @@ from goalwire.rules.parameters import (
     Parameter,
     ParameterTable,
     ParameterValue,
-    SetCallbacks,
     Type,
     WrongType,
 )
-from goalwire.rules.parameters.callbacks import NO_ANSWER, NOTHING_LEFT, After, Before, On
+from goalwire.rules.parameters.callbacks import NO_ANSWER, NOTHING_LEFT
 from goalwire.rules.parameters.listing import list_names
 from goalwire.rules.parameters.messages import descriptor_message, result_message, value_of
 
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 DefaultT = TypeVar('DefaultT')
 
 
-class NodeParameters:
+class NodeParameters(SetParametersCallbacks):
     """Mixed into Node. A ParameterTable holds the values; callers see rclpy's types."""
 
     PARAM_REL_TOL = RELATIVE_TOLERANCE
@@ -65,7 +65,7 @@ class NodeParameters:
         values: dict[str, ParameterValue] = dict(self.handle.parameter_overrides())
         values.update({parameter.name: parameter.value for parameter in overrides})
         self._ros_parameters = ParameterTable(values, allow_undeclared=allow_undeclared)
-        self._ros_set_callbacks = SetCallbacks()
+        self._ros_init_set_callbacks()
         if (use := self.handle.override_use) is not None:
             use.note_node(self.handle.name.qualified)
 
@@ -315,46 +315,6 @@ class NodeParameters:
             self._ros_parameters.describe(wanted, parameter)
         return parameter.get_parameter_value()
 
-    # -- callbacks -----------------------------------------------------------------------------------------
-
-    def add_pre_set_parameters_callback(self, callback: Before) -> None:
-        """Call `callback(parameters)` before a set; the list it returns is set instead. Raises TypeError."""
-        _add(callback, self._ros_set_callbacks.before)
-
-    def add_on_set_parameters_callback(self, callback: On) -> None:
-        """Ask `callback(parameters)` for a SetParametersResult before they change. Raises TypeError."""
-        _add(callback, self._ros_set_callbacks.on)
-
-    def add_post_set_parameters_callback(self, callback: After) -> None:
-        """Call `callback(parameters)` after a set that changed them. Raises TypeError."""
-        _add(callback, self._ros_set_callbacks.after)
-
-    def remove_pre_set_parameters_callback(self, callback: Before) -> None:
-        """Forget a callback; raises ValueError if it was not added."""
-        self._ros_set_callbacks.before.remove(callback)
-
-    def remove_on_set_parameters_callback(self, callback: On) -> None:
-        """Forget a callback; raises ValueError if it was not added."""
-        self._ros_set_callbacks.on.remove(callback)
-
-    def remove_post_set_parameters_callback(self, callback: After) -> None:
-        """Forget a callback; raises ValueError if it was not added."""
-        self._ros_set_callbacks.after.remove(callback)
-
-    # rclpy's names for the lists, which programs and tests read
-
-    @property
-    def _pre_set_parameters_callbacks(self) -> list[Before]:
-        return self._ros_set_callbacks.before
-
-    @property
-    def _on_set_parameters_callbacks(self) -> list[On]:
-        return self._ros_set_callbacks.on
-
-    @property
-    def _post_set_parameters_callbacks(self) -> list[After]:
-        return self._ros_set_callbacks.after
-
     def _ros_refuse_undeclared(self, name: str) -> None:
         if not self._ros_parameters.allow_undeclared:
             raise self._ros_not_declared(name)
@@ -413,12 +373,3 @@ def _suiting(
     if not outcome.successful:
         raise InvalidParameterValueException(parameter.name, parameter.value, outcome.reason)
     return parameter
-
-
-_Callback = TypeVar('_Callback', Before, On, After)
-
-
-def _add(callback: _Callback, callbacks: list[_Callback]) -> None:
-    if not callable(callback):
-        raise TypeError(f'Callback must be callable, got {type(callback)}')
-    callbacks.insert(0, callback)

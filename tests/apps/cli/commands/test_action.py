@@ -187,3 +187,31 @@ def test_progress_needs_a_field_that_counts(ros2: CommandLine, spec: str) -> Non
     ros2_ended = ros2('action', 'send_goal', 'lab/fibonacci', 'order=3', '--progress', spec)
     assert ros2_ended.code == 4
     assert ros2_ended.err.count('\n') == 1
+
+
+def test_a_detached_goal_is_probed_and_attached_to(ros2: CommandLine, begin: Begin) -> None:
+    goal_id = ros2.ok('action', 'send_goal', 'lab/fibonacci', 'order=1005', '--detach').rstrip('\n')
+    assert re.fullmatch(ID, goal_id)
+    assert ros2.ok('action', 'probe', 'lab/fibonacci', goal_id[:12]) == f'{goal_id}: running, EXECUTING\n'
+    attached = begin('action', 'attach', 'lab/fibonacci', goal_id)
+    attached.expect(f'^Attached to goal {goal_id}$')
+    left = begin('action', 'attach', 'lab/fibonacci', goal_id)
+    left.expect('^Attached to goal')
+    left.send_signal(signal.SIGINT)
+    assert left.wait() == 130
+    ros2.ok('action', 'cancel', 'lab/fibonacci', goal_id)
+    assert attached.wait() == 9
+    assert attached.output.splitlines()[-1] == 'Goal finished with status: CANCELED'
+    ended = json.loads(ros2.ok('action', 'probe', 'lab/fibonacci', goal_id, '--json'))
+    assert (ended['goal_id'], ended['state'], ended['status']) == (goal_id, 'ended', 'CANCELED')
+
+
+def test_attaching_to_a_goal_that_the_server_does_not_have_sends_none(ros2: CommandLine) -> None:
+    unknown = '0' * 31 + '1'
+    told = ros2.fails('action', 'attach', 'lab/fibonacci', unknown, code=6)
+    assert 'the server does not know the goal' in told
+    assert f'action probe /lab/fibonacci {unknown}' in told
+    assert 'does not have the goal' in ros2.fails('action', 'probe', 'lab/fibonacci', unknown, code=3)
+    assert 'is not an id of a goal' in ros2.fails('action', 'attach', 'lab/fibonacci', '0' * 32, code=4)
+    refused = ros2.fails('action', 'send_goal', 'lab/fibonacci', 'order=-1', '--detach', code=7)
+    assert 'refused the goal' in refused

@@ -54,7 +54,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
         goal_id = ''
         if arguments.goal_id:
-            goal_id = await _full_id(node, name, arguments.goal_id, arguments.timeout)
+            goal_id = await full_id(node, name, arguments.goal_id, arguments.timeout, is_active=True)
         client = node.client(CancelGoal, f'{name}/_action/cancel_goal')
         response = await client.call(cancel_request(goal_id, before), timeout=arguments.timeout)
         canceling = goals_canceling(response)
@@ -70,18 +70,23 @@ def run(arguments: Namespace, output: Output) -> Outcome:
     return live(ask)
 
 
-async def _full_id(node: goalwire.Node, name: str, given: str, patience: float) -> str:
-    """Return the id with this beginning; raises CommandError if there is none, or more than one."""
+async def full_id(
+    node: goalwire.Node, name: str, given: str, patience: float, *, is_active: bool = False
+) -> str:
+    """Return the id of the action's goal with this beginning, one that has not ended if `is_active`.
+
+    Raises CommandError if there is none, or more than one.
+    """
     text = given.replace('-', '').lower()
-    if not text or text.strip('0123456789abcdef') or len(text) > 32:
+    is_all_goals = text == 32 * '0'
+    if not text or text.strip('0123456789abcdef') or len(text) > 32 or is_all_goals:
         raise CommandError(
             Outcome.BAD_VALUE, f"'{given}' is not an id of a goal", f'see: ros2 action goals {name}'
         )
     if len(text) == 32:
         return text
-    return only_id(
-        text, name, (goal.goal_id for goal in await known_goals(node, name, patience) if goal.is_active)
-    )
+    goals = await known_goals(node, name, patience)
+    return only_id(text, name, (goal.goal_id for goal in goals if goal.is_active or not is_active))
 
 
 def only_id(text: str, name: str, ids: Iterable[str]) -> str:

@@ -1,4 +1,4 @@
-"""ros2 action: list, type, info, find, send_goal, echo; and goals, cancel, watch."""
+"""ros2 action: list, type, info, find, send_goal, echo; and attach, cancel, goals, probe, watch."""
 
 from __future__ import annotations
 
@@ -44,6 +44,7 @@ NOUN = Noun(
     'action',
     'Various action related sub-commands',
     (
+        Verb('attach', 'Follow a goal that was sent before', *lazy('action.attach')),
         Verb('cancel', 'Cancel goals of an action', *lazy('action.cancel')),
         Verb('echo', 'Echo what happens to the goals of an action', *lazy('action.echo')),
         Verb(
@@ -55,6 +56,7 @@ NOUN = Noun(
         Verb('goals', 'Output a list of the goals of an action', *lazy('action.goals')),
         Verb('info', 'Print information about an action', _info, _info_arguments),
         Verb('list', 'Output a list of action names', ACTIONS.print_all, ACTIONS.list_arguments),
+        Verb('probe', 'Ask how a goal stands that was sent before', *lazy('action.probe')),
         Verb('send_goal', 'Send an action goal', *lazy('action.send_goal')),
         Verb('type', "Print an action's type", ACTIONS.print_types, ACTIONS.name_argument),
         Verb('watch', 'Show the goals of an action as they go on', *lazy('action.watch')),

@@ -7,7 +7,8 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.cli.commands.action.progress import bar, progress_argument
+from goalwire.apps.cli.commands.action.progress import progress_argument
+from goalwire.apps.cli.commands.action.run_display import RunDisplay, yaml_text
 from goalwire.apps.cli.commands.service.call import LOOK_S, PATIENCE_S
 from goalwire.apps.cli.framework import lookup, values
 from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types_ourselves, types_there
@@ -16,8 +17,7 @@ from goalwire.apps.cli.framework.numbers import positive
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell
 from goalwire.graph.names import SEND_GOAL, shown
-from goalwire.observe.messages import as_dict
-from goalwire.observe.progress import Progress, ProgressError
+from goalwire.observe.progress import ProgressError
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 CANCEL_S = 30.0
 """How long a server may take to say that it cancels a goal, after Ctrl-C; a second Ctrl-C does not wait."""
-_OUTCOMES = {'SUCCEEDED': Outcome.OK, 'ABORTED': Outcome.ABORTED, 'CANCELED': Outcome.CANCELED}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -41,6 +40,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--goal-file', metavar='FILE', help='Read the goal from a YAML file')
     parser.add_argument('-f', '--feedback', action='store_true', help='Echo the feedback of the goal')
     progress_argument(parser)
+    parser.add_argument(
+        '--detach',
+        action='store_true',
+        help="Print the goal's id alone when the goal is accepted, and leave it to itself; "
+        'see `action attach` and `action probe`',
+    )
     parser.add_argument(
         '-t',
         '--timeout',
@@ -64,14 +69,12 @@ class _Goal:
             self._name, type_name = ACTIONS.name_and_type(arguments)
         self._type_name = type_name
         self._cls = lookup.interface_in_use(type_name)
-        self._progress = Progress(arguments.progress) if arguments.progress else None
+        self._display = RunDisplay(output, feedback=arguments.feedback, progress=arguments.progress)
         if arguments.goal_file:
             words = [f'@{arguments.goal_file}']
         given = values.read_values(words, self._cls.Goal, stdin=arguments.stdin)
         self._goal = self._cls.Goal()
         self._set_stamps = values.fill(self._goal, given, type_name)
-        self._bar = ''
-        self._is_canceling = False
 
     async def perform(self, node: goalwire.Node) -> Outcome:
         """Send it and follow it to its end."""
@@ -86,32 +89,33 @@ class _Goal:
             await client.wait_for_server(timeout=self._arguments.timeout or PATIENCE_S)
         for set_stamp in self._set_stamps:
             set_stamp(node.clock.now().to_msg())
-        self._say(f'Sending goal:\n     {_yaml(self._goal)}')
+        self._say(f'Sending goal:\n     {yaml_text(self._goal)}')
+        # Leaving the block must not wait: `_cancel` does and shows what Ctrl-C asks for.
+        sending = client.send(
+            self._goal, timeout=self._arguments.timeout, grace=0.0, keep=self._arguments.detach
+        )
         try:
-            # Leaving the block must not wait: `_cancel` does and shows what Ctrl-C asks for.
-            async with client.send(self._goal, timeout=self._arguments.timeout, grace=0.0) as run:
+            async with sending as run:
                 self._tell_accepted(run)
-                return await self._follow(run, node)
+                return Outcome.OK if self._arguments.detach else await self._follow(run, node)
         except goalwire.GoalRefused:
             if self._output.json:
                 self._output.data({'event': 'rejected'})
+            if self._arguments.detach:
+                raise
             self._say('Goal was rejected.')
             return Outcome.REFUSED
 
     def _tell_accepted(self, run: goalwire.Run[Any, Any]) -> None:
         if self._output.json:
             self._output.data({'event': 'accepted', 'goal_id': run.goal_id.hex()})
+        elif self._arguments.detach:
+            self._output.line(run.goal_id.hex())
         self._say(f'Goal accepted with ID: {run.goal_id.hex()}\n')
 
     async def _follow(self, run: goalwire.Run[Any, Any], node: goalwire.Node) -> Outcome:
         try:
-            async for feedback in run.feedback:
-                self._show_feedback(feedback)
-            return self._finish('SUCCEEDED', await run.result)
-        except goalwire.GoalFailed as error:
-            return self._finish(
-                'ABORTED' if isinstance(error, goalwire.GoalAborted) else 'CANCELED', error.result
-            )
+            return await self._display.follow(run)
         except ProgressError:  # the feedback cannot be shown as asked: leaving the block cancels the goal
             node.logger.set_level(50)
             raise
@@ -123,8 +127,7 @@ class _Goal:
         """Cancel the goal since Ctrl-C or the deadline came, and wait for its end, or for one more Ctrl-C."""
         task = asyncio.current_task()
         assert task is not None
-        self._clear_bar()
-        self._is_canceling = True
+        self._display.clear_bar()
         self._say('Canceling goal...')
         try:
             await self._ask_to_cancel(
@@ -153,53 +156,14 @@ class _Goal:
 
     async def _end(self, run: goalwire.Run[Any, Any]) -> Outcome:
         try:
-            return self._finish('SUCCEEDED', await run.result)
-        except goalwire.GoalFailed as error:
-            return self._finish(
-                'ABORTED' if isinstance(error, goalwire.GoalAborted) else 'CANCELED', error.result
-            )
+            return await self._display.show_end(run, by_ourselves=True)
         except goalwire.DeadlineError:
             self._say('Goal canceled.')
             return Outcome.TIMEOUT  # nobody waits for its result any more
 
-    def _show_feedback(self, feedback: Any) -> None:
-        if self._output.json:
-            self._output.data({'event': 'feedback', 'feedback': as_dict(feedback)})
-            return
-        self._clear_bar()
-        if self._arguments.feedback:
-            self._say(f'Feedback:\n    {_yaml(feedback)}')
-        if self._progress is not None:
-            done = self._progress.read(feedback)
-            if self._output.is_terminal and done is not None:
-                self._bar = bar(done)
-                self._output.rewrite(self._bar)
-
-    def _finish(self, status: str, result: Any) -> Outcome:
-        self._clear_bar()
-        if self._output.json:
-            self._output.data({'event': 'result', 'status': status, 'result': as_dict(result)})
-        self._say(f'Result:\n    {_yaml(result)}')
-        if status == 'CANCELED' and self._is_canceling:
-            self._say('Goal canceled.')
-        else:
-            self._say(f'Goal finished with status: {status}')
-        return _OUTCOMES[status]
-
-    def _clear_bar(self) -> None:
-        if self._bar:
-            self._bar = ''
-            self._output.rewrite('')
-
     def _say(self, text: str) -> None:
-        if not self._output.json:
-            self._output.block(text)
-
-
-def _yaml(message: Any) -> str:
-    from rosidl_runtime_py import message_to_yaml
-
-    return message_to_yaml(message)
+        if not self._arguments.detach:
+            self._display.say(text)
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:

@@ -1,0 +1,84 @@
+"""Shows a goal that is followed: its feedback, its result, and the exit code that stands for its end."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import goalwire
+from goalwire.apps.cli.commands.action.progress import bar
+from goalwire.apps.cli.framework.outcome import Outcome
+from goalwire.observe.messages import as_dict
+from goalwire.observe.progress import Progress
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+_OUTCOMES = {'SUCCEEDED': Outcome.OK, 'ABORTED': Outcome.ABORTED, 'CANCELED': Outcome.CANCELED}
+
+
+class RunDisplay:
+    """Prints what happens to one goal: text for people, or with `--json` one document for each event."""
+
+    def __init__(self, output: Output, *, feedback: bool, progress: str | None) -> None:
+        """With `feedback` people see the feedback; `progress` names the field that a bar is drawn of."""
+        self._output = output
+        self._has_feedback = feedback
+        self._progress = Progress(progress) if progress else None
+        self._bar = ''
+
+    async def follow(self, run: goalwire.Run[Any, Any]) -> Outcome:
+        """Show the feedback until the goal ends, then its result; raises what its result raises otherwise.
+
+        Raises ProgressError if the feedback lacks the field of the progress.
+        """
+        async for feedback in run.feedback:
+            self._show_feedback(feedback)
+        return await self.show_end(run)
+
+    async def show_end(self, run: goalwire.Run[Any, Any], *, by_ourselves: bool = False) -> Outcome:
+        """Wait for the result and show it; `by_ourselves` says that this command had the goal cancelled."""
+        try:
+            return self._finish('SUCCEEDED', await run.result)
+        except goalwire.GoalAborted as error:
+            return self._finish('ABORTED', error.result)
+        except goalwire.GoalCanceled as error:
+            return self._finish('CANCELED', error.result, by_ourselves=by_ourselves)
+
+    def _show_feedback(self, feedback: Any) -> None:
+        if self._output.json:
+            self._output.data({'event': 'feedback', 'feedback': as_dict(feedback)})
+            return
+        self.clear_bar()
+        if self._has_feedback:
+            self.say(f'Feedback:\n    {yaml_text(feedback)}')
+        if self._progress is not None:
+            done = self._progress.read(feedback)
+            if self._output.is_terminal and done is not None:
+                self._bar = bar(done)
+                self._output.rewrite(self._bar)
+
+    def _finish(self, status: str, result: Any, *, by_ourselves: bool = False) -> Outcome:
+        self.clear_bar()
+        if self._output.json:
+            self._output.data({'event': 'result', 'status': status, 'result': as_dict(result)})
+        self.say(f'Result:\n    {yaml_text(result)}')
+        self.say('Goal canceled.' if by_ourselves else f'Goal finished with status: {status}')
+        return _OUTCOMES[status]
+
+    def clear_bar(self) -> None:
+        """Take the bar away, so that a line can be printed."""
+        if self._bar:
+            self._bar = ''
+            self._output.rewrite('')
+
+    def say(self, text: str) -> None:
+        """Print a text for people."""
+        if not self._output.json:
+            self._output.block(text)
+
+
+def yaml_text(message: Any) -> str:
+    """Return a message as `ros2 action` prints it."""
+    from rosidl_runtime_py import message_to_yaml
+
+    return message_to_yaml(message)
