@@ -262,12 +262,7 @@ class ActionClientCore(TimedCalls):
     # -- cancelling ----------------------------------------------------------------------------------------
 
     def cancel_goal(
-        self,
-        goal_id: GoalId,
-        stamp_ns: int = 0,
-        call_context: CallContext | None = None,
-        *,
-        asked_at: str = '',
+        self, goal_id: GoalId, stamp_ns: int = 0, call_context: CallContext | None = None, asked_at: str = ''
     ) -> Future[Any]:
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response.
 
@@ -275,8 +270,7 @@ class ActionClientCore(TimedCalls):
         """
         if self.destroyed:
             raise InvalidHandle
-        call = CancelCall(self.cancel_requests, self.support.cancel_goal.decode_response)
-        call.asked_at = asked_at
+        call = CancelCall(self.cancel_requests, self.support.cancel_goal.decode_response, asked_at)
         payload = wire.encode_cancel_request(goal_id, stamp_ns)
         self.cancel_requests.start(call, payload, call_context or self._new_context())
         return call

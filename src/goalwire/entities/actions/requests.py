@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from goalwire.rules.goals.client import ClientGoal
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.qos import QoS
-    from goalwire.transport.contract import Sample
+    from goalwire.transport.contract import Payload, Sample
 
 LATE_S = 10.0
 """How long a server may still accept a goal that nobody waits for any more. The goal is cancelled then."""
@@ -267,8 +267,13 @@ class CancelCall(PendingCall):
 
     awaited_by: ActionRequests
     waits = False
-    asked_at = ''
-    """The line of the program that asked, if it is to be told of a refusal that it does not look at."""
+
+    def __init__(
+        self, client: ActionRequests, decode: Callable[[Payload], object], asked_at: str = ''
+    ) -> None:
+        """`asked_at` is the line of the program that is told of a refusal which it does not look at."""
+        super().__init__(client, decode)
+        self._asked_at = asked_at
 
     @property
     def is_unread(self) -> bool:
@@ -277,7 +282,7 @@ class CancelCall(PendingCall):
 
     def on_reply(self, sample: Sample) -> None:
         super().on_reply(sample)
-        place, self.asked_at = self.asked_at, ''
+        place, self._asked_at = self._asked_at, ''
         if place:
             client = self.awaited_by
             watch_answer(self, client.node, client.action.full_name, place)
