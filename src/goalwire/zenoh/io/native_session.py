@@ -25,6 +25,7 @@ from goalwire.zenoh.io.listeners import Listeners
 from goalwire.zenoh.io.query_timer import QueryTimer
 from goalwire.zenoh.io.relinking import Relinking
 from goalwire.zenoh.io.settings import Settings
+from goalwire.zenoh.io.shared_memory.session_memory import SessionMemory
 from goalwire.zenoh.io.socket_link import SocketLink
 from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.handshake import Handshake, Identity
@@ -94,6 +95,7 @@ class NativeSession:
         self.id = protocol.id
         name = f'goalwire-zenoh {self.id[:8]}'
         self._settings = settings
+        self._memory = SessionMemory(settings.memory, self.id, self.guard)
         self._flusher = Flusher(f'{name} flusher')
         self._poller = poller = open_privately(
             lambda: Poller(
@@ -187,7 +189,7 @@ class NativeSession:
             self.refuse('connection', f'{bounds.MOST_GREETINGS} newer ones are in their handshake')
             oldest.end('others wait')
         try:
-            new = self._maker.make_inbound(sock, protocol, self._handshake())
+            new = self._maker.make_inbound(sock, protocol, self._handshake(sock, protocol))
             self._links[new.link] = self._greetings[new.link] = new
         # Raised by a signal's handler: nobody else has the socket, and its other end waits
         except BaseException:
@@ -201,7 +203,9 @@ class NativeSession:
             sock.close()
             return
         try:
-            new = self._maker.make_outbound(sock, parse(dial.address), self._handshake(dial))
+            endpoint = parse(dial.address)
+            handshake = self._handshake(sock, endpoint.protocol, dial)
+            new = self._maker.make_outbound(sock, endpoint, handshake)
             self._links[new.link] = new
         except BaseException:  # as in _take_inbound
             sock.close()
@@ -209,13 +213,16 @@ class NativeSession:
         self._dials.keep(dial, new.link)
         new.start()
 
-    def _handshake(self, dial: Dial | None = None) -> Handshake:
+    def _handshake(self, sock: socket.socket, protocol: str, dial: Dial | None = None) -> Handshake:
+        memory = self._memory.agreement(sock, protocol)
+        self.protocol.memory = self._memory.pool
         return Handshake(
             self.protocol.identity,
             connects=dial is not None,
             random=os.urandom,
             expected=None if dial is None else dial.expected,
             is_linked=self._is_met,
+            memory=memory,
         )
 
     def _is_met(self, zid: bytes) -> bool:
@@ -372,3 +379,4 @@ class NativeSession:
         for each in list(self._links.values()):  # links that were taken at the last moment
             each.end('the session is closed', GENERIC)
         self._poller.close()
+        self._memory.close()

@@ -7,6 +7,7 @@ from goalwire.records import record
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.identities import Identify
+from goalwire.zenoh.io.shared_memory.session_memory import MemorySettings
 from goalwire.zenoh.protocol.transport import Role
 
 
@@ -29,6 +30,8 @@ class Settings:
     """Names the other side of a TLS link by its certificate. If it is set, every link needs TLS."""
     token_keys: tuple[str, ...] = ()
     """The key expressions of the tokens that routers are asked for; empty: all tokens."""
+    memory: MemorySettings = MemorySettings()
+    """With whom it shares memory."""
     untimed_s: float = 600.0
     """How long a query without a time may take; rmw_zenoh's ten minutes."""
     must_connect: bool | None = None

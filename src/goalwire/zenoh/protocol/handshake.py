@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import Enum
+from typing import Protocol
 
 from goalwire.records import record
 from goalwire.zenoh.protocol.primitives import (
@@ -26,6 +27,7 @@ from goalwire.zenoh.protocol.primitives import (
     Reader,
     ZenohProtocolError,
 )
+from goalwire.zenoh.protocol.shared_memory import LinkMemory
 from goalwire.zenoh.protocol.transport import (
     INIT,
     IS_ANSWER,
@@ -70,6 +72,34 @@ class Terms:
     first_received: int
 
 
+class MemoryAgreement(Protocol):
+    """How the two sides of one link agree on shared memory; each proves that it can read the other's.
+
+    No method raises. Whatever is odd means that the link carries bytes only.
+    """
+
+    def offer(self) -> bytes | None:
+        """Return what the connector offers in INIT."""
+
+    def answer(self, theirs: bytes) -> bytes | None:
+        """Return the acceptor's answer in INIT; None declines."""
+
+    def prove(self, theirs: bytes) -> int | bytes | None:
+        """Return the connector's proof in OPEN; None declines."""
+
+    def accept(self, proof: int | bytes | None) -> int | bytes | None:
+        """Return the acceptor's acceptance in OPEN; None declines."""
+
+    def conclude(self, accepted: int | bytes | None) -> None:
+        """Take the acceptance, as the connector."""
+
+    def make_memory(self, send: Callable[[bytes], object]) -> LinkMemory | None:
+        """Return the memory of the link; None if the sides have not agreed. `send` sends a message."""
+
+    def close(self) -> None:
+        """Close what was opened, also the memory of the link: it has ended. Idempotent."""
+
+
 class State(Enum):
     """The steps of a handshake."""
 
@@ -89,6 +119,7 @@ class Handshake:
         random: Callable[[int], bytes],
         expected: bytes | None = None,
         is_linked: Callable[[bytes], bool] = lambda _: False,
+        memory: MemoryAgreement | None = None,
     ) -> None:
         """`random` makes bytes, `expected` is the id that must answer, `is_linked` tells of links."""
         self.state = State.WAIT_INIT
@@ -98,13 +129,24 @@ class Handshake:
         self._random = random
         self._expected = expected
         self._is_linked = is_linked
+        self._memory = memory
         self._theirs: Init | None = None
-        self._agreed = Init(identity.zid, identity.role, identity.batch_size)
+        offer = memory.offer() if memory is not None and connects else None
+        self._agreed = Init(identity.zid, identity.role, identity.batch_size, memory=offer)
         self._first_sent = int.from_bytes(random(4), 'little') >> 4
 
     def start(self) -> bytes:
         """Return the connector's first message; an acceptor sends nothing."""
         return self._agreed.encode() if self.connects else b''
+
+    def make_memory(self, send: Callable[[bytes], object]) -> LinkMemory | None:
+        """Return the shared memory that both sides have agreed on, if they have; `send` sends a message."""
+        return None if self._memory is None else self._memory.make_memory(send)
+
+    def close(self) -> None:
+        """Let go of what the handshake has opened: the link has ended."""
+        if self._memory is not None:
+            self._memory.close()
 
     def receive(self, reader: Reader) -> bytes:
         """Take one message and return the answer, if any. Raises ZenohProtocolError."""
@@ -139,14 +181,20 @@ class Handshake:
             min(theirs.patch, OUR_PATCH),
             None if self.connects else self._random(16),
             min(theirs.number_size, ours.number_size),
+            None if self.connects else self._answer_memory(theirs.memory),
         )
         self._first_sent &= self._agreed.number_mask
         self.state = State.WAIT_OPEN
         if self.connects:
             if theirs.zid == ours.zid:
                 raise ZenohProtocolError('the peer has our own id: we connected to ourselves', TO_SELF)
-            return Open(self._identity.lease_ms, self._first_sent, theirs.cookie).encode()
+            memory = self._memory
+            proof = None if memory is None or theirs.memory is None else memory.prove(theirs.memory)
+            return Open(self._identity.lease_ms, self._first_sent, theirs.cookie, proof).encode()
         return self._agreed.encode()
+
+    def _answer_memory(self, theirs: bytes | None) -> bytes | None:
+        return None if self._memory is None or theirs is None else self._memory.answer(theirs)
 
     def _take_open(self, theirs: Open) -> bytes:
         other, agreed = self._theirs, self._agreed
@@ -175,4 +223,10 @@ class Handshake:
             theirs.first_number,
         )
         self.state = State.UP
-        return b'' if self.connects else Open(self._identity.lease_ms, self._first_sent).encode()
+        memory = self._memory
+        if self.connects:
+            if memory is not None:
+                memory.conclude(theirs.memory)
+            return b''
+        accepted = None if memory is None else memory.accept(theirs.memory)
+        return Open(self._identity.lease_ms, self._first_sent, memory=accepted).encode()

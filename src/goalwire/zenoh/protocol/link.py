@@ -9,10 +9,11 @@ KEEP_ALIVE.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sized
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from goalwire.zenoh.protocol import bounds
-from goalwire.zenoh.protocol.channels import PieceBudget
+from goalwire.zenoh.protocol.channels import DATA_CHANNEL, PieceBudget
 from goalwire.zenoh.protocol.declarations import (
     Declaration,
     Interest,
@@ -36,6 +37,7 @@ from goalwire.zenoh.protocol.handshake import Handshake, Terms
 from goalwire.zenoh.protocol.link_state import LinkStates, Node
 from goalwire.zenoh.protocol.network import (
     DECLARE,
+    DEFAULT_QOS,
     INTEREST,
     IS_SENDERS,
     LARGE,
@@ -46,6 +48,8 @@ from goalwire.zenoh.protocol.network import (
     REQUEST,
     RESPONSE,
     RESPONSE_FINAL,
+    Payload,
+    Resolve,
     Sample,
     new_sample,
     read_body,
@@ -54,6 +58,8 @@ from goalwire.zenoh.protocol.network import (
     read_reply,
     read_request_id,
     read_wire_key,
+    refuse_slices,
+    response_final,
 )
 from goalwire.zenoh.protocol.outgoing import QUEUE_END, Connection, Outgoing
 from goalwire.zenoh.protocol.peer_entities import PeerEntities
@@ -68,6 +74,7 @@ from goalwire.zenoh.protocol.primitives import (
     encode_session,
     show_id,
 )
+from goalwire.zenoh.protocol.shared_memory import LinkMemory, Slices
 from goalwire.zenoh.protocol.transport import FIRST_NETWORK_ID, MESSAGE_ID, Role
 
 if TYPE_CHECKING:
@@ -82,6 +89,8 @@ class Receivers(NamedTuple):
 
     key: str
     callbacks: tuple[Callable[[Sample], None], ...]
+    take_views: bool = False
+    """Whether one of them wants payloads in shared memory to stay there."""
 
 
 class Router(Protocol):
@@ -171,10 +180,26 @@ class Link:
         self._queries = owner.queries
         self._routes = owner.routes
         self._report = owner.report
+        self._refuse = owner.refuse
         self._link_states = LinkStates()
+        self.memory: LinkMemory | None = None
+        """The shared memory of this link, if both sides have agreed on it."""
+        self._resolve: Resolve = refuse_slices
+        self._qos = DEFAULT_QOS
+        self._takes_views = False
+        """The QoS of the message that is being read, and whether its payload may stay in shared memory."""
         self._own_source = b''
         """The first bytes of the source ids of the other side's publishers; empty if it is a router."""
         self._silent_since: float | None = None
+
+    def _take_slices(self, slices: Slices) -> Payload | None:
+        """Return the payload in some slices; None if its sender did not wait for us."""
+        memory = self.memory
+        assert memory is not None
+        payload = memory.take(slices, self._qos & 7, as_view=self._takes_views)
+        if payload is None:
+            self._refuse('message in shared memory', 'its sender has used its memory again')
+        return payload
 
     def refusal(self, act: Act, key: str) -> str:
         """Return why the other side may not do something; '' if it may."""
@@ -203,6 +228,10 @@ class Link:
                 self._own_source = encode_session(terms.zid)
             self.frames.agree(terms)
             self.outgoing.agree(terms)
+            memory = self.handshake.make_memory(partial(self.outgoing.send, DATA_CHANNEL))
+            if memory is not None:
+                self.memory = self.outgoing.memory = memory
+                self._resolve = self._take_slices
         if answer:
             self.outgoing.send_transport(answer)
         if terms is not None:
@@ -213,6 +242,7 @@ class Link:
         """Stop sending, and ignore what comes; with a `reason`, send CLOSE first."""
         self.outgoing.close(reason)
         self.frames.close()
+        self.handshake.close()
         self.is_up = False
 
     # ---- whether the other side lives and reads
@@ -315,16 +345,20 @@ class Link:
         """Take one message of any form; return where it ends."""
         begin = at
         header = data[at]
+        qos = DEFAULT_QOS
         scope, suffix, at = read_wire_key(data, at + 1, header)
         if header & MORE:
-            _, at = read_extensions(data, at)
+            qos, at = read_extensions(data, at)
         is_senders = header & IS_SENDERS
         where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16
         receivers = self.push_receivers.get(where)
         if receivers is None:
             receivers = self._routes.receivers(self, scope, suffix, is_senders)
         body = at
-        sample, at = read_body(data, at, end, receivers.key)
+        self._qos, self._takes_views = qos, receivers.take_views
+        sample, at = read_body(data, at, end, receivers.key, self._resolve)
+        if sample is None:
+            return at
         source = sample.source
         # Most sources name the other side itself, and are known by their first bytes.
         if source is not None and not source.startswith(self._own_source):
@@ -380,7 +414,11 @@ class Link:
         qos = 5
         if header & MORE:
             qos, at = read_extensions(data, at)
-        query, at = read_query(data, at, end)
+        self._qos, self._takes_views = qos, False
+        query, at = read_query(data, at, end, self._resolve)
+        if query is None:
+            self.outgoing.send(2 * (qos & 7) + 1, response_final(request, qos))
+            return at
         where = (scope, suffix, header & IS_SENDERS)
         if not suffix and len(self.request_forms) < bounds.ROUTES_LIMIT:
             form = request_form(data, header, start, at, where, qos, query)
@@ -403,11 +441,14 @@ class Link:
             if alike is not None:
                 self._queries.take_reply(self, request, alike)
                 return next_at
-        start = at
+        start, qos = at, DEFAULT_QOS
         if header & MORE:
-            _, at = read_extensions(data, at)
+            qos, at = read_extensions(data, at)
+        self._qos, self._takes_views = qos, False
         key = self._reply_key(request, scope, suffix, header & IS_SENDERS)
-        answer, at = read_reply(data, at, end, key or '')
+        answer, at = read_reply(data, at, end, key or '', self._resolve)
+        if answer is None:
+            return at
         source = answer.source if type(answer) is Sample else None
         is_own = source is None or source.startswith(self._own_source)
         if not is_own and self._routes.is_forged(self, source or b''):

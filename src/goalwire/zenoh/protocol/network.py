@@ -33,6 +33,7 @@ from goalwire.zenoh.protocol.primitives import (
     encode_z,
     unknown_extension,
 )
+from goalwire.zenoh.protocol.shared_memory import MARK_OF_PUT, MARK_OF_QUERY, Slices, read_slices
 
 INTEREST, RESPONSE_FINAL, RESPONSE, REQUEST, PUSH, DECLARE, OAM = range(0x19, 0x20)
 PUT, DEL, QUERY, REPLY, ERR = range(1, 6)
@@ -66,6 +67,13 @@ LARGE = 65536
 """Bytes from which a payload is shown within its message, not copied out of it."""
 
 Payload: TypeAlias = bytes | memoryview
+Resolve: TypeAlias = Callable[[Slices], Payload | None]
+"""Makes a payload of slices that may be in shared memory; None if it is not there any more."""
+
+
+def refuse_slices(_slices: Slices) -> None:
+    """Stand in for shared memory on a link that has agreed on none."""
+    raise unknown_extension(MARK_OF_PUT)
 
 
 class Sample(NamedTuple):
@@ -225,12 +233,29 @@ def del_body(
     return bytes((header | (MORE if extensions else 0),)) + (stamp or b'') + extensions
 
 
-def read_body(data: bytes, at: int, end: int, key: str) -> tuple[Sample, int]:
-    """Return the sample that a PUT or DEL brings for `key`, and the position behind it."""
+def shared_put_head(attachment: bytes | None, stamp: bytes | None, source: bytes | None) -> bytes:
+    """Return a PUT up to its slices."""
+    header = PUT | MORE if stamp is None else PUT | MORE | HAS_STAMP
+    extensions = b'' if source is None else bytes((SOURCE | MORE,)) + encode_data(source)
+    if attachment is None:
+        extensions += bytes((MARK_OF_PUT,))
+    else:
+        extensions += bytes((MARK_OF_PUT | MORE, ATTACHMENT_OF_PUT)) + encode_data(attachment)
+    return b'%c%b%b' % (header, stamp or b'', extensions)
+
+
+def read_body(
+    data: bytes, at: int, end: int, key: str, resolve: Resolve = refuse_slices
+) -> tuple[Sample | None, int]:
+    """Return the sample that a PUT or DEL brings for `key`, and the position behind it.
+
+    The sample is None if its payload was in shared memory and is lost.
+    """
     header = data[at]
     kind = header & MESSAGE_ID
     at += 1
     stamp = source = attachment = None
+    is_shared = False
     if header & HAS_STAMP:
         start = at
         _, at = decode_z(data, at)
@@ -261,12 +286,19 @@ def read_body(data: bytes, at: int, end: int, key: str) -> tuple[Sample, int]:
             elif header & MANDATORY:
                 raise unknown_extension(header)
             at += size
+        elif header & _UNIT == MARK_OF_PUT and kind == PUT:
+            is_shared = True
         elif form == FORM or header & MANDATORY:
             raise unknown_extension(header)
         elif form == NUMBER_FORM:
             _, at = decode_z(data, at)
     payload: Payload | None = None
-    if kind == PUT:
+    if is_shared:
+        slices, at = read_slices(data, at, end)
+        payload = resolve(slices)
+        if payload is None:
+            return None, at
+    elif kind == PUT:
         size = data[at]
         at += 1
         if size > 0x7F:
@@ -276,6 +308,10 @@ def read_body(data: bytes, at: int, end: int, key: str) -> tuple[Sample, int]:
     if at > end:
         raise ZenohProtocolError('a PUT or DEL is cut off')
     return new_sample((key, payload, attachment, stamp, source)), at
+
+
+_UNIT = EXTENSION | MANDATORY
+"""The bits of an extension without a body that identify it."""
 
 
 def skip_encoding(data: bytes, at: int) -> int:
@@ -366,8 +402,10 @@ def query_rest(payload: Payload | None, attachment: bytes | None) -> bytes:
 _ATTACHMENT_OF_QUERY = bytes((ATTACHMENT_OF_QUERY,))
 
 
-def read_query(data: bytes, at: int, end: int) -> tuple[QueryMessage, int]:
-    """Return a QUERY and the position behind it."""
+def read_query(
+    data: bytes, at: int, end: int, resolve: Resolve = refuse_slices
+) -> tuple[QueryMessage | None, int]:
+    """Return a QUERY and the position behind it; None if its payload was in shared memory and is lost."""
     header = data[at]
     at += 1
     if header & MESSAGE_ID != QUERY:
@@ -381,6 +419,7 @@ def read_query(data: bytes, at: int, end: int) -> tuple[QueryMessage, int]:
         at += size
     payload: Payload | None = None
     attachment = source = None
+    is_shared = is_lost = False
     while header & MORE:
         header = data[at]
         at += 1
@@ -391,7 +430,12 @@ def read_query(data: bytes, at: int, end: int) -> tuple[QueryMessage, int]:
             if size > 0x7F:
                 size, at = decode_z(data, at - 1)
             which = header & EXTENSION
-            if which == BODY_OF_QUERY:
+            if which == BODY_OF_QUERY and is_shared:
+                slices, at = read_slices(data, skip_encoding(data, at), end)
+                payload = resolve(slices)
+                is_lost = payload is None
+                size = 0
+            elif which == BODY_OF_QUERY:
                 start = at + 1 if data[at] == 0 else skip_encoding(data, at)
                 payload = data[start : at + size] if size < LARGE else memoryview(data)[start : at + size]
             elif which == ATTACHMENT_OF_QUERY:
@@ -401,12 +445,16 @@ def read_query(data: bytes, at: int, end: int) -> tuple[QueryMessage, int]:
             elif header & MANDATORY:
                 raise unknown_extension(header)
             at += size
+        elif header & _UNIT == MARK_OF_QUERY:
+            is_shared = True
         elif form == FORM or header & MANDATORY:
             raise unknown_extension(header)
         elif form == NUMBER_FORM:
             _, at = decode_z(data, at)
     if at > end:
         raise ZenohProtocolError('a QUERY is cut off')
+    if is_lost:
+        return None, at
     return QueryMessage(parameters, payload, attachment, source), at
 
 
@@ -467,8 +515,10 @@ def response_final(request_id: int, qos: int) -> bytes:
     return bytes((RESPONSE_FINAL | MORE,)) + encode_z(request_id) + bytes((QOS,)) + SMALL_Z[qos]
 
 
-def read_reply(data: bytes, at: int, end: int, key: str) -> tuple[Sample | ReplyError, int]:
-    """Return the answer in a RESPONSE, and the position behind it."""
+def read_reply(
+    data: bytes, at: int, end: int, key: str, resolve: Resolve = refuse_slices
+) -> tuple[Sample | ReplyError | None, int]:
+    """Return the answer in a RESPONSE, and the position behind it; None as of `read_body`."""
     header = data[at]
     kind = header & MESSAGE_ID
     at += 1
@@ -477,7 +527,7 @@ def read_reply(data: bytes, at: int, end: int, key: str) -> tuple[Sample | Reply
             _, at = decode_z(data, at)
         if header & MORE:
             _, at = read_extensions(data, at)
-        return read_body(data, at, end, key)
+        return read_body(data, at, end, key, resolve)
     if kind != ERR:
         raise ZenohProtocolError(f'0x{header:02x} is neither REPLY nor ERR')
     if header & HAS_ENCODING:

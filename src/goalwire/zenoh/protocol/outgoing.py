@@ -37,6 +37,7 @@ from goalwire.zenoh.protocol.transport import KEEP_ALIVE_MESSAGE, MAX_BATCH, clo
 
 if TYPE_CHECKING:
     from goalwire.zenoh.protocol.handshake import Terms
+    from goalwire.zenoh.protocol.shared_memory import LinkMemory
 
 QUEUE_LIMIT = 2 << 20
 """Bytes that may wait for a socket. Beyond them droppable messages are dropped, and others wait."""
@@ -97,6 +98,8 @@ class Outgoing:
         """Whether anything was sent since the last `tick`."""
         self.dropped = 0
         """How many messages were dropped for lack of room."""
+        self.memory: LinkMemory | None = None
+        """The memory by which the other side takes large payloads; None: it gets bytes."""
         self.queue = SendQueue()
         self.overflowed = False
         """Whether more than QUEUE_END waits: the link is to be given up."""

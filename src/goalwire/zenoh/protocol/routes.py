@@ -26,6 +26,7 @@ class Subscriber(NamedTuple):
 
     callback: Callable[[Sample], None]
     takes_own: bool
+    takes_views: bool = False
 
 
 class Queryable(NamedTuple):
@@ -109,10 +110,11 @@ class Routes:
             key = link.peer.key_of(scope, suffix, is_senders)
             if key is None:
                 return
-            found = tuple(each.callback for _, each in self.subscribers.meeting(key))
+            subscribers = [each for _, each in self.subscribers.meeting(key)]
+            found = tuple(each.callback for each in subscribers)
             if found and link.refusal(Act.PUT, key):
                 found = (partial(_count_refused, link),)
-            receivers = Receivers(key, found)
+            receivers = Receivers(key, found, any(each.takes_views for each in subscribers))
             link.remember_receivers(scope, suffix, is_senders, receivers)
 
         self._section.run(find)

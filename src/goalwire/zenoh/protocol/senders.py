@@ -34,6 +34,7 @@ from goalwire.zenoh.protocol.network import (
     query_head,
     query_rest,
     request_tail,
+    shared_put_head,
     wire_key,
 )
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT, Outgoing
@@ -49,12 +50,16 @@ from goalwire.zenoh.protocol.primitives import (
 from goalwire.zenoh.protocol.queries import ANY_KEY, Answer, PendingQuery
 from goalwire.zenoh.protocol.routes import Queryable
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
+from goalwire.zenoh.protocol.shared_memory import Pointer, encode_pointer
 
 FLOOD = 32
 """So many messages put in a row are a flood (see `Stamps.burst`): those that follow may wait a moment, to go
 out together. Fewer never do: a callback that publishes twenty floods nobody."""
 SMALL = 2048
 """Bytes of a message that may wait. A system call costs a larger one little."""
+_NEVER = float('inf')
+Links: TypeAlias = 'tuple[tuple[Outgoing, bytes], ...]'
+"""Links that get a message, each with the bytes that name its key there."""
 _HERE = object()
 """Stands for the session's own queryables among those that a query waits for."""
 
@@ -78,8 +83,10 @@ class Publication:
         self._qos = priority if droppable else priority | BLOCK
         self._droppable = droppable
         self._version = -1
-        self._links: tuple[tuple[Outgoing, bytes], ...] = ()
+        self._links: Links = ()
         self._own: tuple[Callable[[Sample], None], ...] = ()
+        self._shared_from: float = _NEVER
+        """Bytes from which payloads go through shared memory, on the links that have some."""
         self._is_open = True
         self.number = session.next_number()
         session.use_key(self._key)
@@ -98,22 +105,52 @@ class Publication:
         if stamp is None:
             stamp = session.stamp()
         encoded_source = None if source is None else encode_source(source)
-        if self._links:
-            size = len(payload)
+        links, size = self._links, len(payload)
+        if size >= self._shared_from:
+            links = self._share(payload, shared_put_head(attachment, stamp, encoded_source), links)
+        if links:
             if size >= LARGE:
-                self._put_large(bytes(payload), put_head(size, attachment, stamp, encoded_source))
+                self._put_large(bytes(payload), put_head(size, attachment, stamp, encoded_source), links)
             else:
                 body = put_body(payload, attachment, stamp, encoded_source)
                 may_wait = size < SMALL and session.stamps.burst > FLOOD
-                for link, head in self._links:
+                for link, head in links:
                     link.send(self._channel, head + body, self._droppable, may_wait)
         if self._own:
             sample = new_sample((self._key, payload, attachment, stamp, encoded_source))
             self._deliver(sample)
 
-    def _put_large(self, payload: bytes, begin: bytes) -> None:
+    def _share(self, payload: Payload, begin: bytes, links: Links) -> Links:
+        """Send a payload through shared memory to the links that can take it; return the others.
+
+        It is copied into a chunk once, for all of them, and only if there is one.
+        """
+        pool = self._session.memory
+        loan = None if pool is None else pool.borrow(len(payload))
+        if loan is None:
+            return links
+        lent: list[tuple[Outgoing, bytes, Pointer]] = []
+        left: list[tuple[Outgoing, bytes]] = []
+        try:
+            for link, head in links:
+                pointer = None if link.memory is None else link.memory.lend(loan)
+                if pointer is None:
+                    left.append((link, head))
+                else:
+                    lent.append((link, head, pointer))
+            if lent:
+                loan.write(payload)
+            for link, head, pointer in lent:
+                message = b''.join((head, begin, encode_pointer(pointer)))
+                if not link.send(self._channel, message, self._droppable) and link.memory is not None:
+                    link.memory.take_back(pointer)
+        finally:
+            loan.end()
+        return tuple(left)
+
+    def _put_large(self, payload: bytes, begin: bytes, links: Links) -> None:
         """Send a PUT without copying its large payload: fresh memory of 1 MB costs over a millisecond."""
-        for link, head in self._links:
+        for link, head in links:
             link.send_large(self._channel, (head + begin, payload), droppable=self._droppable)
 
     def put_where_free(
@@ -143,7 +180,13 @@ class Publication:
         # The key in full: its number may be given up before the message goes.
         late = push_head(wire_key(self._key), self._qos | BLOCK if waits else self._qos) + begin
         left: list[tuple[Outgoing, Callable[[], None]]] = []
-        for link, head in self._links:
+        links = self._links
+        if size >= self._shared_from:
+            free = tuple(each for each in links if each[0] not in full)
+            shared = shared_put_head(attachment, stamp, encoded_source)
+            not_shared = self._share(payload, shared, free)
+            links = tuple(each for each in links if each[0] in full or each in not_shared)
+        for link, head in links:
             if link not in full and (not waits or link.queue.size + size <= QUEUE_LIMIT):
                 link.send_large(self._channel, (head + begin, data), droppable=self._droppable)
             else:
@@ -192,6 +235,9 @@ class Publication:
             if (not is_final or not link.peer.knows_all or link.peer.subscribers.has_meeting(key))
             and not link.refusal(Act.RECEIVE, key)
         )
+        pool = session.memory
+        has_memory = pool is not None and any(link.memory is not None for link, _ in self._links)
+        self._shared_from = pool.least if pool is not None and has_memory else _NEVER
         if is_final:  # at last: other threads that send with it look no further than that
             self._version = version
 

@@ -41,6 +41,7 @@ from goalwire.zenoh.protocol.pending_queries import PendingQueries
 from goalwire.zenoh.protocol.primitives import encode_replier, show_id
 from goalwire.zenoh.protocol.queries import PendingQuery
 from goalwire.zenoh.protocol.routes import Queryable, Routes, Subscriber
+from goalwire.zenoh.protocol.shared_memory import Pool
 from goalwire.zenoh.protocol.stamps import Stamps
 from goalwire.zenoh.protocol.transport import Role
 
@@ -103,6 +104,8 @@ class SessionProtocol:
         self.token_keys: tuple[str, ...] = ()
         """The key expressions of the tokens that routers are asked for; empty: all. Routers with access
         control need to know them."""
+        self.memory: Pool | None = None
+        """The memory from which large payloads are published; set by the owner."""
         self.relink = owner.relink
         self.refuse = owner.refuse
         self.report = owner.report
@@ -135,14 +138,22 @@ class SessionProtocol:
     # ---- what its user declares
 
     def declare_subscriber(
-        self, key: str, callback: Callable[[Sample], None], *, takes_own: bool = True
+        self,
+        key: str,
+        callback: Callable[[Sample], None],
+        *,
+        takes_own: bool = True,
+        takes_views: bool = False,
     ) -> int:
         """Call `callback` with each message on a key that intersects this one; return a handle to
         `undeclare`.
+
+        With `takes_views` a payload in shared memory may stay there: it is a memoryview then, and the
+        memory is its own while it lives.
         """
         key = canonical(key)
         number = self.next_number()
-        subscriber = Subscriber(callback, takes_own)
+        subscriber = Subscriber(callback, takes_own, takes_views)
         self.section.run(partial(self._entities.add_subscriber, number, key, subscriber))
         return number
 

@@ -21,6 +21,7 @@ from goalwire.zenoh.protocol.primitives import (
     encode_data,
     encode_z,
 )
+from goalwire.zenoh.protocol.shared_memory import DATA_IN_OPEN, EXTENSION_OF_INIT, NUMBER_IN_OPEN
 
 INIT, OPEN, CLOSE, KEEP_ALIVE, FRAME, FRAGMENT = range(1, 7)
 FIRST_NETWORK_ID = 0x19
@@ -67,6 +68,8 @@ class Init:
     cookie: bytes | None = None
     number_size: int = LARGEST_NUMBERS
     """The size of sequence numbers, as NUMBER_BITS has them."""
+    memory: bytes | None = None
+    """The offer of shared memory, or the answer to one; None: only bytes."""
 
     @property
     def number_mask(self) -> int:
@@ -77,6 +80,8 @@ class Init:
         """Return the message."""
         header = INIT | HAS_SIZES | (0 if self.cookie is None else IS_ANSWER)
         extensions = [bytes((QOS,))] * self.qos
+        if self.memory is not None:
+            extensions.append(bytes((EXTENSION_OF_INIT,)) + encode_data(self.memory))
         if self.patch:
             extensions.append(bytes((PATCH,)) + encode_z(self.patch))
         return b''.join(
@@ -114,10 +119,12 @@ class Init:
             cookie = reader.sized()
             if len(cookie) > MAX_COOKIE:
                 raise ZenohProtocolError(f'a cookie of {len(cookie)} bytes')
-        found = reader.extensions({QOS, PATCH}) if header & MORE else {}
+        found = reader.extensions({QOS, PATCH, EXTENSION_OF_INIT}) if header & MORE else {}
         patch = found.get(PATCH, 0)
+        memory = found.get(EXTENSION_OF_INIT)
         assert isinstance(patch, int)
-        return cls(zid, Role(who & 3), batch_size, QOS in found, patch, cookie, sizes & 3)
+        assert not isinstance(memory, int)
+        return cls(zid, Role(who & 3), batch_size, QOS in found, patch, cookie, sizes & 3, memory)
 
 
 @record
@@ -127,14 +134,20 @@ class Open:
     lease_ms: int
     first_number: int
     cookie: bytes | None = None
+    memory: int | bytes | None = None
+    """The proof that the other side's segment was read, or its acceptance; a number until Zenoh 1.9."""
 
     def encode(self) -> bytes:
         """Return the message; whole seconds are sent as seconds."""
         seconds, rest = divmod(self.lease_ms, 1000)
         header = OPEN | (IS_ANSWER if self.cookie is None else 0) | (0 if rest else IN_SECONDS)
+        extension = b''
+        if self.memory is not None:
+            header |= MORE
+            extension = _memory_in_open(self.memory)
         lease = encode_z(self.lease_ms if rest else seconds)
         cookie = b'' if self.cookie is None else encode_data(self.cookie)
-        return bytes((header,)) + lease + encode_z(self.first_number) + cookie
+        return bytes((header,)) + lease + encode_z(self.first_number) + cookie + extension
 
     @classmethod
     def decode(cls, reader: Reader) -> Open:
@@ -145,9 +158,14 @@ class Open:
         if first_number >> 28:
             raise ZenohProtocolError(f'first sequence number {first_number} has more than 28 bits')
         cookie = None if header & IS_ANSWER else reader.sized()
-        if header & MORE:
-            reader.extensions()
-        return cls(lease, first_number, cookie)
+        found = reader.extensions({NUMBER_IN_OPEN, DATA_IN_OPEN}) if header & MORE else {}
+        return cls(lease, first_number, cookie, found.get(DATA_IN_OPEN, found.get(NUMBER_IN_OPEN)))
+
+
+def _memory_in_open(value: int | bytes) -> bytes:
+    if isinstance(value, int):
+        return bytes((NUMBER_IN_OPEN,)) + encode_z(value)
+    return bytes((DATA_IN_OPEN,)) + encode_data(value)
 
 
 def chain(extensions: list[bytes]) -> bytes:

@@ -1,0 +1,291 @@
+"""The writer: the memory from which a session publishes, and who holds which part of it.
+
+A chunk is borrowed, filled once, and lent to each link that takes it. Each loan has a header of its own with
+a count of 1, which its reader lowers. So the writer never changes a header that is out, and needs no atomic
+instruction. The pool looks at the headers when it needs room, and finds what has come back.
+
+The writer believes nothing that stands in a segment but the count: where chunks lie, how large they are and
+who holds them it knows from its own tables.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from time import monotonic
+
+from goalwire.concurrency.critical_section import CriticalSection
+from goalwire.zenoh.io.shared_memory import layout
+from goalwire.zenoh.io.shared_memory.allocator import Allocator, rounded
+from goalwire.zenoh.io.shared_memory.segments import ForeignSegment, OwnSegment
+from goalwire.zenoh.protocol.shared_memory import Pointer
+
+FIRST_SEGMENT = 4 << 20
+"""Bytes of the first data segment. C++ readers lock it in memory, where 8 MiB is the usual limit."""
+MOST_LENT = 4096
+"""Headers that are out at one time, of all links."""
+PROBE_SIZE = 64
+PAUSE_S = 1.0
+"""How long the pool does not try to grow after it could not."""
+GRACE_S = 1.0
+"""How long a chunk is kept whose reader's process is gone: others may have had it from there."""
+_COUNT = layout.HEADER.size // 4
+
+
+class DataSegment:
+    """A data segment of the pool, and where it is free."""
+
+    def __init__(self, pool: MemoryPool, size: int) -> None:
+        self.file = OwnSegment(size, 32)
+        self.places = Allocator(size)
+        self.view = memoryview(self.file.map)
+        """Unmapped with the last chunk, and not before: another thread may be filling one."""
+        self.probe = Chunk(pool, self, self.places.take(PROBE_SIZE) or 0, PROBE_SIZE)
+        """A chunk that is lent to show who can open the segment. It is always held."""
+
+
+class Chunk:
+    """A part of a data segment. It is free once nobody holds it."""
+
+    __slots__ = ('_pool', 'holders', 'offset', 'room', 'segment', 'size')
+
+    def __init__(self, pool: MemoryPool, segment: DataSegment, offset: int, size: int) -> None:
+        self._pool = pool
+        self.segment = segment
+        self.offset = offset
+        self.room = size
+        """Bytes that were taken from the segment."""
+        self.size = size
+        self.holders = 1
+
+    def write(self, payload: bytes | memoryview) -> None:
+        """Copy the payload into the chunk."""
+        self.segment.view[self.offset : self.offset + self.size] = payload
+
+    def end(self) -> None:
+        """Let go of it: the publisher needs it no more."""
+        self._pool.let_go(self)
+
+
+class Lent:
+    """The headers that one reader holds."""
+
+    def __init__(self, reader: ForeignSegment) -> None:
+        """`reader` is its segment of the handshake, by whose lock is seen whether it lives."""
+        self.reader = reader
+        self.chunks: dict[int, Chunk] = {}
+        """By the header's index."""
+        self.size = 0
+        self.given_up_at: float | None = None
+        """When the link ended; the reader may still hold views."""
+
+
+class MemoryPool:
+    """One session's pool; any thread may use it, and none waits longer than another one counts."""
+
+    def __init__(self, size: int, least: int, owner: int, warn: Callable[[str], None]) -> None:
+        """`size` in bytes, `least` of a payload; `owner` is the session's segment of the handshake."""
+        self.size = size
+        self.least = least
+        self.share = size // 2
+        """Bytes that one reader holds at most, beside one chunk of any size."""
+        self._owner = owner
+        self._warn = warn
+        self._section = CriticalSection()
+        self._segments: list[DataSegment] = []
+        self._metadata: OwnSegment | None = None
+        self._counts = memoryview(b'')
+        self._generations: list[int] = []
+        self._free_headers: deque[int] = deque()
+        self._readers: list[Lent] = []
+        self._no_growth_before = 0.0
+        self._is_open = True
+
+    # ---- what publishers ask for
+
+    def borrow(self, size: int) -> Chunk | None:
+        """Return a chunk; None if the pool is full."""
+        if size > self.size or self._section.is_entered():
+            return None
+        found: list[Chunk] = []
+        self._section.run(partial(self._borrow, size, found))
+        return found[0] if found else None
+
+    def _borrow(self, size: int, found: list[Chunk]) -> None:
+        if not self._is_open:
+            return
+        self._collect()
+        chunk = self._take(size)
+        if chunk is None and self._collect_orphans():
+            chunk = self._take(size)
+        if chunk is None and self._grow(size):
+            chunk = self._take(size)
+        if chunk is not None:
+            found.append(chunk)
+
+    def _take(self, size: int) -> Chunk | None:
+        for segment in self._segments:
+            offset = segment.places.take(size)
+            if offset is not None:
+                return Chunk(self, segment, offset, size)
+        return None
+
+    def _grow(self, size: int) -> bool:
+        """Add a segment, twice as large as the last; False if there is no room for it."""
+        left = self.size - sum(each.file.size for each in self._segments)
+        wanted = max(FIRST_SEGMENT << len(self._segments), 2 * rounded(size) + PROBE_SIZE)
+        new = min(wanted, left, layout.MOST_CHUNK)
+        now = monotonic()
+        if new < rounded(size) + PROBE_SIZE or now < self._no_growth_before:
+            return False
+        try:
+            if self._metadata is None:
+                self._make_metadata()
+            self._segments.append(DataSegment(self, new))
+        except OSError as error:
+            first = not self._no_growth_before
+            self._no_growth_before = now + PAUSE_S
+            if first:
+                self._warn(
+                    f'no shared memory of {new} bytes can be had ({error.strerror or error}): '
+                    'large messages go over sockets; make room in /dev/shm, or lower ZENOH_SHM_ALLOC_SIZE'
+                )
+            return False
+        return True
+
+    def _make_metadata(self) -> None:
+        metadata = OwnSegment(layout.METADATA_SIZE, 16)
+        layout.OWNER.pack_into(metadata.map, layout.OWNER_AT, layout.MAGIC, self._owner)
+        self._counts = memoryview(metadata.map).cast('I')
+        self._generations = [0] * MOST_LENT
+        self._free_headers = deque(range(MOST_LENT))
+        self._metadata = metadata
+
+    def let_go(self, chunk: Chunk) -> None:
+        """Free a chunk unless somebody else holds it."""
+        self._section.run(partial(self._drop, chunk))
+
+    def _drop(self, chunk: Chunk) -> None:
+        chunk.holders -= 1
+        if not chunk.holders and self._is_open:
+            chunk.segment.places.give(chunk.offset, chunk.room)
+
+    # ---- what links ask for
+
+    def add_reader(self, reader: ForeignSegment) -> Lent:
+        """Return the table of what a new link's other side holds."""
+        lent = Lent(reader)
+        self._section.run(partial(self._readers.append, lent))
+        return lent
+
+    def lend(self, chunk: Chunk, lent: Lent) -> Pointer | None:
+        """Lend a chunk to a reader; None if it holds its share already."""
+        if self._section.is_entered():
+            return None
+        found: list[Pointer] = []
+        self._section.run(partial(self._lend, chunk, lent, found))
+        return found[0] if found else None
+
+    def _lend(self, chunk: Chunk, lent: Lent, found: list[Pointer]) -> None:
+        metadata = self._metadata
+        if metadata is None or not self._is_open or lent.given_up_at is not None or not self._free_headers:
+            return
+        if lent.size and lent.size + chunk.size > self.share:
+            return
+        index = self._free_headers.popleft()
+        generation = self._generations[index] = (self._generations[index] + 1) & 0xFFFFFFFF
+        layout.HEADER.pack_into(
+            metadata.map,
+            index * layout.HEADER.size,
+            1,
+            0,
+            generation,
+            layout.POSIX,
+            chunk.segment.file.number,
+            chunk.offset,
+            chunk.size,
+        )
+        chunk.holders += 1
+        lent.chunks[index] = chunk
+        lent.size += chunk.size
+        found.append(Pointer(chunk.size, metadata.number, index, generation))
+
+    def take_back(self, pointer: Pointer, lent: Lent) -> None:
+        """Take a loan back that the reader never heard of."""
+        self._section.run(partial(self._end_loan, pointer.header, lent))
+
+    def is_back(self, pointer: Pointer) -> bool:
+        """Whether the reader has lowered the count of a loan."""
+        return not self._counts[pointer.header * _COUNT]
+
+    def give_up(self, lent: Lent) -> None:
+        """Take note that a reader's link has ended. What it still holds is kept while its process lives."""
+        self._section.run(partial(self._give_up, lent))
+
+    def _give_up(self, lent: Lent) -> None:
+        if lent.given_up_at is None:
+            lent.given_up_at = monotonic()
+            self._collect()
+            if not lent.chunks or not self._is_open:
+                self._forget(lent)
+
+    def _forget(self, lent: Lent) -> None:
+        if lent in self._readers:
+            self._readers.remove(lent)
+        lent.reader.close()
+
+    # ---- what comes back
+
+    def _end_loan(self, index: int, lent: Lent) -> None:
+        chunk = lent.chunks.pop(index, None)
+        if chunk is not None and self._is_open:
+            lent.size -= chunk.size
+            self._free_headers.append(index)
+            self._drop(chunk)
+
+    def _collect(self) -> None:
+        """Find the loans that have come back."""
+        counts = self._counts
+        for lent in list(self._readers):
+            for index in [each for each in lent.chunks if not counts[each * _COUNT]]:
+                self._end_loan(index, lent)
+            if lent.given_up_at is not None and not lent.chunks:
+                self._forget(lent)
+
+    def _collect_orphans(self) -> bool:
+        """Take back what processes held that are gone; whether there was any."""
+        now = monotonic()
+        found = False
+        for lent in list(self._readers):
+            at = lent.given_up_at
+            if at is None or now - at < GRACE_S or lent.reader.has_owner():
+                continue
+            found = True
+            for index in list(lent.chunks):
+                self._end_loan(index, lent)
+            self._forget(lent)
+        return found
+
+    # ---- the end
+
+    def close(self) -> None:
+        """Remove the segments. Readers that have them open keep what is in them."""
+        self._section.run(self._close)
+
+    def _close(self) -> None:
+        self._is_open = False
+        for lent in list(self._readers):
+            self._forget(lent)
+        for segment in self._segments:
+            segment.file.close()
+        self._segments.clear()
+        if self._metadata is not None:
+            self._metadata.close()
+
+    def abandon(self) -> None:
+        """Close the descriptors only, in a forked child: the segments are the parent's."""
+        for each in (*(segment.file for segment in self._segments), self._metadata):
+            if each is not None:
+                each.abandon()
+        self._is_open = False

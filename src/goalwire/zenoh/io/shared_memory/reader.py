@@ -1,0 +1,237 @@
+"""The reader's side of one link: payloads are copied out of the writer's segments, or viewed in place.
+
+All that stands in another process's segment may be nonsense, and may change at any time. So a header is read
+once, into memory of our own, and what it says is checked against the sizes of the segments. After the copy it
+is read again: the same generation means that the writer had not reused the chunk meanwhile.
+
+A writer of goalwire's lends each header to one link alone and waits for it. Its chunks may be viewed in
+place. Chunks of any other writer are copied at once, since it may take them back by time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from mmap import ACCESS_READ, ALLOCATIONGRANULARITY, mmap
+from typing import TYPE_CHECKING, TypeAlias
+from weakref import WeakSet, finalize
+
+from goalwire.zenoh.io.shared_memory import layout
+from goalwire.zenoh.io.shared_memory.agreement import Partner
+from goalwire.zenoh.io.shared_memory.segments import ForeignSegment
+from goalwire.zenoh.protocol.primitives import ZenohProtocolError
+from goalwire.zenoh.protocol.shared_memory import Pointer, Slices
+
+if TYPE_CHECKING:
+    from atomicshm import AtomicView
+
+MOST_SEGMENTS = 64
+"""Segments of one link that are open at one time; beyond, the one that was opened first is closed."""
+MOST_VIEWS = 64
+"""Views of one link's chunks at one time; each has a mapping. Beyond, payloads are copied."""
+_HEADER = layout.HEADER
+_COUNT = _HEADER.size // 4
+
+
+MakeAtomic: TypeAlias = 'Callable[[mmap], AtomicView]'
+
+
+def find_atomics() -> MakeAtomic | None:
+    """Return what makes atomic instructions on a mapping, if the package for them is installed.
+
+    Only pointers of other writers than goalwire's need them: there several processes count in one header.
+    """
+    try:
+        from atomicshm import AtomicView
+    except ImportError:
+        return None
+    return AtomicView
+
+
+class Metadata:
+    """A metadata segment of a writer's."""
+
+    def __init__(self, number: int, partner: Partner) -> None:
+        """Raises OSError or ValueError."""
+        self.file = ForeignSegment(number, writable=True)
+        if self.file.size != layout.METADATA_SIZE:
+            self.file.close()
+            raise ValueError(f'metadata segment {number} has {self.file.size} bytes')
+        self.map = self.file.map
+        self.counts = memoryview(self.map).cast('I')
+        magic, owner = layout.OWNER.unpack_from(self.map, layout.OWNER_AT)
+        self.is_ours_alone = partner.is_goalwire and (magic, owner) == (layout.MAGIC, partner.number)
+        """Whether its headers are lent to this link alone, by a writer that waits."""
+        self._atomic: AtomicView | None = None
+
+    def atomic(self, make: MakeAtomic) -> AtomicView:
+        """Return the segment for atomic instructions."""
+        if self._atomic is None:
+            self._atomic = make(self.map)
+        return self._atomic
+
+    def lower(self, index: int) -> None:
+        """Give a header back that was lent to this link alone."""
+        self.counts[index * _COUNT] = 0
+
+    def close(self) -> None:
+        """Close it. Views that are alive can still give their headers back."""
+        if self._atomic is not None:
+            self._atomic.close()
+        self.file.close()
+
+
+class MemoryReader:
+    """Takes pointers that came over one link, on the thread that reads it."""
+
+    def __init__(
+        self,
+        partner: Partner,
+        counters: Sequence[int],
+        make_atomic: MakeAtomic | None,
+        is_forked: Callable[[], bool],
+        largest: int,
+    ) -> None:
+        """`counters` are what the other side has lent; `largest` is the size of a message in bytes."""
+        self._partner = partner
+        self._make_atomic = make_atomic
+        self._counters = counters
+        self._lent_counters: AtomicView | None = None
+        if make_atomic is not None and counters:
+            self._lent_counters = make_atomic(partner.segment.map)
+        self._is_forked = is_forked
+        self._largest = largest
+        self._metadata: dict[int, Metadata] = {}
+        self._data: dict[int, ForeignSegment] = {}
+        self._views: WeakSet[mmap] = WeakSet()
+
+    def take(self, slices: Slices, priority: int, *, as_view: bool) -> bytes | memoryview | None:
+        """Return the payload; None if its sender has reused a chunk. Raises ZenohProtocolError."""
+        if sum(each.size if isinstance(each, Pointer) else len(each) for each in slices) > self._largest:
+            raise ZenohProtocolError(f'a message in shared memory has more than {self._largest} bytes')
+        as_view = as_view and len(slices) == 1
+        parts: list[bytes | memoryview] = []
+        is_lost = False
+        for each in slices:
+            part = self._follow(each, priority, as_view=as_view) if isinstance(each, Pointer) else each
+            if part is None:
+                is_lost = True
+            else:
+                parts.append(part)
+        if is_lost:
+            return None
+        return parts[0] if len(parts) == 1 else b''.join(parts)
+
+    def _follow(self, pointer: Pointer, priority: int, *, as_view: bool) -> bytes | memoryview | None:
+        """Return what one pointer leads to. Its header is given back, whatever happens."""
+        try:
+            metadata = self._open_metadata(pointer.segment)
+            if metadata.is_ours_alone:
+                return self._take_own(metadata, pointer, as_view=as_view)
+            if self._make_atomic is None:
+                raise ZenohProtocolError('it sent a pointer, and was told that none can be read')
+            return self._take_foreign(metadata, metadata.atomic(self._make_atomic), pointer)
+        except (OSError, ValueError) as error:
+            raise ZenohProtocolError(f'its shared memory cannot be read: {error}') from None
+        finally:
+            if self._lent_counters is not None:
+                self._lent_counters.fetch_sub_u32(layout.COUNTERS_AT + 4 * self._counters[priority], 1)
+
+    def _take_own(self, metadata: Metadata, pointer: Pointer, *, as_view: bool) -> bytes | memoryview | None:
+        """Take a chunk of a writer that waits until we give its header back."""
+        index = pointer.header
+        chunk = _check(metadata, pointer)
+        if chunk is None:
+            return None
+        number, offset = chunk
+        segment = self._open_data(number, offset + pointer.size)
+        if as_view and len(self._views) < MOST_VIEWS:
+            return self._view(metadata, segment, offset, pointer)
+        payload = segment.map[offset : offset + pointer.size]
+        is_intact = _check(metadata, pointer) == chunk
+        metadata.lower(index)
+        return payload if is_intact else None
+
+    def _view(self, metadata: Metadata, segment: ForeignSegment, offset: int, pointer: Pointer) -> memoryview:
+        """Return a view that gives the header back when nobody uses it any more.
+
+        It has a mapping of its own, which lives as long as the view, also when the link is gone.
+        """
+        start = offset // ALLOCATIONGRANULARITY * ALLOCATIONGRANULARITY
+        end = offset + pointer.size
+        mapped = mmap(segment.fd, end - start, access=ACCESS_READ, offset=start)
+        self._views.add(mapped)
+        finalize(mapped, _give_back, metadata, pointer.header, self._is_forked).atexit = False
+        return memoryview(mapped)[offset - start :]
+
+    def _take_foreign(self, metadata: Metadata, atomic: AtomicView, pointer: Pointer) -> bytes | None:
+        """Copy a chunk of a writer that may take it back by time; say before that it is being read."""
+        if pointer.header >= layout.HEADERS:
+            raise ValueError(f'header {pointer.header} of {layout.HEADERS}')
+        atomic.fetch_or_u64(layout.WATCHDOGS_AT + pointer.header // 64 * 8, 1 << pointer.header % 64)
+        try:
+            chunk = _check(metadata, pointer)
+            if chunk is None:
+                return None
+            number, offset = chunk
+            payload = self._open_data(number, offset + pointer.size).read(pointer.size, offset)
+            if len(payload) != pointer.size or _check(metadata, pointer) != chunk:
+                return None
+            return payload
+        finally:
+            atomic.fetch_sub_u32(pointer.header * _HEADER.size, 1)
+
+    def _open_metadata(self, number: int) -> Metadata:
+        metadata = self._metadata.get(number)
+        if metadata is not None and (metadata.is_ours_alone or metadata.file.is_current()):
+            return metadata
+        if metadata is not None:
+            self._metadata.pop(number).close()
+        if len(self._metadata) >= MOST_SEGMENTS:
+            self._metadata.pop(next(iter(self._metadata))).close()
+        metadata = self._metadata[number] = Metadata(number, self._partner)
+        return metadata
+
+    def _open_data(self, number: int, end: int) -> ForeignSegment:
+        """Return a data segment that has at least `end` bytes."""
+        segment = self._data.get(number)
+        if segment is None:
+            if len(self._data) >= MOST_SEGMENTS:
+                self._data.pop(next(iter(self._data))).close()
+            segment = self._data[number] = ForeignSegment(number)
+        if end > segment.size:
+            raise ValueError(f'a chunk ends at byte {end} of {segment.size} in segment {number}')
+        return segment
+
+    def close(self) -> None:
+        """Close what is open. Views stay as they are."""
+        if self._lent_counters is not None:
+            self._lent_counters.close()
+            self._lent_counters = None
+        for metadata in self._metadata.values():
+            metadata.close()
+        for segment in self._data.values():
+            segment.close()
+        self._metadata.clear()
+        self._data.clear()
+
+
+def _give_back(metadata: Metadata, index: int, is_forked: Callable[[], bool]) -> None:
+    """Give a header back whose view is gone; in a forked child it is still the parent's."""
+    if not is_forked():
+        metadata.lower(index)
+
+
+def _check(metadata: Metadata, pointer: Pointer) -> tuple[int, int] | None:
+    """Return the data segment and offset that a header names; None if it has another life by now.
+
+    Raises ValueError for a header that cannot be.
+    """
+    if pointer.header >= layout.HEADERS:
+        raise ValueError(f'header {pointer.header} of {layout.HEADERS}')
+    at = pointer.header * _HEADER.size
+    _, invalidated, generation, protocol, segment, offset, length = _HEADER.unpack_from(metadata.map, at)
+    if invalidated or generation != pointer.generation:
+        return None
+    if protocol != layout.POSIX or pointer.size > length:
+        raise ValueError(f'header {pointer.header} names {length} bytes of protocol {protocol}')
+    return segment, offset

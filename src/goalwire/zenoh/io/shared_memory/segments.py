@@ -1,0 +1,174 @@
+"""Segments: files in /dev/shm that their owner locks as long as it lives.
+
+A segment is called by a random number, '1234.zenoh', and only its user may open it. The owner holds a shared
+lock. Whoever can lock the file alone knows that its owner is gone: so do all Zenoh processes, which sweep
+such files away when they start.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from contextlib import suppress
+from mmap import ACCESS_READ, ACCESS_WRITE, mmap
+from pathlib import Path
+
+FOLDER = Path('/dev/shm')  # noqa: S108 - where POSIX has it
+SUFFIX = '.zenoh'
+IS_SUPPORTED = sys.platform == 'linux' and FOLDER.is_dir()
+"""Whether this system has segments that are files with locks. Elsewhere only bytes are sent."""
+MOST_SWEPT = 10_000
+"""Files that are looked at when a process sweeps."""
+_TRIES = 100
+
+
+def path_of(number: int) -> str:
+    """Return the file of a segment."""
+    return f'{FOLDER}/{number}{SUFFIX}'
+
+
+class OwnSegment:
+    """A segment of this session's, mapped and locked. Raises OSError if there is no room or no right."""
+
+    def __init__(self, size: int, bits: int) -> None:
+        """`bits` is the size of its number; all its pages are there, so that writing never fails."""
+        self.size = size
+        self.number, self._fd = _create(bits)
+        try:
+            os.posix_fallocate(self._fd, 0, size)
+            self.map = mmap(self._fd, size, access=ACCESS_WRITE)
+        except BaseException:
+            self._unlink()
+            os.close(self._fd)
+            raise
+
+    def close(self) -> None:
+        """Remove it. Readers that have it open keep what is in it."""
+        self._unlink()
+        self.abandon()
+
+    def abandon(self) -> None:
+        """Close the descriptor and the mapping only: in a forked child the segment is the parent's."""
+        _unmap(self.map)
+        if self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1
+
+    def _unlink(self) -> None:
+        with suppress(OSError):
+            path = path_of(self.number)
+            if self._fd >= 0 and os.stat(path).st_ino == os.fstat(self._fd).st_ino:  # noqa: PTH116
+                os.unlink(path)  # noqa: PTH108
+
+
+def _create(bits: int) -> tuple[int, int]:
+    """Return the number and descriptor of a new segment, which is locked."""
+    import fcntl
+
+    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC | os.O_NOFOLLOW
+    for _ in range(_TRIES):
+        number = int.from_bytes(os.urandom(bits // 8), 'little')
+        try:
+            fd = os.open(path_of(number), flags, 0o600)
+        except FileExistsError:
+            continue
+        try:
+            fcntl.flock(fd, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            if os.fstat(fd).st_nlink:
+                return number, fd
+        except BlockingIOError:  # somebody sweeps just now, and takes it for an orphan
+            pass
+        os.close(fd)
+    raise OSError(f'no free name for shared memory after {_TRIES} tries')
+
+
+class ForeignSegment:
+    """A segment of another process's, opened; what is in it may change at any time. Raises OSError."""
+
+    def __init__(self, number: int, *, writable: bool = False) -> None:
+        flags = (os.O_RDWR if writable else os.O_RDONLY) | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
+        self.number = number
+        self._is_writable = writable
+        self._map: mmap | None = None
+        self.fd = os.open(path_of(number), flags)
+        found = os.fstat(self.fd)
+        if not stat.S_ISREG(found.st_mode) or found.st_uid != os.geteuid():
+            os.close(self.fd)
+            raise OSError(f'segment {number} is not a file of this user')
+        self.size = found.st_size
+        self._inode = found.st_ino
+
+    @property
+    def map(self) -> mmap:
+        """The whole segment, mapped when it is first needed."""
+        if self._map is None:
+            self._map = mmap(self.fd, self.size, access=ACCESS_WRITE if self._is_writable else ACCESS_READ)
+        return self._map
+
+    def read(self, size: int, offset: int) -> bytes:
+        """Return a copy of some bytes, fewer where the segment ends."""
+        return os.pread(self.fd, size, offset)
+
+    def is_current(self) -> bool:
+        """Whether its name still means it; also if the name is gone, as its owner has ended."""
+        try:
+            return os.stat(path_of(self.number)).st_ino == self._inode  # noqa: PTH116
+        except OSError:
+            return True
+
+    def has_owner(self) -> bool:
+        """Whether a process lives that made it or has locked it."""
+        import fcntl
+
+        try:
+            fcntl.flock(self.fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        except OSError:
+            return False
+        fcntl.flock(self.fd, fcntl.LOCK_UN)
+        return False
+
+    def close(self) -> None:
+        """Close it. Views of it stay."""
+        if self._map is not None:
+            _unmap(self._map)
+            self._map = None
+        if self.fd >= 0:
+            os.close(self.fd)
+            self.fd = -1
+
+
+def _unmap(mapped: mmap) -> None:
+    with suppress(BufferError):  # somebody has a view of it: it is unmapped with the last one
+        mapped.close()
+
+
+def sweep() -> int:
+    """Remove the segments of this user whose owners are gone; return how many."""
+    import fcntl
+
+    swept = 0
+    with os.scandir(FOLDER) as entries:
+        for looked_at, entry in enumerate(entries):
+            if looked_at >= MOST_SWEPT:
+                break
+            name = entry.name.removesuffix(SUFFIX)
+            if name == entry.name or not (name.isascii() and name.isdigit()):
+                continue
+            try:
+                segment = ForeignSegment(int(name), writable=True)
+            except OSError:
+                continue
+            try:
+                fcntl.flock(segment.fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                # Under the lock: nobody else can make the file theirs before it is gone.
+                if segment.is_current():
+                    os.unlink(entry.path)  # noqa: PTH108
+                    swept += 1
+            except OSError:
+                pass
+            finally:
+                segment.close()
+    return swept

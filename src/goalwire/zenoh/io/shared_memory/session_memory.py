@@ -1,0 +1,159 @@
+"""The shared memory of one session: with whom it is offered, its segments, and their end."""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+from threading import RLock
+
+from goalwire.concurrency.forks import ForkGuard, in_child, reset_in_children
+from goalwire.records import record
+from goalwire.reports import LOGGER
+from goalwire.zenoh.io.shared_memory.agreement import Agreement, OwnAuth, Partner
+from goalwire.zenoh.io.shared_memory.lender import Lender
+from goalwire.zenoh.io.shared_memory.pool import Chunk, MemoryPool
+from goalwire.zenoh.io.shared_memory.reader import MakeAtomic, MemoryReader, find_atomics
+from goalwire.zenoh.io.shared_memory.segments import IS_SUPPORTED, sweep
+from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.shared_memory import Loan, Pointer
+
+
+@record
+class MemorySettings:
+    """With whom a session shares memory, and how much."""
+
+    with_own: bool = False
+    """Whether it shares with sessions of goalwire's on the same machine."""
+    with_all: bool = False
+    """Whether it shares with any Zenoh session that offers it."""
+    pool_size: int = 48 << 20
+    """Bytes of the pool; rmw_zenoh's default since 0.2.8."""
+    least: int = 65536
+    """Bytes of the smallest payload that goes through it."""
+
+
+class LinkMemory:
+    """The shared memory of one link; see `protocol.shared_memory.LinkMemory`."""
+
+    def __init__(self, lender: Lender | None, reader: MemoryReader, partner: Partner) -> None:
+        """Without a lender the other side gets bytes."""
+        self._lender = lender
+        self._reader = reader
+        self._partner = partner
+        self.take = reader.take
+
+    def lend(self, loan: Loan) -> Pointer | None:
+        """Return a pointer for the other side; None if it gets bytes this time."""
+        if self._lender is None or not isinstance(loan, Chunk):
+            return None
+        return self._lender.lend(loan)
+
+    def take_back(self, pointer: Pointer) -> None:
+        """Take a pointer back that was not sent."""
+        if self._lender is not None:
+            self._lender.take_back(pointer)
+
+    def close(self) -> None:
+        """The link has ended."""
+        self._reader.close()
+        if self._lender is not None:
+            self._lender.close()
+        else:
+            self._partner.segment.close()
+
+
+_swept: list[bool] = []
+in_child(_swept.clear)
+
+
+class SessionMemory:
+    """One session's. It makes its segments when a link first can use them."""
+
+    def __init__(self, settings: MemorySettings, session: str, guard: ForkGuard) -> None:
+        """`session` is the id that log lines begin with."""
+        self._settings = settings
+        self._session = session
+        self._guard = guard
+        self._lock = RLock()
+        self._own: OwnAuth | None = None
+        self._make_atomic: MakeAtomic | None = None
+        self.pool: MemoryPool | None = None
+        """The memory from which the session publishes; None as long as no link could use it."""
+        self._is_on = IS_SUPPORTED and (settings.with_own or settings.with_all)
+        reset_in_children(self)
+
+    def agreement(self, sock: socket.socket, protocol: str) -> Agreement | None:
+        """Return what a new link says of shared memory; None: it carries bytes.
+
+        A link with TLS does: what others must not read is not put where they could. Without `with_all`
+        memory is offered on this machine alone.
+        """
+        if not self._is_on or protocol != 'tcp' or not (self._settings.with_all or _is_local(sock)):
+            return None
+        own = self._open()
+        return None if own is None else Agreement(own, self._admits, self._make_link)
+
+    def _admits(self, partner: Partner) -> bool:
+        return self._settings.with_all or (partner.is_goalwire and self._settings.with_own)
+
+    def _open(self) -> OwnAuth | None:
+        with self._lock:
+            if self._own is None and self._is_on:
+                if not _swept:
+                    _swept.append(True)
+                    with suppress(OSError):
+                        sweep()
+                self._make_atomic = find_atomics() if self._settings.with_all else None
+                try:
+                    own = OwnAuth(os.urandom, reads_all=self._make_atomic is not None)
+                except OSError as error:
+                    self._is_on = False
+                    self._warn(f'no shared memory can be had ({error.strerror or error}): it sends bytes')
+                    return None
+                self._own = own
+                self.pool = MemoryPool(self._settings.pool_size, self._settings.least, own.number, self._warn)
+            return self._own
+
+    def _make_link(
+        self, partner: Partner, counters: tuple[int, ...], send: Callable[[bytes], object]
+    ) -> LinkMemory:
+        lender = None
+        if self.pool is not None and (partner.reads_all or partner.is_goalwire):
+            lender = Lender(self.pool, self.pool.add_reader(partner.segment), send, self._warn)
+        reader = MemoryReader(
+            partner, counters, self._make_atomic, lambda: self._guard.is_forked, bounds.MESSAGE_LIMIT
+        )
+        return LinkMemory(lender, reader, partner)
+
+    def _warn(self, text: str) -> None:
+        from goalwire.logging import get_logger  # needed only when something is odd
+
+        get_logger(LOGGER).warning(f'Zenoh session {self._session}: shared memory: {text}')
+
+    def close(self) -> None:
+        """Remove the segments."""
+        with self._lock:
+            self._is_on = False
+            own, self._own = self._own, None
+        if self.pool is not None:
+            self.pool.close()
+        if own is not None:
+            own.segment.close()
+
+    def reset_in_child(self) -> None:
+        """In a forked child: close the descriptors; the segments are the parent's."""
+        self._is_on = False
+        if self.pool is not None:
+            self.pool.abandon()
+        if self._own is not None:
+            self._own.segment.abandon()
+
+
+def _is_local(sock: socket.socket) -> bool:
+    """Whether both ends of a connection have the same address."""
+    try:
+        return bool(sock.getsockname()[0] == sock.getpeername()[0])
+    except OSError:
+        return False

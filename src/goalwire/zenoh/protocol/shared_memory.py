@@ -1,0 +1,133 @@
+"""Payloads in shared memory: the pointers that travel in their place, and how messages mark them.
+
+A marked payload is a list of slices. Each is raw bytes, or a pointer to a chunk in a segment of the sender's.
+A pointer names a header: the sender keeps a table of them in a metadata segment, and the header says where
+the chunk lies. Whoever receives a pointer looks there, and lowers the header's count when it is done.
+
+    PUT      extension 2, without a body, mandatory; then the slices stand where the payload would
+    QUERY    extension 4, without a body, directly before the body (extension 3), whose length then means
+             nothing
+
+ERR never has pointers. What the segments hold is in `goalwire.zenoh.io.shared_memory`; here is only what the
+wire carries. Source: eclipse-zenoh 1.9.0 and 1.10.2, commons/zenoh-codec/src/zenoh/put.rs, query.rs, core/.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol, TypeAlias
+
+from goalwire.zenoh.protocol.primitives import (
+    MANDATORY,
+    ZenohProtocolError,
+    decode_z,
+    encode_data,
+    encode_z,
+)
+
+EXTENSION_OF_INIT = 0x42
+"""In INIT: the ids of both sides' segments, and the proof that the other one's was read."""
+NUMBER_IN_OPEN, DATA_IN_OPEN = 0x22, 0x42
+"""In OPEN: the same proof, as a number until Zenoh 1.9, and as data since 1.10."""
+MARK_OF_PUT = 0x02 | MANDATORY
+MARK_OF_QUERY = 0x04
+
+MOST_SLICES = 1024
+"""Slices of one payload. rmw_zenoh and eclipse-zenoh write one or two."""
+_RAW, _POINTER = 0, 1
+
+
+class Pointer(NamedTuple):
+    """A pointer to a chunk, by its header in one of its owner's metadata segments."""
+
+    size: int
+    """Bytes of the chunk that belong to the payload."""
+    segment: int
+    """The id of the metadata segment, of 16 bits."""
+    header: int
+    """The place of its header there."""
+    generation: int
+    """Counts the lives of the header: another one means that the chunk is not there any more."""
+
+
+Slices: TypeAlias = Sequence[bytes | Pointer]
+
+
+class Loan(Protocol):
+    """A chunk of this session's pool that is being published."""
+
+    def write(self, payload: bytes | memoryview) -> None:
+        """Copy the payload into the chunk."""
+
+    def end(self) -> None:
+        """Let go of it: it is free once nobody reads it any more."""
+
+
+class LinkMemory(Protocol):
+    """The shared memory of one link, both ways. Nothing here blocks."""
+
+    def lend(self, loan: Loan) -> Pointer | None:
+        """Return a pointer for the other side; None if it gets bytes this time. Any thread."""
+
+    def take_back(self, pointer: Pointer) -> None:
+        """Take a pointer back that was not sent."""
+
+    def take(self, slices: Slices, priority: int, *, as_view: bool) -> bytes | memoryview | None:
+        """Return the payload of a message that came; None if its sender has reused the chunk.
+
+        With `as_view` it may be a view of the chunk, which stays as it is while the view lives. Raises
+        ZenohProtocolError for pointers that lead nowhere.
+        """
+
+    def close(self) -> None:
+        """Let go of what is lent and borrowed: the link has ended."""
+
+
+class Pool(Protocol):
+    """The memory from which a session publishes."""
+
+    @property
+    def least(self) -> int:
+        """Bytes of the smallest payload that goes through it."""
+
+    def borrow(self, size: int) -> Loan | None:
+        """Return a chunk; None if the pool is full. It never waits."""
+
+
+def encode_pointer(pointer: Pointer) -> bytes:
+    """Return a payload that consists of one pointer."""
+    size, segment, header, generation = pointer
+    body = encode_z(size) + encode_z(segment) + encode_z(header) + encode_z(generation)
+    return b'\x01\x01' + encode_data(body)
+
+
+def read_slices(data: bytes, at: int, end: int) -> tuple[Slices, int]:
+    """Return the slices at `at` and the position behind them; raises ZenohProtocolError or IndexError."""
+    count, at = decode_z(data, at)
+    if not 0 < count <= MOST_SLICES:
+        raise ZenohProtocolError(f'a payload of {count} slices')
+    slices: list[bytes | Pointer] = []
+    for _ in range(count):
+        kind = data[at]
+        size, at = decode_z(data, at + 1)
+        slice_end = at + size
+        if slice_end > end:
+            raise ZenohProtocolError('a slice is cut off')
+        if kind == _RAW:
+            slices.append(data[at:slice_end])
+        elif kind == _POINTER:
+            slices.append(_read_pointer(data, at, slice_end))
+        else:
+            raise ZenohProtocolError(f'a slice of kind {kind}')
+        at = slice_end
+    return slices, at
+
+
+def _read_pointer(data: bytes, at: int, end: int) -> Pointer:
+    size, at = decode_z(data, at)
+    segment, at = decode_z(data, at)
+    header, at = decode_z(data, at)
+    generation, at = decode_z(data, at)
+    if at != end or not size or segment >> 16 or header >> 16 or generation >> 32:
+        raise ZenohProtocolError('a pointer to shared memory that cannot be')
+    return Pointer(size, segment, header, generation)
