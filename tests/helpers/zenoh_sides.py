@@ -16,7 +16,7 @@ from goalwire.transport.zenoh import threads
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.native_session import NativeSession
-from goalwire.zenoh.io.settings import Settings
+from goalwire.zenoh.io.settings import MemorySettings, Settings
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Consolidation, ReplyError, Sample, Target
 from goalwire.zenoh.protocol.senders import Publication, Querier
@@ -32,6 +32,7 @@ TLS_NAMES = (
     'verify_name_on_connect',
 )
 NO_FILES = TlsFiles()
+BYTES_ONLY = MemorySettings()
 ROLES = {'peer': Role.PEER, 'client': Role.CLIENT, 'router': Role.ROUTER}
 
 
@@ -106,6 +107,7 @@ class Ours(Side):
         *,
         tls: TlsFiles = NO_FILES,
         portable: bool = False,
+        memory: MemorySettings = BYTES_ONLY,
     ) -> None:
         self.session = NativeSession(
             Settings(
@@ -117,6 +119,7 @@ class Ours(Side):
                 zid=bytes.fromhex(zid)[::-1],
                 retry=Retry(0.05, 0.2),
                 portable=portable,
+                memory=memory,
             )
         )
         self.protocol = self.session.protocol
@@ -218,6 +221,7 @@ class Theirs(Side):
         *,
         tls: TlsFiles = NO_FILES,
         numbers: str = '32bit',
+        shares_memory: bool = False,
     ) -> None:
         config = zenoh.Config()
         values: dict[str, object] = {
@@ -232,7 +236,7 @@ class Theirs(Side):
             'timestamping/enabled': True,
             'transport/link/tx/lease': lease_ms,
             'transport/link/tx/sequence_number_resolution': numbers,
-            'transport/shared_memory/enabled': False,
+            'transport/shared_memory/enabled': shares_memory,
             'transport/link/tls': {
                 name: None if getattr(tls, name) == '' else getattr(tls, name) for name in TLS_NAMES
             },

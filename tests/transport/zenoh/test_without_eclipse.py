@@ -127,8 +127,8 @@ def test_who_finds_a_rendezvous_needs_no_eclipse(
             'the rendezvous .* asks for .*. That needs eclipse-zenoh, .* run pip install .goalwire.eclipse.',
         ),
         (
-            {'GOALWIRE_ROUTER': 'off', 'ZENOH_CONFIG_OVERRIDE': 'transport/shared_memory/enabled=true'},
-            'asks for transport/shared_memory/enabled=true. That needs eclipse-zenoh, .*pip install',
+            {'GOALWIRE_ROUTER': 'off', 'ZENOH_CONFIG_OVERRIDE': 'transport/unicast/lowlatency=true'},
+            'asks for transport/unicast/lowlatency=true. That needs eclipse-zenoh, .*pip install',
         ),
         (
             {'GOALWIRE_ROUTER': 'off', 'GOALWIRE_ZENOH': 'eclipse'},

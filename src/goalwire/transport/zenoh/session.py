@@ -72,7 +72,7 @@ def _open_wire(configuration: Configuration, security: SessionSecurity | None) -
     from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
 
     try:
-        settings = native_settings(configuration.values)
+        settings = native_settings(configuration.values, shares_with_own=environment.shares_memory())
     except BeyondOursError as error:
         _refuse_unprotected(security, f'the configuration asks for {error}, and')
         from goalwire.logging import get_logger

@@ -7,8 +7,21 @@ from goalwire.records import record
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.identities import Identify
-from goalwire.zenoh.io.shared_memory.session_memory import MemorySettings
 from goalwire.zenoh.protocol.transport import Role
+
+
+@record
+class MemorySettings:
+    """With whom a session shares memory, and how much."""
+
+    with_own: bool = False
+    """Whether it shares with sessions of goalwire's on the same machine."""
+    with_all: bool = False
+    """Whether it shares with any Zenoh session that offers it."""
+    pool_size: int = 48 << 20
+    """Bytes of the pool; rmw_zenoh's default since 0.2.8."""
+    least: int = 65536
+    """Bytes of the smallest payload that goes through it."""
 
 
 @record

@@ -10,6 +10,7 @@ What messages are made of:
 
     bounds            how much a peer can take: keys, entries, fragments, dials, log lines
     primitives        numbers, texts, ids, extensions, timestamps
+    shared_memory     pointers to payloads in shared memory, and how messages mark them
     transport         INIT, OPEN, CLOSE, KEEP_ALIVE: written and read
     network           PUSH, REQUEST, RESPONSE, RESPONSE_FINAL: written and read
     declarations      DECLARE and INTEREST: written and read

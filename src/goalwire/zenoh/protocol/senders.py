@@ -138,8 +138,8 @@ class Publication:
                     left.append((link, head))
                 else:
                     lent.append((link, head, pointer))
-            if lent:
-                loan.write(payload)
+            if lent and not loan.write(payload):
+                return links  # the session is closing, and has taken all loans back
             for link, head, pointer in lent:
                 message = b''.join((head, begin, encode_pointer(pointer)))
                 if not link.send(self._channel, message, self._droppable) and link.memory is not None:

@@ -56,8 +56,8 @@ Slices: TypeAlias = Sequence[bytes | Pointer]
 class Loan(Protocol):
     """A chunk of this session's pool that is being published."""
 
-    def write(self, payload: bytes | memoryview) -> None:
-        """Copy the payload into the chunk."""
+    def write(self, payload: bytes | memoryview) -> bool:
+        """Copy the payload into the chunk; False if the pool was closed meanwhile."""
 
     def end(self) -> None:
         """Let go of it: it is free once nobody reads it any more."""

@@ -15,6 +15,7 @@ from goalwire.transport.zenoh.settings.environment import (
     router_check_seconds,
     router_port,
     shared_memory,
+    shares_memory,
 )
 
 
@@ -92,6 +93,13 @@ def test_shared_memory_sizes_have_zenohs_names() -> None:
 def test_a_bad_size_is_refused_by_name(name: str, text: str) -> None:
     with pytest.raises(TransportError, match=name):
         shared_memory({name: text})
+
+
+def test_whether_goalwires_programs_share_memory_is_on_or_off() -> None:
+    assert shares_memory({'GOALWIRE_SHARED_MEMORY': 'on'})
+    assert not shares_memory({'GOALWIRE_SHARED_MEMORY': 'off'})
+    with pytest.raises(TransportError, match=r"GOALWIRE_SHARED_MEMORY is 'yes'; set it to on or off"):
+        shares_memory({'GOALWIRE_SHARED_MEMORY': 'yes'})
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from goalwire.transport.zenoh.settings import built_in, environment, json5
 from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
 from goalwire.transport.zenoh.settings.values import Configuration, Json, Settings
 from goalwire.zenoh.io.dialler import Retry
+from goalwire.zenoh.io.settings import MemorySettings
 from goalwire.zenoh.protocol.transport import Role
 
 DATA = Path(__file__).parents[3] / 'data' / 'zenoh'
@@ -57,6 +58,15 @@ def test_what_is_not_set_is_as_zenohs_defaults_have_it() -> None:
     assert native_settings(with_('mode', 'client').values).listen == ()
 
 
+def test_memory_is_shared_with_all_as_the_configuration_says_and_with_our_own_from_what_pays() -> None:
+    sizes: Json = {'pool_size': 1 << 20, 'message_size_threshold': 512}
+    values = with_('transport/shared_memory', {'enabled': True, 'transport_optimization': sizes}).values
+    assert native_settings(values).memory == MemorySettings(True, True, 1 << 20, 512)
+    values['transport']['shared_memory']['enabled'] = False  # type: ignore[index, call-overload]
+    assert native_settings(values, shares_with_own=True).memory == MemorySettings(True, False, 1 << 20, 65536)
+    assert not native_settings(values).memory.with_own
+
+
 def test_what_differs_by_mode_is_taken_for_this_one() -> None:
     values = with_('connect/endpoints', {'peer': ['tcp/[::1]:1'], 'client': ['tcp/[::1]:2']})
     values.set('connect/retry', {'period_init_ms': {'peer': 50, 'client': 70}})
@@ -86,7 +96,7 @@ def test_what_differs_by_mode_is_taken_for_this_one() -> None:
         ('scouting/gossip/target', ['router', 'peer']),
         ('scouting/gossip', {}),
         ('scouting/gossip/multihop', True),
-        ('transport/shared_memory/enabled', True),
+        ('transport/shared_memory/transport_optimization/messages', ['put']),
         ('transport/unicast/compression/enabled', True),
         ('transport/unicast/lowlatency', True),
         ('transport/unicast/qos/enabled', False),

@@ -3,6 +3,7 @@
     ZENOH_SESSION_CONFIG_URI, ZENOH_ROUTER_CONFIG_URI   a json5 file in place of the built-in settings
     ZENOH_CONFIG_OVERRIDE                               `key/path=json5;…` on top of either
     ZENOH_SHM_ALLOC_SIZE, ZENOH_SHM_MESSAGE_SIZE_THRESHOLD   bytes; sizes of shared memory, where it is on
+    GOALWIRE_SHARED_MEMORY                              on, off: whether goalwire's own programs share memory
     ZENOH_ROUTER_CHECK_ATTEMPTS                         how many seconds to look for a router before a warning
     GOALWIRE_ZENOH                                      native, eclipse: whose sessions and rendezvous
     GOALWIRE_ROUTER                                     auto, on, off: whether to offer a rendezvous
@@ -113,6 +114,14 @@ def shared_memory(env: Mapping[str, str] = os.environ) -> Settings:
             raise TransportError(f'ZENOH_SHM_MESSAGE_SIZE_THRESHOLD is {text}; set it to a power of 2')
         sizes['message_size_threshold'] = threshold
     return sizes
+
+
+def shares_memory(env: Mapping[str, str] = os.environ) -> bool:
+    """Return whether goalwire's own programs share memory, whatever Zenoh's settings say of others."""
+    text = env.get('GOALWIRE_SHARED_MEMORY') or 'off'
+    if text not in {'on', 'off'}:
+        raise TransportError(f"GOALWIRE_SHARED_MEMORY is '{text}'; set it to on or off")
+    return text == 'on'
 
 
 def _size(name: str, text: str) -> int:

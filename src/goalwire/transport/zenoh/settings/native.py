@@ -16,13 +16,18 @@ from goalwire.transport.zenoh.settings.environment import advise_unreached
 from goalwire.transport.zenoh.settings.values import Json, value_at
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles, parse
-from goalwire.zenoh.io.settings import Settings
+from goalwire.zenoh.io.settings import MemorySettings, Settings
 from goalwire.zenoh.protocol.primitives import read_id
 from goalwire.zenoh.protocol.transport import Role
 
 _ROLES = {'peer': Role.PEER, 'client': Role.CLIENT}
 _LISTENS: dict[Role, Json] = {Role.PEER: ['tcp/[::]:0'], Role.CLIENT: []}
 """Zenoh's own default of listen/endpoints."""
+ZENOH_POOL, ZENOH_LEAST = 16 << 20, 3072
+"""Zenoh's own defaults of the pool's size and of the smallest message that goes through it, in bytes."""
+PAYS_FROM = 1 << 16
+"""Bytes from which shared memory is faster than a socket between two programs in Python: see
+docs/adr/032-zenohs-shared-memory.md."""
 _WITH_PEERS = (['router', 'peer'], ['peer', 'router'], ['peer'])
 
 
@@ -34,10 +39,11 @@ _At: TypeAlias = Callable[[str], Json]
 """Returns the value at a path, for the session's mode."""
 
 
-def native_settings(values: Json) -> Settings:
+def native_settings(values: Json, *, shares_with_own: bool = False) -> Settings:
     """Return the settings of a session of our own.
 
-    Raises BeyondOursError, which names the unknown setting.
+    With `shares_with_own` it shares memory with goalwire's programs on this machine, also if Zenoh's shared
+    memory is off. Raises BeyondOursError, which names the unknown setting.
     """
     mode = str(value_at(values, 'mode') or 'peer')
     role = _ROLES.get(mode)
@@ -65,6 +71,7 @@ def native_settings(values: Json) -> Settings:
             _number(at('connect/retry/period_increase_factor'), 2),
         ),
         meets_peers=_meets_peers(at),
+        memory=_memory(at, shares_with_own=shares_with_own),
         tls=_tls_files(at('transport/link/tls')),
         untimed_s=_number(at('queries_default_timeout'), 10_000) / 1000,
         must_connect=must_connect if isinstance(must_connect, bool) else None,
@@ -102,7 +109,7 @@ def router_settings(values: Json) -> Settings:
 _OFF: dict[str, tuple[Json, ...]] = {
     'scouting/multicast/enabled': (False,),
     'scouting/gossip/multihop': (False, None),
-    'transport/shared_memory/enabled': (False,),
+    'transport/shared_memory/transport_optimization/messages': (None,),
     'transport/unicast/compression/enabled': (False, None),
     'transport/unicast/lowlatency': (False, None),
     'transport/unicast/qos/enabled': (True, None),
@@ -216,6 +223,19 @@ def _tls_files(found: Json) -> TlsFiles:
         connect_private_key=path('connect_private_key'),
         enable_mtls=asked.get('enable_mtls') is True,
         verify_name_on_connect=asked.get('verify_name_on_connect') is not False,
+    )
+
+
+def _memory(at: _At, *, shares_with_own: bool) -> MemorySettings:
+    """Return with whom memory is shared; Zenoh's own default, if a file says nothing, is everybody."""
+    with_all = at('transport/shared_memory/enabled') is not False
+    optimization = 'transport/shared_memory/transport_optimization'
+    least = int(_number(at(f'{optimization}/message_size_threshold'), ZENOH_LEAST))
+    return MemorySettings(
+        with_own=with_all or shares_with_own,
+        with_all=with_all,
+        pool_size=int(_number(at(f'{optimization}/pool_size'), ZENOH_POOL)),
+        least=least if with_all else max(least, PAYS_FROM),
     )
 
 

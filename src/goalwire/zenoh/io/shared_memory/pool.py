@@ -12,10 +12,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from time import monotonic
 
 from goalwire.concurrency.critical_section import CriticalSection
+from goalwire.zenoh.io.memory import keep_freed_memory
 from goalwire.zenoh.io.shared_memory import layout
 from goalwire.zenoh.io.shared_memory.allocator import Allocator, rounded
 from goalwire.zenoh.io.shared_memory.segments import ForeignSegment, OwnSegment
@@ -30,6 +32,8 @@ PAUSE_S = 1.0
 """How long the pool does not try to grow after it could not."""
 GRACE_S = 1.0
 """How long a chunk is kept whose reader's process is gone: others may have had it from there."""
+MUCH = 1 << 17
+"""Bytes of a payload from which the allocator is told to keep freed memory for the next one."""
 _COUNT = layout.HEADER.size // 4
 
 
@@ -40,9 +44,14 @@ class DataSegment:
         self.file = OwnSegment(size, 32)
         self.places = Allocator(size)
         self.view = memoryview(self.file.map)
-        """Unmapped with the last chunk, and not before: another thread may be filling one."""
         self.probe = Chunk(pool, self, self.places.take(PROBE_SIZE) or 0, PROBE_SIZE)
         """A chunk that is lent to show who can open the segment. It is always held."""
+
+    def close(self) -> None:
+        """Remove it."""
+        with suppress(BufferError):  # another thread is filling a chunk just now
+            self.view.release()
+        self.file.close()
 
 
 class Chunk:
@@ -59,9 +68,13 @@ class Chunk:
         self.size = size
         self.holders = 1
 
-    def write(self, payload: bytes | memoryview) -> None:
-        """Copy the payload into the chunk."""
-        self.segment.view[self.offset : self.offset + self.size] = payload
+    def write(self, payload: bytes | memoryview) -> bool:
+        """Copy the payload into the chunk; False if the session was closed meanwhile."""
+        try:
+            self.segment.view[self.offset : self.offset + self.size] = payload
+        except ValueError:  # the view was released
+            return False
+        return True
 
     def end(self) -> None:
         """Let go of it: the publisher needs it no more."""
@@ -108,6 +121,8 @@ class MemoryPool:
         """Return a chunk; None if the pool is full."""
         if size > self.size or self._section.is_entered():
             return None
+        if size >= MUCH:
+            keep_freed_memory()
         found: list[Chunk] = []
         self._section.run(partial(self._borrow, size, found))
         return found[0] if found else None
@@ -217,7 +232,10 @@ class MemoryPool:
 
     def is_back(self, pointer: Pointer) -> bool:
         """Whether the reader has lowered the count of a loan."""
-        return not self._counts[pointer.header * _COUNT]
+        try:
+            return not self._counts[pointer.header * _COUNT]
+        except ValueError:  # the session was closed meanwhile
+            return False
 
     def give_up(self, lent: Lent) -> None:
         """Take note that a reader's link has ended. What it still holds is kept while its process lives."""
@@ -246,6 +264,8 @@ class MemoryPool:
 
     def _collect(self) -> None:
         """Find the loans that have come back."""
+        if not self._is_open:
+            return
         counts = self._counts
         for lent in list(self._readers):
             for index in [each for each in lent.chunks if not counts[each * _COUNT]]:
@@ -278,8 +298,9 @@ class MemoryPool:
         for lent in list(self._readers):
             self._forget(lent)
         for segment in self._segments:
-            segment.file.close()
+            segment.close()
         self._segments.clear()
+        self._counts.release()
         if self._metadata is not None:
             self._metadata.close()
 

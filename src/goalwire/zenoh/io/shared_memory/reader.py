@@ -15,8 +15,10 @@ from mmap import ACCESS_READ, ALLOCATIONGRANULARITY, mmap
 from typing import TYPE_CHECKING, TypeAlias
 from weakref import WeakSet, finalize
 
+from goalwire.zenoh.io.memory import keep_freed_memory
 from goalwire.zenoh.io.shared_memory import layout
-from goalwire.zenoh.io.shared_memory.agreement import Partner
+from goalwire.zenoh.io.shared_memory.agreement import OwnAuth, Partner
+from goalwire.zenoh.io.shared_memory.pool import MUCH
 from goalwire.zenoh.io.shared_memory.segments import ForeignSegment
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError
 from goalwire.zenoh.protocol.shared_memory import Pointer, Slices
@@ -61,6 +63,8 @@ class Metadata:
         magic, owner = layout.OWNER.unpack_from(self.map, layout.OWNER_AT)
         self.is_ours_alone = partner.is_goalwire and (magic, owner) == (layout.MAGIC, partner.number)
         """Whether its headers are lent to this link alone, by a writer that waits."""
+        self.has_views = False
+        """Whether there were views of chunks, which may still be alive."""
         self._atomic: AtomicView | None = None
 
     def atomic(self, make: MakeAtomic) -> AtomicView:
@@ -77,6 +81,8 @@ class Metadata:
         """Close it. Views that are alive can still give their headers back."""
         if self._atomic is not None:
             self._atomic.close()
+        if not self.has_views:
+            self.counts.release()
         self.file.close()
 
 
@@ -87,12 +93,19 @@ class MemoryReader:
         self,
         partner: Partner,
         counters: Sequence[int],
+        own: OwnAuth | None,
         make_atomic: MakeAtomic | None,
         is_forked: Callable[[], bool],
         largest: int,
+        note_odd: Callable[[Partner], None],
     ) -> None:
-        """`counters` are what the other side has lent; `largest` is the size of a message in bytes."""
+        """`counters` are what the other side has lent; `largest` is the size of a message in bytes.
+
+        Views keep `own`, which is locked as long as it lives. `note_odd` is told if the other side has shared
+        what cannot be.
+        """
         self._partner = partner
+        self._own = own
         self._make_atomic = make_atomic
         self._counters = counters
         self._lent_counters: AtomicView | None = None
@@ -100,14 +113,25 @@ class MemoryReader:
             self._lent_counters = make_atomic(partner.segment.map)
         self._is_forked = is_forked
         self._largest = largest
+        self._note_odd = note_odd
         self._metadata: dict[int, Metadata] = {}
         self._data: dict[int, ForeignSegment] = {}
         self._views: WeakSet[mmap] = WeakSet()
 
     def take(self, slices: Slices, priority: int, *, as_view: bool) -> bytes | memoryview | None:
         """Return the payload; None if its sender has reused a chunk. Raises ZenohProtocolError."""
-        if sum(each.size if isinstance(each, Pointer) else len(each) for each in slices) > self._largest:
+        try:
+            return self._take(slices, priority, as_view=as_view)
+        except ZenohProtocolError:
+            self._note_odd(self._partner)
+            raise
+
+    def _take(self, slices: Slices, priority: int, *, as_view: bool) -> bytes | memoryview | None:
+        size = sum(each.size if isinstance(each, Pointer) else len(each) for each in slices)
+        if size > self._largest:
             raise ZenohProtocolError(f'a message in shared memory has more than {self._largest} bytes')
+        if size >= MUCH and not as_view:
+            keep_freed_memory()
         as_view = as_view and len(slices) == 1
         parts: list[bytes | memoryview] = []
         is_lost = False
@@ -120,6 +144,10 @@ class MemoryReader:
         if is_lost:
             return None
         return parts[0] if len(parts) == 1 else b''.join(parts)
+
+    def has_views(self) -> bool:
+        """Whether somebody still uses a view of the writer's chunks."""
+        return bool(self._views)
 
     def _follow(self, pointer: Pointer, priority: int, *, as_view: bool) -> bytes | memoryview | None:
         """Return what one pointer leads to. Its header is given back, whatever happens."""
@@ -160,7 +188,8 @@ class MemoryReader:
         end = offset + pointer.size
         mapped = mmap(segment.fd, end - start, access=ACCESS_READ, offset=start)
         self._views.add(mapped)
-        finalize(mapped, _give_back, metadata, pointer.header, self._is_forked).atexit = False
+        metadata.has_views = True
+        finalize(mapped, _give_back, metadata, pointer.header, self._is_forked, self._own).atexit = False
         return memoryview(mapped)[offset - start :]
 
     def _take_foreign(self, metadata: Metadata, atomic: AtomicView, pointer: Pointer) -> bytes | None:
@@ -215,7 +244,9 @@ class MemoryReader:
         self._data.clear()
 
 
-def _give_back(metadata: Metadata, index: int, is_forked: Callable[[], bool]) -> None:
+def _give_back(
+    metadata: Metadata, index: int, is_forked: Callable[[], bool], _locked: OwnAuth | None
+) -> None:
     """Give a header back whose view is gone; in a forked child it is still the parent's."""
     if not is_forked():
         metadata.lower(index)

@@ -13,6 +13,7 @@ import sys
 from contextlib import suppress
 from mmap import ACCESS_READ, ACCESS_WRITE, mmap
 from pathlib import Path
+from weakref import finalize
 
 FOLDER = Path('/dev/shm')  # noqa: S108 - where POSIX has it
 SUFFIX = '.zenoh'
@@ -29,36 +30,41 @@ def path_of(number: int) -> str:
 
 
 class OwnSegment:
-    """A segment of this session's, mapped and locked. Raises OSError if there is no room or no right."""
+    """A segment of this session's, mapped and locked. Raises OSError if there is no room or no right.
+
+    It is unlocked when it is closed, or when nobody refers to it any more.
+    """
 
     def __init__(self, size: int, bits: int) -> None:
         """`bits` is the size of its number; all its pages are there, so that writing never fails."""
         self.size = size
-        self.number, self._fd = _create(bits)
+        self.number, fd = _create(bits)
+        self._inode = os.fstat(fd).st_ino
+        self._close = finalize(self, os.close, fd)
+        self._close.atexit = False
         try:
-            os.posix_fallocate(self._fd, 0, size)
-            self.map = mmap(self._fd, size, access=ACCESS_WRITE)
+            os.posix_fallocate(fd, 0, size)
+            self.map = mmap(fd, size, access=ACCESS_WRITE)
         except BaseException:
-            self._unlink()
-            os.close(self._fd)
+            self.unlink()
+            self._close()
             raise
 
     def close(self) -> None:
         """Remove it. Readers that have it open keep what is in it."""
-        self._unlink()
+        self.unlink()
         self.abandon()
 
     def abandon(self) -> None:
         """Close the descriptor and the mapping only: in a forked child the segment is the parent's."""
         _unmap(self.map)
-        if self._fd >= 0:
-            os.close(self._fd)
-            self._fd = -1
+        self._close()
 
-    def _unlink(self) -> None:
+    def unlink(self) -> None:
+        """Remove its name; the lock stays."""
         with suppress(OSError):
             path = path_of(self.number)
-            if self._fd >= 0 and os.stat(path).st_ino == os.fstat(self._fd).st_ino:  # noqa: PTH116
+            if os.stat(path).st_ino == self._inode:  # noqa: PTH116
                 os.unlink(path)  # noqa: PTH108
 
 

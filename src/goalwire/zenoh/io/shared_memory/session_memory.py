@@ -7,10 +7,11 @@ import socket
 from collections.abc import Callable
 from contextlib import suppress
 from threading import RLock
+from weakref import WeakSet
 
 from goalwire.concurrency.forks import ForkGuard, in_child, reset_in_children
-from goalwire.records import record
 from goalwire.reports import LOGGER
+from goalwire.zenoh.io.settings import MemorySettings
 from goalwire.zenoh.io.shared_memory.agreement import Agreement, OwnAuth, Partner
 from goalwire.zenoh.io.shared_memory.lender import Lender
 from goalwire.zenoh.io.shared_memory.pool import Chunk, MemoryPool
@@ -18,20 +19,6 @@ from goalwire.zenoh.io.shared_memory.reader import MakeAtomic, MemoryReader, fin
 from goalwire.zenoh.io.shared_memory.segments import IS_SUPPORTED, sweep
 from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.shared_memory import Loan, Pointer
-
-
-@record
-class MemorySettings:
-    """With whom a session shares memory, and how much."""
-
-    with_own: bool = False
-    """Whether it shares with sessions of goalwire's on the same machine."""
-    with_all: bool = False
-    """Whether it shares with any Zenoh session that offers it."""
-    pool_size: int = 48 << 20
-    """Bytes of the pool; rmw_zenoh's default since 0.2.8."""
-    least: int = 65536
-    """Bytes of the smallest payload that goes through it."""
 
 
 class LinkMemory:
@@ -81,6 +68,9 @@ class SessionMemory:
         self._make_atomic: MakeAtomic | None = None
         self.pool: MemoryPool | None = None
         """The memory from which the session publishes; None as long as no link could use it."""
+        self._readers: WeakSet[MemoryReader] = WeakSet()
+        self._odd: set[int] = set()
+        """The segments of those whose memory held what cannot be: they get bytes from then on."""
         self._is_on = IS_SUPPORTED and (settings.with_own or settings.with_all)
         reset_in_children(self)
 
@@ -96,7 +86,12 @@ class SessionMemory:
         return None if own is None else Agreement(own, self._admits, self._make_link)
 
     def _admits(self, partner: Partner) -> bool:
+        if partner.number in self._odd:
+            return False
         return self._settings.with_all or (partner.is_goalwire and self._settings.with_own)
+
+    def _note_odd(self, partner: Partner) -> None:
+        self._odd.add(partner.number)
 
     def _open(self) -> OwnAuth | None:
         with self._lock:
@@ -123,8 +118,15 @@ class SessionMemory:
         if self.pool is not None and (partner.reads_all or partner.is_goalwire):
             lender = Lender(self.pool, self.pool.add_reader(partner.segment), send, self._warn)
         reader = MemoryReader(
-            partner, counters, self._make_atomic, lambda: self._guard.is_forked, bounds.MESSAGE_LIMIT
+            partner,
+            counters,
+            self._own,
+            self._make_atomic,
+            lambda: self._guard.is_forked,
+            bounds.MESSAGE_LIMIT,
+            self._note_odd,
         )
+        self._readers.add(reader)
         return LinkMemory(lender, reader, partner)
 
     def _warn(self, text: str) -> None:
@@ -139,7 +141,11 @@ class SessionMemory:
             own, self._own = self._own, None
         if self.pool is not None:
             self.pool.close()
-        if own is not None:
+        if own is None:
+            return
+        if any(reader.has_views() for reader in self._readers):
+            own.segment.unlink()  # the views keep it locked, so that the writers leave their chunks alone
+        else:
             own.segment.close()
 
     def reset_in_child(self) -> None:
