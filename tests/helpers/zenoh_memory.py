@@ -31,4 +31,4 @@ def lent(side: Ours) -> int:
 
 def shares(side: Ours) -> list[bool]:
     """For each link of a session, whether it has shared memory."""
-    return [link.memory is not None for link in side.protocol.links]
+    return [link.outgoing.memory is not None for link in side.protocol.links]

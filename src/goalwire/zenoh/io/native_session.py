@@ -31,7 +31,6 @@ from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.link_state import Node
-from goalwire.zenoh.protocol.outgoing import Outgoing
 from goalwire.zenoh.protocol.primitives import GENERIC
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.transport import Role
@@ -95,8 +94,9 @@ class NativeSession:
         self.id = protocol.id
         name = f'goalwire-zenoh {self.id[:8]}'
         self._settings = settings
-        self._memory = SessionMemory(settings.memory, self.id, self.guard)
+        self._memory = protocol.memory = SessionMemory(settings.memory, self.id, self.guard)
         self._flusher = Flusher(f'{name} flusher')
+        self.hold = self._flusher.hold
         self._poller = poller = open_privately(
             lambda: Poller(
                 f'Zenoh session {self.id}',
@@ -204,8 +204,7 @@ class NativeSession:
             return
         try:
             endpoint = parse(dial.address)
-            handshake = self._handshake(sock, endpoint.protocol, dial)
-            new = self._maker.make_outbound(sock, endpoint, handshake)
+            new = self._maker.make_outbound(sock, endpoint, self._handshake(sock, endpoint.protocol, dial))
             self._links[new.link] = new
         except BaseException:  # as in _take_inbound
             sock.close()
@@ -214,15 +213,13 @@ class NativeSession:
         new.start()
 
     def _handshake(self, sock: socket.socket, protocol: str, dial: Dial | None = None) -> Handshake:
-        memory = self._memory.agreement(sock, protocol)
-        self.protocol.memory = self._memory.pool
         return Handshake(
             self.protocol.identity,
             connects=dial is not None,
             random=os.urandom,
             expected=None if dial is None else dial.expected,
             is_linked=self._is_met,
-            memory=memory,
+            memory=self._memory.agreement(sock, protocol),
         )
 
     def _is_met(self, zid: bytes) -> bool:
@@ -260,10 +257,6 @@ class NativeSession:
     def note_running(self, now: float) -> None:
         """Take note that this process runs, and was not stopped since the last time; `now` in s."""
         self._relinking.note_running(now)
-
-    def hold(self, outgoing: Outgoing) -> None:
-        """Have a link soon send what it holds back."""
-        self._flusher.hold(outgoing)
 
     def wait_for_room(self, socket_link: SocketLink, is_answer: bool) -> None:
         """Block until less waits for a connection, if this thread may."""

@@ -24,6 +24,7 @@ One link:
     frames            the receiving half: bytes are cut into frames and pieces, and those into messages
     outgoing          the sending half: numbers, frames, what waits for room, keep-alives
     peer_entities     what the other side has declared, within bounds
+    payloads          payloads that the other side has left in shared memory
     guard             what the other side may do, where links have certificates
     link              the link itself: network messages are handed on; the other side's lease
 

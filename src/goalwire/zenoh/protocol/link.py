@@ -9,11 +9,10 @@ KEEP_ALIVE.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sized
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from goalwire.zenoh.protocol import bounds
-from goalwire.zenoh.protocol.channels import DATA_CHANNEL, PieceBudget
+from goalwire.zenoh.protocol.channels import PieceBudget
 from goalwire.zenoh.protocol.declarations import (
     Declaration,
     Interest,
@@ -48,8 +47,6 @@ from goalwire.zenoh.protocol.network import (
     REQUEST,
     RESPONSE,
     RESPONSE_FINAL,
-    Payload,
-    Resolve,
     Sample,
     new_sample,
     read_body,
@@ -58,10 +55,10 @@ from goalwire.zenoh.protocol.network import (
     read_reply,
     read_request_id,
     read_wire_key,
-    refuse_slices,
     response_final,
 )
 from goalwire.zenoh.protocol.outgoing import QUEUE_END, Connection, Outgoing
+from goalwire.zenoh.protocol.payloads import SharedPayloads
 from goalwire.zenoh.protocol.peer_entities import PeerEntities
 from goalwire.zenoh.protocol.pending_queries import PendingQueries
 from goalwire.zenoh.protocol.primitives import (
@@ -74,7 +71,6 @@ from goalwire.zenoh.protocol.primitives import (
     encode_session,
     show_id,
 )
-from goalwire.zenoh.protocol.shared_memory import LinkMemory, Slices
 from goalwire.zenoh.protocol.transport import FIRST_NETWORK_ID, MESSAGE_ID, Role
 
 if TYPE_CHECKING:
@@ -180,26 +176,11 @@ class Link:
         self._queries = owner.queries
         self._routes = owner.routes
         self._report = owner.report
-        self._refuse = owner.refuse
         self._link_states = LinkStates()
-        self.memory: LinkMemory | None = None
-        """The shared memory of this link, if both sides have agreed on it."""
-        self._resolve: Resolve = refuse_slices
-        self._qos = DEFAULT_QOS
-        self._takes_views = False
-        """The QoS of the message that is being read, and whether its payload may stay in shared memory."""
+        self._shared = SharedPayloads(owner.refuse)
         self._own_source = b''
         """The first bytes of the source ids of the other side's publishers; empty if it is a router."""
         self._silent_since: float | None = None
-
-    def _take_slices(self, slices: Slices) -> Payload | None:
-        """Return the payload in some slices; None if its sender did not wait for us."""
-        memory = self.memory
-        assert memory is not None
-        payload = memory.take(slices, self._qos & 7, as_view=self._takes_views)
-        if payload is None:
-            self._refuse('message in shared memory', 'its sender has used its memory again')
-        return payload
 
     def refusal(self, act: Act, key: str) -> str:
         """Return why the other side may not do something; '' if it may."""
@@ -228,10 +209,7 @@ class Link:
                 self._own_source = encode_session(terms.zid)
             self.frames.agree(terms)
             self.outgoing.agree(terms)
-            memory = self.handshake.make_memory(partial(self.outgoing.send, DATA_CHANNEL))
-            if memory is not None:
-                self.memory = self.outgoing.memory = memory
-                self._resolve = self._take_slices
+            self._shared.agree(self.handshake, self.outgoing)
         if answer:
             self.outgoing.send_transport(answer)
         if terms is not None:
@@ -343,9 +321,7 @@ class Link:
 
     def _take_push(self, data: bytes, at: int, end: int) -> int:
         """Take one message of any form; return where it ends."""
-        begin = at
-        header = data[at]
-        qos = DEFAULT_QOS
+        begin, header, qos = at, data[at], DEFAULT_QOS
         scope, suffix, at = read_wire_key(data, at + 1, header)
         if header & MORE:
             qos, at = read_extensions(data, at)
@@ -355,8 +331,8 @@ class Link:
         if receivers is None:
             receivers = self._routes.receivers(self, scope, suffix, is_senders)
         body = at
-        self._qos, self._takes_views = qos, receivers.take_views
-        sample, at = read_body(data, at, end, receivers.key, self._resolve)
+        fetch = self._shared.of(qos, as_view=receivers.take_views)
+        sample, at = read_body(data, at, end, receivers.key, fetch)
         if sample is None:
             return at
         source = sample.source
@@ -414,8 +390,7 @@ class Link:
         qos = 5
         if header & MORE:
             qos, at = read_extensions(data, at)
-        self._qos, self._takes_views = qos, False
-        query, at = read_query(data, at, end, self._resolve)
+        query, at = read_query(data, at, end, self._shared.of(qos))
         if query is None:
             self.outgoing.send(2 * (qos & 7) + 1, response_final(request, qos))
             return at
@@ -444,9 +419,8 @@ class Link:
         start, qos = at, DEFAULT_QOS
         if header & MORE:
             qos, at = read_extensions(data, at)
-        self._qos, self._takes_views = qos, False
         key = self._reply_key(request, scope, suffix, header & IS_SENDERS)
-        answer, at = read_reply(data, at, end, key or '', self._resolve)
+        answer, at = read_reply(data, at, end, key or '', self._shared.of(qos))
         if answer is None:
             return at
         source = answer.source if type(answer) is Sample else None

@@ -60,6 +60,8 @@ class SessionMemory:
 
     def __init__(self, settings: MemorySettings, session: str, guard: ForkGuard) -> None:
         """`session` is the id that log lines begin with."""
+        self.least = settings.least
+        """Bytes of the smallest payload that goes through it."""
         self._settings = settings
         self._session = session
         self._guard = guard
@@ -84,6 +86,10 @@ class SessionMemory:
             return None
         own = self._open()
         return None if own is None else Agreement(own, self._admits, self._make_link)
+
+    def borrow(self, size: int) -> Chunk | None:
+        """Return a chunk to publish from; None if there is no room, or no link that could use it."""
+        return None if self.pool is None else self.pool.borrow(size)
 
     def _admits(self, partner: Partner) -> bool:
         if partner.number in self._odd:

@@ -1,0 +1,45 @@
+"""The payloads of one link that are in shared memory: a link reads them as it reads all others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from goalwire.zenoh.protocol.channels import DATA_CHANNEL
+from goalwire.zenoh.protocol.network import DEFAULT_QOS, Payload, Resolve, refuse_slices
+from goalwire.zenoh.protocol.shared_memory import LinkMemory, Slices
+
+if TYPE_CHECKING:
+    from goalwire.zenoh.protocol.handshake import Handshake
+    from goalwire.zenoh.protocol.outgoing import Outgoing
+
+
+class SharedPayloads:
+    """Fetches payloads that the other side of a link has left in shared memory."""
+
+    def __init__(self, refuse: Callable[[str, object], object]) -> None:
+        """`refuse` counts what is lost, and why."""
+        self._refuse = refuse
+        self._memory: LinkMemory | None = None
+        self._qos = DEFAULT_QOS
+        self._as_view = False
+
+    def agree(self, handshake: Handshake, outgoing: Outgoing) -> None:
+        """Share memory from now on, if both sides have agreed on it."""
+        self._memory = outgoing.memory = handshake.make_memory(partial(outgoing.send, DATA_CHANNEL))
+
+    def of(self, qos: int, *, as_view: bool = False) -> Resolve:
+        """Return what fetches the payload of the message that is read now, by its QoS."""
+        if self._memory is None:
+            return refuse_slices
+        self._qos, self._as_view = qos, as_view
+        return self._fetch
+
+    def _fetch(self, slices: Slices) -> Payload | None:
+        memory = self._memory
+        assert memory is not None
+        payload = memory.take(slices, self._qos & 7, as_view=self._as_view)
+        if payload is None:
+            self._refuse('message in shared memory', 'its sender has used its memory again')
+        return payload
