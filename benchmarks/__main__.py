@@ -103,7 +103,7 @@ def main() -> int:
     if not lines:
         names = ', '.join(line.module.rpartition('.')[2] for line in LINES)
         parser.error(f"no line's program has {options.only!r} in its name; there are {names}")
-    subjects, no_peer = everybody(peer=not options.alone)
+    subjects, no_peer = everybody(with_peers=not options.alone)
     results = table(lines, subjects, options.rounds, options.scale)
     write(
         options.out or ROOT / 'build' / 'bench',

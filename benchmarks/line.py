@@ -64,7 +64,8 @@ class Line(NamedTuple):
     `operations` are done in a round. `reference` holds the real rclpy's figures on a quiet 2-core machine
     (Jazzy, Cyclone DDS); `floor` names the work that the programs of the raw wires do beside it; `peer` is
     false where the real rclpy has nothing like it. `looks` is false where a look at the wire before a sleep
-    changes nothing. The two processes run where the system puts them, or each `pinned` to one processor.
+    changes nothing, `spins` where another executor changes nothing. The two processes run where the system
+    puts them, or each `pinned` to one processor.
     """
 
     name: str
@@ -77,4 +78,5 @@ class Line(NamedTuple):
     peer: bool = True
     rounds: int = 3
     looks: bool = True
+    spins: bool = True
     pinned: bool = False

@@ -20,7 +20,7 @@ def facts() -> dict[str, str]:
         'Python': platform.python_version(),
         'Zenoh': f"goalwire's own session and eclipse-zenoh {_installed('eclipse-zenoh')}, loopback TCP",
         'DDS': f'libddsc of cyclonedds {_installed("cyclonedds")}, loopback UDP',
-        'rclpy': f'{real_rclpy.WHEELS[0].rpartition("==")[2]} of PyPI, Fast DDS with its shared memory',
+        'rclpy': f'{real_rclpy.NEWEST[0].rpartition("==")[2]} of PyPI, Fast DDS with its shared memory',
         'machine': f'{_processor()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}',
         'load before': ' '.join(f'{load:.2f}' for load in os.getloadavg()),
     }

@@ -10,6 +10,7 @@ from benchmarks.subjects import (
     DDS,
     ECLIPSE,
     PEER,
+    PEER_EVENTS,
     RAW_DDS,
     RAW_ECLIPSE,
     RAW_NATIVE,
@@ -17,6 +18,8 @@ from benchmarks.subjects import (
     REFERENCE,
     TCP,
     ZENOH,
+    ZENOH_EVENTS,
+    ZENOH_MULTI,
     ZENOH_NO_LOOK,
 )
 from benchmarks.verdicts import Verdict, judge
@@ -38,6 +41,14 @@ GOALWIRE = {
     REFERENCE: 'reference',
 }
 """The columns of the table of goalwire and the real rclpy."""
+EXECUTORS = {
+    ZENOH.name: 'Zenoh',
+    ZENOH_EVENTS.name: 'its EventsExecutor',
+    ZENOH_MULTI.name: 'its MultiThreadedExecutor',
+    PEER: 'rclpy beside',
+    PEER_EVENTS: "rclpy's EventsExecutor",
+}
+"""The columns of the table of executors."""
 FLOORS = {
     ZENOH.name: 'Zenoh',
     RAW_NATIVE.name: 'its session alone',
@@ -60,6 +71,8 @@ def report(facts: Mapping[str, str], results: Iterable[Measured], no_peer: str) 
     if no_peer:
         parts += ['', f'The real rclpy was not measured: {no_peer}.']
     parts += ['', '## Goals', '', *goals(measured), '', '## Figures', '', *figures(measured, GOALWIRE)]
+    spun = [result for result in measured if result.line.spins]
+    parts += ['', '## Executors', '', *figures(spun, EXECUTORS)] if spun else []
     floors = [result for result in measured if result.line.floor]
     parts += ['', '## Beside the raw wires', '', *figures(floors, FLOORS)] if floors else []
     failures = [f'{result.line.name}: {text}' for result in measured for text in result.failures.values()]

@@ -32,7 +32,7 @@ from benchmarks.lines import (
     topic_round_trip,
     topic_throughput,
 )
-from benchmarks.markdown import FLOORS, GOALWIRE, NOTHING, OF, number
+from benchmarks.markdown import EXECUTORS, FLOORS, GOALWIRE, NOTHING, OF, number
 from benchmarks.measuring import Measured
 from benchmarks.subjects import DDS, PEER, REFERENCE, ZENOH
 from benchmarks.verdicts import judge
@@ -157,6 +157,10 @@ def tables(run: Run) -> Iterator[str]:
     )
     yield ''
     yield from _table('work', ROWS, run, GOALWIRE)
+    yield ''
+    yield 'The same with other executors, of goalwire and of the real rclpy:'
+    yield ''
+    yield from _table('by executor', [row for row in ROWS if row.line.spins], run, EXECUTORS)
     yield ''
     yield 'The same beside the raw wires, each behind what stands on it:'
     yield ''

@@ -12,28 +12,20 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Awaitable, Callable, Mapping, Sized
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from threading import Thread
 from time import perf_counter, process_time
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 from benchmarks.line import Figures
+from benchmarks.spinning import PATIENCE_S, spin
 
 if TYPE_CHECKING:
     from rclpy.node import Node
-    from rclpy.task import Future
 
 WARM_UP = 100
-PATIENCE_S = 20.0
-"""How long anything may take to begin; only failures take that long."""
-
-SPIN_ONCE = 'BENCHMARK_SPIN_ONCE'
-"""Set where spin_until_future_complete is not to be measured; see spin_until_done."""
-
-_SPINS_ONCE = SPIN_ONCE in os.environ
-
 PINNED = 'BENCHMARK_PINNED'
 """Two processors, of the asking process and of its partner. Unset: wherever the system puts them."""
 
@@ -112,7 +104,6 @@ def obey(commands: Commands) -> None:
 def serve(node: Node) -> None:
     """Spin a node until the asking process ends this one."""
     import rclpy
-    from rclpy.executors import ExternalShutdownException
 
     def follow() -> None:
         obey({})
@@ -120,8 +111,7 @@ def serve(node: Node) -> None:
 
     thread = Thread(target=follow)
     thread.start()
-    with suppress(ExternalShutdownException):
-        rclpy.spin(node)
+    spin(node)
     thread.join()
     node.destroy_node()
 
@@ -141,33 +131,6 @@ class Meter:
             return {'cpu': here, 'cpu_here': here}
         there = (self._partner.do('cpu') - self._there) / operations * 1e6
         return {'cpu': here + there, 'cpu_here': here, 'cpu_there': there}
-
-
-def spin_until_done(node: Node, future: Future[Any], timeout: float | None = None) -> None:
-    """Call rclpy.spin_until_future_complete, or what stands in for it where SPIN_ONCE is set.
-
-    In rclpy 7.1.6 each spin leaves tasks behind that the next one has to work off, one more every time: the
-    thousandth call takes 16 ms. `spin_once` has no such trouble, so the peer is measured with that.
-    """
-    import rclpy
-
-    if not _SPINS_ONCE:
-        rclpy.spin_until_future_complete(node, future, timeout_sec=timeout)
-        return
-    end = perf_counter() + (PATIENCE_S if timeout is None else timeout)
-    while not future.done() and (left := end - perf_counter()) > 0:
-        rclpy.spin_once(node, timeout_sec=left)
-
-
-def spin_until_any(node: Node, received: Sized) -> None:
-    """Spin until there is something in `received`; ends the program where nothing comes."""
-    import rclpy
-
-    end = perf_counter() + PATIENCE_S
-    while not received:
-        if perf_counter() > end:
-            sys.exit(f'what was sent did not come back within {PATIENCE_S:.0f} s')
-        rclpy.spin_once(node, timeout_sec=PATIENCE_S)
 
 
 class Stopwatch:

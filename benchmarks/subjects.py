@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias
 from helpers import real_rclpy
 from helpers.environments import CannotInstall
 
-from benchmarks import ROOT, stage
+from benchmarks import ROOT, spinning
 from benchmarks.line import Line
 from goalwire.errors import TransportError
 from goalwire.transport.dds.cyclone.library import find_library
@@ -51,6 +51,11 @@ def peer_program(line: Line) -> list[str]:
     return own_program(line) if line.peer else []
 
 
+def spinning_program(line: Line) -> list[str]:
+    """The same program, where another executor changes something."""
+    return peer_program(line) if line.spins else []
+
+
 def looking_program(line: Line) -> list[str]:
     """The same program, where a look before a sleep changes something."""
     return own_program(line) if line.looks else []
@@ -64,6 +69,14 @@ def floor(module: str) -> Program:
 ZENOH = Subject('goalwire on Zenoh', 'rmw_zenoh_cpp', own_program, NATIVE)
 ZENOH_NO_LOOK = Subject('goalwire on Zenoh, no look', 'rmw_zenoh_cpp', looking_program, {**NATIVE, **NO_LOOK})
 ECLIPSE = Subject("goalwire on eclipse-zenoh's session", 'rmw_zenoh_cpp', own_program, ECLIPSE_ENV)
+EVENTS = {spinning.EXECUTOR: 'rclpy.experimental:EventsExecutor'}
+MULTI = {spinning.EXECUTOR: 'rclpy.executors:MultiThreadedExecutor'}
+ZENOH_EVENTS = Subject(
+    'goalwire on Zenoh, EventsExecutor', 'rmw_zenoh_cpp', spinning_program, {**NATIVE, **EVENTS}
+)
+ZENOH_MULTI = Subject(
+    'goalwire on Zenoh, MultiThreadedExecutor', 'rmw_zenoh_cpp', spinning_program, {**NATIVE, **MULTI}
+)
 DDS = Subject('goalwire on DDS', 'rmw_cyclonedds_cpp', own_program)
 RAW_NATIVE = Subject('its session alone', 'rmw_zenoh_cpp', floor('benchmarks.floors.native'))
 RAW_NATIVE_NO_LOOK = RAW_NATIVE._replace(name='its session alone, no look', env=NO_LOOK)
@@ -71,6 +84,9 @@ RAW_ECLIPSE = Subject('eclipse-zenoh alone', 'rmw_zenoh_cpp', floor('benchmarks.
 RAW_DDS = Subject('libddsc alone', 'rmw_cyclonedds_cpp', floor('benchmarks.floors.dds'))
 TCP = Subject('Python on TCP', 'rmw_zenoh_cpp', floor('benchmarks.floors.tcp'))
 PEER = 'rclpy on Fast DDS'
+PEER_EVENTS = 'rclpy on Fast DDS, EventsExecutor'
+PEERS = (PEER, PEER_EVENTS)
+"""The real rclpy, by the executor that spins."""
 REFERENCE = 'reference: rclpy on Cyclone DDS'
 """Measured earlier; every line holds its figures."""
 
@@ -92,18 +108,21 @@ def has_dds() -> bool:
     return True
 
 
-def everybody(*, peer: bool = True) -> tuple[list[Subject], str]:
+def everybody(*, with_peers: bool = True) -> tuple[list[Subject], str]:
     """Return all subjects that can be had here, and why the real rclpy is not among them."""
     subjects = [
         ZENOH, RAW_NATIVE, ZENOH_NO_LOOK, RAW_NATIVE_NO_LOOK, TCP, ECLIPSE, RAW_ECLIPSE, DDS, RAW_DDS,
+        ZENOH_EVENTS, ZENOH_MULTI,
     ]  # fmt: skip
-    if not peer:
+    if not with_peers:
         return subjects, 'nobody asked for it'
     if not real_rclpy.EXISTS:
         return subjects, real_rclpy.WHY_NOT
     try:
-        environment = real_rclpy.kept(ROOT / 'build')
+        environment = real_rclpy.kept(ROOT / 'build', real_rclpy.NEWEST)
     except CannotInstall as error:
         return subjects, f'the real rclpy could not be installed: {error}'
-    python, env = environment.python.absolute(), {stage.SPIN_ONCE: '1'}
-    return [*subjects, Subject(PEER, 'rmw_fastrtps_cpp', peer_program, env, python)], ''
+    python, env = environment.python.absolute(), {spinning.SPIN_ONCE: '1'}
+    peer = Subject(PEER, 'rmw_fastrtps_cpp', peer_program, env, python)
+    events = Subject(PEER_EVENTS, 'rmw_fastrtps_cpp', spinning_program, {**env, **EVENTS}, python)
+    return [*subjects, peer, events], ''

@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 from benchmarks.line import Goal, Of
 from benchmarks.measuring import Measured
-from benchmarks.subjects import DDS, ECLIPSE, PEER, RAW, TCP, ZENOH, ZENOH_NO_LOOK
+from benchmarks.subjects import DDS, ECLIPSE, PEERS, RAW, TCP, ZENOH, ZENOH_NO_LOOK
 
 
 class Verdict(NamedTuple):
     """One goal on one wire: the figure, its multiple of what the goal names, and whether that is enough.
 
-    `peer` is the multiple of the real rclpy's figure beside, where the goal is one of the reference; `met` is
-    None if nothing could be measured.
+    `peer` is the multiple of the real rclpy's figure beside, with the better one of its executors, where the
+    goal is one of the reference; `met` is None if nothing could be measured.
     """
 
     goal: Goal
@@ -46,8 +46,15 @@ def judge(measured: Measured) -> Iterator[Verdict]:
             if limit is None:
                 continue
             figure = measured.figure(subject, goal.figure)
-            beside = measured.ratio(subject, PEER, goal.figure) if goal.of is Of.REFERENCE else None
+            beside = _beside(measured, subject, goal) if goal.of is Of.REFERENCE else None
             yield Verdict(goal, subject, limit, figure, _multiple(measured, subject, goal), beside)
+
+
+def _beside(measured: Measured, subject: str, goal: Goal) -> float | None:
+    """Return a subject's figure as a multiple of the real rclpy's, with the executor that does it better."""
+    ratios = [measured.ratio(subject, peer, goal.figure) for peer in PEERS]
+    known = [ratio for ratio in ratios if ratio is not None]
+    return (min if goal.at_least else max)(known) if known else None
 
 
 def _multiple(measured: Measured, subject: str, goal: Goal) -> float | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from time import process_time
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.endurance.held import Held
 from benchmarks.line import Figures
 from benchmarks.lines.service_name import SERVICE
@@ -19,14 +19,14 @@ def ask(count: int) -> Figures:
         rclpy.init()
         node = rclpy.create_node('endurance_client')
         client = node.create_client(SetBool, SERVICE)
-        assert client.wait_for_service(stage.PATIENCE_S)
+        assert client.wait_for_service(spinning.PATIENCE_S)
 
         def call(number: int) -> float:
             """Call one after the other; return how much processor time that took here."""
             before = process_time()
             for at in range(number):
                 future = client.call_async(SetBool.Request(data=bool(at % 2)))
-                stage.spin_until_done(node, future)
+                spinning.spin_until_done(node, future)
                 answer = future.result()
                 assert answer is not None
                 assert answer.success == bool(at % 2)

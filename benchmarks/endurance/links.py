@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from time import monotonic, sleep
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.endurance.held import Held
 from benchmarks.line import Figures
 from goalwire.transport.contract import NodeName
@@ -82,7 +82,7 @@ def _meet(stays: stage.Partner, end: str) -> None:
 
 
 def _wait_for_nodes(stays: stage.Partner, number: int) -> None:
-    deadline = monotonic() + 3 * stage.PATIENCE_S
+    deadline = monotonic() + 3 * spinning.PATIENCE_S
     while (found := stays.do('nodes')) != number:
         if monotonic() > deadline:
             sys.exit(f'{found:g} nodes are seen, not {number}')
@@ -91,7 +91,7 @@ def _wait_for_nodes(stays: stage.Partner, number: int) -> None:
 
 def _be_refused(pid: int) -> None:
     """Begin a handshake in a version that nobody speaks."""
-    with socket.create_connection(('127.0.0.1', _port_of(pid)), timeout=stage.PATIENCE_S) as stranger:
+    with socket.create_connection(('127.0.0.1', _port_of(pid)), timeout=spinning.PATIENCE_S) as stranger:
         stranger.sendall(VERSION_8)
         while stranger.recv(4096):
             pass

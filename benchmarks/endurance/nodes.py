@@ -9,7 +9,7 @@ import gc
 import os
 from time import monotonic, process_time, sleep
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.endurance.held import Held
 from benchmarks.line import Figures
 
@@ -51,7 +51,7 @@ def ask(count: int) -> Figures:
         partner.do('collect')
         held = Held(maker=os.getpid(), onlooker=partner.pid)
         times = [churn(count // PARTS) for _ in range(PARTS - 1)]
-        end = monotonic() + stage.PATIENCE_S
+        end = monotonic() + spinning.PATIENCE_S
         while (left := partner.do('nodes') - 1) and monotonic() < end:
             sleep(0.05)
         partner.do('collect')

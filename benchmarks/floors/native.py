@@ -17,7 +17,7 @@ from time import perf_counter
 
 from helpers.isolation import free_port
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures
 from goalwire.transport.zenoh.native import NativeWire
 from goalwire.transport.zenoh.wire import Message, OnAnswer
@@ -31,7 +31,7 @@ SERVICE, PING, PONG, STREAM, IMAGE, SEEN = (
 )
 IMAGE_SIZE = 1_000_000
 CLOCK = struct.Struct('d')
-TIME_NS = int(stage.PATIENCE_S * 1e9)
+TIME_NS = int(spinning.PATIENCE_S * 1e9)
 
 
 def open_wire(*, listen: int = 0, connect: int = 0) -> NativeWire:
@@ -41,7 +41,7 @@ def open_wire(*, listen: int = 0, connect: int = 0) -> NativeWire:
             listen=(f'tcp/127.0.0.1:{listen}',) if listen else (),
             connect=(f'tcp/127.0.0.1:{connect}',) if connect else (),
             must_connect=bool(connect),
-            connecting_s=stage.PATIENCE_S,
+            connecting_s=spinning.PATIENCE_S,
         )
     )
 

@@ -17,7 +17,7 @@ from typing import Any
 import zenoh
 from helpers.isolation import free_port
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures
 from goalwire.transport.zenoh import threads
 from goalwire.transport.zenoh.settings import built_in
@@ -37,7 +37,7 @@ def open_session(*, listen: int = 0, connect: int = 0) -> zenoh.Session:
     values = built_in.session(connect)
     values['connect'] = {
         'endpoints': [f'tcp/127.0.0.1:{connect}'] if connect else [],
-        'timeout_ms': int(stage.PATIENCE_S * 1000),
+        'timeout_ms': int(spinning.PATIENCE_S * 1000),
         'exit_on_failure': True,
     }
     values['listen'] = {'endpoints': [f'tcp/127.0.0.1:{listen}'] if listen else []}
@@ -93,7 +93,7 @@ class Parked:
 
     def wait(self) -> None:
         """Return once woken."""
-        if not self._lock.acquire(timeout=stage.PATIENCE_S):
+        if not self._lock.acquire(timeout=spinning.PATIENCE_S):
             sys.exit('the raw partner did not answer')
 
 
@@ -196,7 +196,7 @@ def throughput(session: zenoh.Session, count: int, partner: stage.Partner) -> Fi
     meet(session)
     meter = stage.Meter(partner)
     partner.do('send', count)
-    ended.wait(stage.PATIENCE_S)
+    ended.wait(spinning.PATIENCE_S)
     return meter.read(len(arrivals)) | {'rate': (len(arrivals) - 1) / (arrivals[-1] - arrivals[0])}
 
 

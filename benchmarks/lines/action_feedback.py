@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures, Goal, Line, Of
 
 if TYPE_CHECKING:
@@ -68,8 +68,8 @@ def reaching() -> Iterator[Callable[[], Reached]]:
     rclpy.init()
     node = rclpy.create_node('bench_client')
     client = ActionClient(node, Fibonacci, ACTION)
-    assert client.wait_for_server(stage.PATIENCE_S)
-    rclpy.spin_once(node, timeout_sec=0)
+    assert client.wait_for_server(spinning.PATIENCE_S)
+    spinning.spin_once(node, timeout_sec=0)
 
     def reach() -> Reached:
         arrivals: list[float] = []
@@ -77,15 +77,15 @@ def reaching() -> Iterator[Callable[[], Reached]]:
         accepted = client.send_goal_async(
             Fibonacci.Goal(order=1), feedback_callback=lambda _: arrivals.append(perf_counter())
         )
-        stage.spin_until_done(node, accepted)
+        spinning.spin_until_done(node, accepted)
         goal = accepted.result()
         assert goal is not None
         ended = goal.get_result_async()
-        stage.spin_until_done(node, ended)
+        spinning.spin_until_done(node, ended)
         before = -1
         while before < len(arrivals) < MESSAGES:
             before = len(arrivals)
-            rclpy.spin_once(node, timeout_sec=LATE_S)
+            spinning.spin_once(node, timeout_sec=LATE_S)
         return Reached(arrivals[-1] - begun if arrivals else 0.0, len(arrivals))
 
     yield reach

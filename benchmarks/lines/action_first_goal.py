@@ -13,6 +13,7 @@ LINE = Line(
     ('first', 'tenth', 'first_to_tenth'),
     (Goal('first_to_tenth', Of.ONE, 1.25, None),),
     looks=False,
+    spins=False,
 )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures, Goal, Line, Of
 
 if TYPE_CHECKING:
@@ -53,15 +53,15 @@ def ask(count: int) -> Figures:
         rclpy.init()
         node = rclpy.create_node('bench_client')
         client = ActionClient(node, Fibonacci, ACTION)
-        assert client.wait_for_server(stage.PATIENCE_S)
+        assert client.wait_for_server(spinning.PATIENCE_S)
 
         def reach() -> None:
             accepted = client.send_goal_async(Fibonacci.Goal(order=1))
-            stage.spin_until_done(node, accepted)
+            spinning.spin_until_done(node, accepted)
             goal = accepted.result()
             assert goal is not None
             ended = goal.get_result_async()
-            stage.spin_until_done(node, ended)
+            spinning.spin_until_done(node, ended)
             outcome = ended.result()
             assert outcome is not None
             assert len(outcome.result.sequence) == 2

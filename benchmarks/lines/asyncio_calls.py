@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures, Goal, Line, Of
 from benchmarks.lines.service_name import SERVICE
 from benchmarks.lines.service_spin import answer
@@ -20,6 +20,7 @@ LINE = Line(
     ),
     floor='asyncio',
     peer=False,
+    spins=False,
 )
 
 
@@ -30,7 +31,7 @@ async def measure(count: int, partner: stage.Partner) -> Figures:
 
     async with goalwire.Node('bench_client') as node:
         client = node.client(SetBool, SERVICE)
-        await client.wait_for_server(timeout=stage.PATIENCE_S)
+        await client.wait_for_server(timeout=spinning.PATIENCE_S)
         return await stage.awaited(lambda: client.call(data=True), count, partner)
 
 

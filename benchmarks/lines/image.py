@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from time import perf_counter
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures, Goal, Line, Of
 
 LINE = Line(
@@ -55,13 +55,13 @@ def measure(count: int, size: int) -> Figures:
         image = Image(height=1, width=size, step=size, encoding='mono8', data=array('B', bytes(size)))
         while not seen:
             publisher.publish(image)
-            rclpy.spin_once(node, timeout_sec=0.5)
+            spinning.spin_once(node, timeout_sec=0.5)
 
         def send() -> float:
             seen.clear()
             begun = perf_counter()
             publisher.publish(image)
-            stage.spin_until_any(node, seen)
+            spinning.spin_until_any(node, seen)
             return seen[0].data - begun
 
         figures = stage.reported(send, count, partner)

@@ -28,6 +28,7 @@ LINE = Line(
     ),
     rounds=2,
     looks=False,
+    spins=False,
 )
 TOPIC = 'bench_everybody'
 SETTLE_S, IDLE_S = 1.0, 3.0

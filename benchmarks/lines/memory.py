@@ -15,6 +15,7 @@ LINE = Line(
     (Goal('memory', Of.REFERENCE, 0.5, 0.6),),
     {'memory': 53},
     looks=False,
+    spins=False,
 )
 
 if __name__ == '__main__':

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from time import perf_counter
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures
 from benchmarks.lines.service_in_flight import Flight, measure
 from benchmarks.lines.service_name import SERVICE
@@ -55,7 +55,7 @@ def answer(number: int) -> None:
     rclpy.init()
     node = rclpy.create_node(f'bench_client_{number}')
     client = node.create_client(SetBool, SERVICE)
-    assert client.wait_for_service(stage.PATIENCE_S)
+    assert client.wait_for_service(spinning.PATIENCE_S)
 
     def call(count: int) -> int:
         flight = Flight([client], 1, count)

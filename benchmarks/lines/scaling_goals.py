@@ -5,7 +5,7 @@ from __future__ import annotations
 from time import perf_counter
 from typing import Any
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures
 from benchmarks.lines.action_goals import ACTION
 
@@ -20,7 +20,7 @@ def ask(count: int, window: int) -> Figures:
         rclpy.init()
         node = rclpy.create_node('bench_client')
         client = ActionClient(node, Fibonacci, ACTION)
-        assert client.wait_for_server(stage.PATIENCE_S)
+        assert client.wait_for_server(spinning.PATIENCE_S)
         all_done: rclpy.Future[None] = rclpy.Future()
         left, reached = count, 0
 
@@ -45,7 +45,7 @@ def ask(count: int, window: int) -> Figures:
         meter, begun = stage.Meter(partner), perf_counter()
         for _ in range(window):
             send()
-        stage.spin_until_done(node, all_done, 3 * stage.PATIENCE_S)
+        spinning.spin_until_done(node, all_done, 3 * spinning.PATIENCE_S)
         taken = perf_counter() - begun
         figures = meter.read(reached) | {'rate': reached / taken, 'lost': count - reached}
         client.destroy()

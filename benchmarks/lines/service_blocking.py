@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from threading import Thread
-
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures, Goal, Line, Of
 from benchmarks.lines.service_name import SERVICE
 from benchmarks.lines.service_spin import answer
+from benchmarks.spinning import BackgroundSpin
 
 LINE = Line(
     'service call, blocking `call` with a spinning thread',
@@ -22,22 +21,16 @@ LINE = Line(
 
 def ask(count: int) -> Figures:
     import rclpy
-    from rclpy.executors import SingleThreadedExecutor
     from std_srvs.srv import SetBool
 
     with stage.Partner('benchmarks.lines.service_spin') as partner:
         rclpy.init()
         node = rclpy.create_node('bench_client')
         client = node.create_client(SetBool, SERVICE)
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-        thread = Thread(target=executor.spin)
-        thread.start()
-        assert client.wait_for_service(stage.PATIENCE_S)
-        request = SetBool.Request(data=True)
-        figures = stage.round_trips(lambda: client.call(request), count, partner)
-        executor.shutdown()
-        thread.join()
+        with BackgroundSpin(node):
+            assert client.wait_for_service(spinning.PATIENCE_S)
+            request = SetBool.Request(data=True)
+            figures = stage.round_trips(lambda: client.call(request), count, partner)
         node.destroy_node()
         rclpy.shutdown()
         return figures

@@ -6,7 +6,7 @@ from itertools import repeat
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures, Goal, Line, Of
 from benchmarks.lines.service_name import SERVICE
 from benchmarks.lines.service_spin import answer
@@ -73,7 +73,7 @@ class Flight:
         while not self.done.done() and self.answered > before:
             before = self.answered
             if executor is None:
-                stage.spin_until_done(node, self.done, GIVE_UP_S)
+                spinning.spin_until_done(node, self.done, GIVE_UP_S)
             else:
                 executor.spin_until_future_complete(self.done, GIVE_UP_S)
 
@@ -94,7 +94,7 @@ def measure(clients: int, window: int, count: int, *, has_nodes: bool = False) -
         node = nodes[0]
         ends = [nodes[number % len(nodes)].create_client(SetBool, SERVICE) for number in range(clients)]
         for end in ends:
-            assert end.wait_for_service(stage.PATIENCE_S)
+            assert end.wait_for_service(spinning.PATIENCE_S)
         Flight(ends, window, 10 * window).spin(node, executor)
         meter = stage.Meter(partner)
         begun = perf_counter()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures, Goal, Line, Of
 from benchmarks.lines.service_name import SERVICE
 
@@ -49,12 +49,12 @@ def ask(count: int) -> Figures:
         rclpy.init()
         node = rclpy.create_node('bench_client')
         client = node.create_client(SetBool, SERVICE)
-        assert client.wait_for_service(stage.PATIENCE_S)
+        assert client.wait_for_service(spinning.PATIENCE_S)
         request = SetBool.Request(data=True)
 
         def call() -> None:
             future = client.call_async(request)
-            stage.spin_until_done(node, future)
+            spinning.spin_until_done(node, future)
             answer = future.result()
             assert answer is not None
             assert answer.success

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures, Goal, Line, Of
 
 LINE = Line(
@@ -33,10 +33,10 @@ def ask(count: int) -> Figures:
 
     timer = node.create_timer(0.001, tick)
     while ticks < stage.WARM_UP:
-        rclpy.spin_once(node)
+        spinning.spin_once(node)
     before = ticks
     meter, watch = stage.Meter(), stage.Stopwatch()
-    stage.spin_until_done(node, done)
+    spinning.spin_until_done(node, done)
     figures = meter.read(ticks - before) | {'rate': (ticks - before) / watch.read()}
     node.destroy_timer(timer)
     node.destroy_node()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures, Goal, Line, Of
 
 LINE = Line(
@@ -49,11 +49,11 @@ def ask(count: int) -> Figures:
         def exchange() -> None:
             received.clear()
             ping.publish(pose)
-            stage.spin_until_any(node, received)
+            spinning.spin_until_any(node, received)
 
         while not received:  # until both ends have found each other
             ping.publish(pose)
-            rclpy.spin_once(node, timeout_sec=0.1)
+            spinning.spin_once(node, timeout_sec=0.1)
         figures = stage.round_trips(exchange, count, partner)
         node.destroy_node()
         rclpy.shutdown()

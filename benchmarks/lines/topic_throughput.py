@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from time import perf_counter
 
-from benchmarks import stage
+from benchmarks import spinning, stage
 from benchmarks.line import Figures, Goal, Line, Of
 
 LINE = Line(
@@ -63,15 +63,15 @@ def ask(count: int) -> Figures:
 
         subscription = node.create_subscription(PoseStamped, TOPIC, take, DEPTH)
         while not node.count_publishers(TOPIC):
-            rclpy.spin_once(node, timeout_sec=0.01)
+            spinning.spin_once(node, timeout_sec=0.01)
         while not ended.done():  # what is sent before both have met is lost
             partner.do('send', 100)
-            stage.spin_until_done(node, ended, 0.1)
+            spinning.spin_until_done(node, ended, 0.1)
         arrivals.clear()
         ended = Future()
         meter = stage.Meter(partner)
         partner.order('send', count)
-        stage.spin_until_done(node, ended, 2 * stage.PATIENCE_S)
+        spinning.spin_until_done(node, ended, 2 * spinning.PATIENCE_S)
         partner.result()
         figures = meter.read(len(arrivals))
         node.destroy_subscription(subscription)

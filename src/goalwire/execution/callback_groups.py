@@ -6,6 +6,7 @@ from _thread import allocate_lock
 from collections import deque
 from typing import TYPE_CHECKING
 
+from goalwire.concurrency.snapshots import copy_of
 from goalwire.execution.ready_queue import CallbackGroup
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
 
     @property
     def parked(self) -> Sequence[CallbackSource]:
-        return self._parked.copy()
+        return copy_of(self._parked)
 
     def park(self, source: CallbackSource) -> None:
         """Keep `source` until the group is free."""

@@ -11,6 +11,7 @@ from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
 from goalwire.concurrency.forks import reset_in_children
+from goalwire.concurrency.snapshots import copy_of
 from goalwire.execution.current import held_groups
 from goalwire.execution.next_callback import CallbackChooser
 
@@ -75,7 +76,7 @@ class CallbackRunner(CallbackChooser):
             self._work_off_once(deadline)
 
     def _work_off_once(self, deadline: int | None) -> None:
-        waiting = [(source, source.backlog) for source in self._ready.items.copy()]
+        waiting = [(source, source.backlog) for source in copy_of(self._ready.items)]
         while waiting:
             left = []
             for source, events in waiting:

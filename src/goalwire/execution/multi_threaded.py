@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
 from goalwire.concurrency.exits import Stage, at_exit
+from goalwire.concurrency.snapshots import copy_of
 from goalwire.errors import ExternalShutdownException
 from goalwire.execution.current import active_executors
 from goalwire.execution.event_queue import EventQueue
@@ -357,7 +358,7 @@ class MultiThreadedExecutor(Executor):
         drain = DrainTracker(waiter.wake)
         self._drains.append(drain)
         try:
-            drain.gather(self._ready.items.copy(), self._pool.busy.copy())
+            drain.gather(copy_of(self._ready.items), self._pool.busy.copy())
             while not (drain.over or self._is_shutdown or self._is_past(deadline)):
                 if not self._shutdown_signal.alive:
                     return

@@ -1,0 +1,22 @@
+"""Copies of collections that other threads change meanwhile."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TypeVar
+
+T = TypeVar('T')
+
+
+def copy_of(items: deque[T]) -> deque[T]:
+    """Return a copy of a deque.
+
+    Under the GIL that is one step. Without it, up to Python 3.14, `copy` goes through the deque without its
+    lock, and raises RuntimeError if another thread appends or takes something meanwhile; it is tried again
+    then. Source: cpython issue 144809.
+    """
+    while True:
+        try:
+            return items.copy()
+        except RuntimeError:
+            continue
