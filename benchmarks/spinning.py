@@ -56,7 +56,7 @@ def _executor_of(node: Node) -> Executor | None:
     return _executors[node]
 
 
-def spin_once(node: Node, timeout_sec: float | None = None) -> None:
+def spin_once(node: Node, timeout_sec: float = PATIENCE_S) -> None:
     """Do what rclpy.spin_once does."""
     import rclpy
 
