@@ -32,6 +32,7 @@ ACCEPTED_RUNS = 6
 """What is expected is the highest of so many."""
 MEMORY = Subject('goalwire in one process', 'goalwire_memory', lambda line: [line.module, 'ask'])
 LOCAL = Line('in one process', 'benchmarks.in_process', 3, (), ())
+START = Line('parts of a start', 'benchmarks.start_parts', 8, (), ())
 
 
 def on_one_processor(subject: Subject) -> Subject:
@@ -67,6 +68,7 @@ PAIRS = (
     Pair('asyncio call on Zenoh, time, of raw', asyncio_calls.LINE, 'p50', 500, OURS, RAW),
     Pair('message received on Zenoh, CPU, of raw', topic_throughput.LINE, 'cpu_here', 20_000, OURS, RAW),
 )
+PARTS = {'pth': 'the line of goalwire.pth', 'import': 'import rclpy', 'node': 'init and a node'}
 IN_PROCESS = ('call', 'topic', 'encode', 'decode', 'new')
 
 
@@ -94,6 +96,10 @@ def ratios() -> dict[str, float]:
     local = run(MEMORY, LOCAL, LOCAL.operations) or {}
     measured |= {
         f'{name} in one process, of plain Python': local[name] / local['yardstick'] for name in IN_PROCESS
+    }
+    parts = run(MEMORY, START, START.operations) or {}
+    measured |= {
+        f'{name}, CPU, of plain Python': parts[part] / local['yardstick'] for part, name in PARTS.items()
     }
     begun = [run(ZENOH, startup.LINE, 3) or {} for _ in range(ROUNDS)]
     cpu = min(run_['cpu_here'] for run_ in begun)

@@ -1,8 +1,8 @@
 """The import hook: serves interface packages from their definition files, and orders the overlay.
 
-goalwire.pth loads this module at every interpreter start, so it imports nothing but what Python has loaded by
-then. The finder stands just before Python's path finder, asks that one (and those behind it) first, and then
-decides:
+The first import that is not of Python's own library loads this (overlay/_goalwire_start.py), so it
+imports nothing but what Python has loaded by then. The finder stands just before Python's path finder, asks
+that one (and those behind it) first, and then decides:
 
 - A regular package or module always wins. A folder without __init__.py, which Python would take for a
   namespace package, does not: ./humanoid_interfaces/ may be a source folder.
@@ -15,6 +15,7 @@ Every Python program loads this, pip too, and the folders that it searches may h
 while packages are looked for becomes a warning, and the name counts as not found.
 """
 
+import _imp
 import os
 import sys
 from _frozen_importlib_external import FileFinder, PathFinder  # importlib.machinery would cost 0.3 ms
@@ -173,13 +174,17 @@ class OverlayFinder(FileFinder):
 
 
 def install() -> None:
-    """Put the finder before the path finder, once; goalwire.pth calls this at interpreter start."""
-    if any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
-        return
-    if finder := _overlay_finder():
-        sys.path_importer_cache[OVERLAY] = finder
-    place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
-    sys.meta_path.insert(place, InterfaceFinder())
+    """Put the finder before the path finder, once; called by overlay/_goalwire_start.py."""
+    _imp.acquire_lock()  # two threads may come here, by their first imports
+    try:
+        if any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
+            return
+        if finder := _overlay_finder():
+            sys.path_importer_cache[OVERLAY] = finder
+        place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
+        sys.meta_path.insert(place, InterfaceFinder())
+    finally:
+        _imp.release_lock()
 
 
 def _search_carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -> 'ModuleSpec | None':
