@@ -301,7 +301,7 @@ def test_an_interpreter_starts_with_nothing_heavy_and_without_a_search(tmp_path:
         print(ours, heavy)
     """
     start = output_of(program, cwd=tmp_path)
-    assert start == "[] set()"
+    assert start == '[] set()'
 
 
 @pytest.mark.parametrize('name', ['sitecustomize_of_ours', 'apport_python_hook', 'org'])
