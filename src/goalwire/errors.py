@@ -59,6 +59,13 @@ GoalwireError
 │   └── DecodeError       bytes that are no message of the expected type (also a ValueError)
 ├── TransportError        the wire itself failed: no session, refused configuration
 ├── BagError              a bag cannot be read, or cannot be written
+├── MissionError          a durable mission, or its journal, did not do what was asked
+│   ├── JournalError      the journal cannot be opened, read or written
+│   ├── MissionIdTaken    a mission has the id already, with other arguments (also a ValueError)
+│   ├── MissionFailed     a mission ended without success
+│   ├── MissionStopped    raised in a mission: it was cancelled, gave up, or its time is over
+│   ├── StepFailed        raised in a mission: own code of a step raised
+│   └── StepLost          raised in a mission: nobody knows whether the step happened
 ├── TimeoutException      an executor's time was up
 ├── ConditionReachedException  the condition that a spin waited for is true
 └── CallError             a call or goal that did not end well
@@ -664,6 +671,41 @@ class PolicyError(SecurityError):
 
 class BagError(GoalwireError):
     """A bag cannot be read, or cannot be written."""
+
+
+class MissionError(GoalwireError):
+    """A durable mission, or its journal, did not do what was asked."""
+
+
+class JournalError(MissionError):
+    """A journal cannot be opened, read or written, or another runner has it."""
+
+
+class MissionIdTaken(MissionError, ValueError):
+    """A mission of that id was begun before, with another name or other arguments."""
+
+
+class MissionFailed(MissionError):
+    """A mission ended without success, or was cancelled; the text says why."""
+
+
+class MissionStopped(MissionError):
+    """Raised in a mission's code: it was cancelled, gave up, or its time is over. No further step begins,
+    but those that undo what was done.
+    """
+
+    def __init__(self, message: str, *, undo: bool = True) -> None:
+        super().__init__(message)
+        self.undo = undo
+        """Whether the undo steps are to run."""
+
+
+class StepFailed(MissionError):
+    """Raised in a mission's code: a function that `m.run` called has raised; the text is that error's."""
+
+
+class StepLost(MissionError):
+    """Raised in a mission's code: a step may have happened or not, and it was decided that it failed."""
 
 
 class TimeoutException(GoalwireError):

@@ -16,6 +16,8 @@ from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.rules.goals.cancel import CancelCode, read_stamp
 from goalwire.rules.goals.ids import NO_ID, read_goal_id
+from goalwire.rules.goals.server_view import ServerView, hash_of_statuses
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from uuid import UUID
@@ -186,6 +188,14 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
                 asked.cancel()
         goals = tuple(bytes(goal.goal_id.uuid) for goal in response.goals_canceling)
         return CancelAnswer(CancelCode(response.return_code), goals)
+
+    def server_view(self) -> ServerView:
+        """Return what this client sees of the server now: its incarnation, and the goals that it tells of."""
+        core = self._core
+        there = core.node.context.graph.entities(EndpointKind.SERVICE, core.goal_service)
+        return ServerView(
+            frozenset(each.gid.hex() for each in there), hash_of_statuses(core.streams.latest_statuses)
+        )
 
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""

@@ -1,0 +1,23 @@
+"""Durable missions: async functions whose steps are in a journal, and go on where they were after a crash.
+
+`from goalwire.missions import Runner, mission`. See docs/how-to/missions.md.
+"""
+
+from goalwire.missions.definition import Definition, mission
+from goalwire.missions.run import MissionRun
+from goalwire.missions.runner import Runner
+from goalwire.missions.steps import ActionSteps, CallSteps, Steps
+from goalwire.missions.undo import Undo
+from goalwire.rules.missions.entries import MissionState
+
+__all__ = [
+    'ActionSteps',
+    'CallSteps',
+    'Definition',
+    'MissionRun',
+    'MissionState',
+    'Runner',
+    'Steps',
+    'Undo',
+    'mission',
+]

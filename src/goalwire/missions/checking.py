@@ -1,0 +1,45 @@
+"""Does the code of today fit the missions of yesterday? Their code is run against their journals, dry."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from goalwire.missions.steps import Perform, Steps
+from goalwire.rules.missions.replay import DoesNotFit, Replay, StepHistory
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from goalwire.missions.definition import Definition
+    from goalwire.missions.outcomes import Outcome
+    from goalwire.missions.store import MissionRow
+    from goalwire.rules.missions.entries import Entry
+
+
+class _JournalIsOver(BaseException):
+    """The code has come to a step that has not ended: from there on things would happen."""
+
+
+class _Nobody:
+    """Carries out no step."""
+
+    async def perform(self, history: StepHistory, how: Perform, *, is_undoing: bool) -> Outcome:  # noqa: ARG002
+        raise _JournalIsOver
+
+
+async def why_stuck(row: MissionRow, definition: Definition, entries: Sequence[Entry]) -> str:
+    """Return why a mission's code does not fit its journal; '' if it does. Nothing is sent or written."""
+    replay = Replay(entries)
+    try:
+        await definition(Steps(row.id, _Nobody(), replay), *row.arguments)
+        replay.finish()
+    except DoesNotFit as error:
+        return str(error)
+    except _JournalIsOver:
+        return ''
+    except Exception as error:
+        try:
+            replay.finish()
+        except DoesNotFit as misfit:
+            return f'{misfit}: it raises {type(error).__name__}: {error}'
+    return ''

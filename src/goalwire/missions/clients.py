@@ -1,0 +1,43 @@
+"""The clients that a runner's missions share: one for each action and each service."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import goalwire
+    from goalwire.missions.machine import Machine
+
+
+class Clients:
+    """Makes clients when they are first needed. They end with the node."""
+
+    def __init__(self, node: goalwire.Node, machine: Machine) -> None:
+        self._node = node
+        self._machine = machine
+        self._actions: dict[tuple[Any, str], goalwire.ActionClient[Any, Any, Any]] = {}
+        self._services: dict[tuple[Any, str], goalwire.Client[Any, Any]] = {}
+        self._since: dict[str, float] = {}
+
+    def action(self, action_type: Any, name: str) -> goalwire.ActionClient[Any, Any, Any]:
+        """Return the client of an action."""
+        known = self._actions.get((action_type, name))
+        return known or self.renew_action(action_type, name)
+
+    def renew_action(self, action_type: Any, name: str) -> goalwire.ActionClient[Any, Any, Any]:
+        """Replace the client of an action. Goals under way go on with the old one."""
+        client = self._node.action(action_type, name)
+        self._actions[action_type, name] = client
+        self._since[client.name] = self._machine.steady()
+        return client
+
+    def listened(self, client: goalwire.ActionClient[Any, Any, Any]) -> float:
+        """Return for how many s this client hears the server."""
+        return self._machine.steady() - self._since[client.name]
+
+    def service(self, service_type: Any, name: str) -> goalwire.Client[Any, Any]:
+        """Return the client of a service."""
+        client = self._services.get((service_type, name))
+        if client is None:
+            client = self._services[service_type, name] = self._node.client(service_type, name)
+        return client

@@ -1,0 +1,302 @@
+"""A goal as a step: it is sent once, or somebody is asked.
+
+The intent is in the journal before the goal is sent, with what the server showed at that moment. Whenever the
+answer is missing, since the runner or the server was restarted, or the link was cut, the server is asked. The
+goal is sent again only if it is certain that it never arrived, and then with the same id.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable
+from contextlib import suppress
+from enum import Enum, auto
+from typing import Any
+
+import goalwire
+from goalwire.errors import (
+    CallError,
+    DeadlineError,
+    GoalAborted,
+    GoalCanceled,
+    GoalFailed,
+    GoalIdTaken,
+    GoalRefused,
+    NoServerError,
+    StepLost,
+)
+from goalwire.missions.live_step import IfLost, Interrupted, LiveStep
+from goalwire.missions.outcomes import Outcome, encode_message
+from goalwire.records import record
+from goalwire.rules.goals.server_view import ServerView
+from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.missions.entries import Decision, Entry, EntryKind
+from goalwire.rules.missions.unknown_goals import Whereabouts, judge
+
+CANCEL_S = 10.0
+"""How long a cancelled goal may take to end before the mission goes on without it."""
+
+
+class _Move(Enum):
+    """What is done next about the goal."""
+
+    SEND = auto()
+    ASK = auto()
+    FOLLOW = auto()
+
+
+@record
+class GoalRequest:
+    """What a mission asks for: a goal of an action."""
+
+    action_type: Any
+    name: str
+    goal: Any
+    timeout: float | None
+    if_lost: IfLost
+    kept: float
+    """How many s the server keeps results at least."""
+
+
+class GoalStep:
+    """Carries one goal out, from wherever the journal says that it stands."""
+
+    def __init__(self, step: LiveStep, request: GoalRequest) -> None:
+        self._step = step
+        self._request = request
+        self._client = step.clients.action(request.action_type, request.name)
+        self._intent: Entry | None = step.history.intent
+        self._attempt = max(step.history.attempts, 1)
+        self._interruption: Interrupted | None = None
+        self._refusal: GoalRefused | None = None
+        self._may_be_known = self._intent is not None or step.must_probe
+        """True if a server may know the id: then a refusal does not say that the goal did not run."""
+
+    @property
+    def _goal_id(self) -> bytes:
+        return self._step.goal_id(self._attempt)
+
+    async def perform(self) -> Outcome:
+        """Return how the goal ended, or how it was decided that it did."""
+        try:
+            move = await self._open()
+        except (Interrupted, NoServerError) as error:  # nothing was sent
+            return Outcome(error=error.error if isinstance(error, Interrupted) else error)
+        while True:
+            found: Outcome | _Move
+            if move is _Move.ASK:
+                found = await self._find_out()
+            else:
+                found = await self._follow(again=move is _Move.FOLLOW) or _Move.ASK
+            if isinstance(found, Outcome):
+                return found
+            move = found
+
+    # -- the intent ----------------------------------------------------------------------------------------
+
+    async def _open(self) -> _Move:
+        """Write the intent, unless it is in the journal: then the goal may have been sent."""
+        step = self._step
+        if self._intent is not None:
+            step.limit(self._intent, self._request.timeout)
+            if step.history.since_intent(EntryKind.CANCEL) is not None:
+                self._interruption = Interrupted(
+                    DeadlineError(f'{step.title}: its time is over'), is_stop=False
+                )
+                step.lift_limit()
+            return _Move.ASK
+        await self._wait_for_server()
+        await self._write_intent()
+        return _Move.ASK if step.must_probe else _Move.SEND
+
+    async def _wait_for_server(self) -> None:
+        limit = self._request.timeout
+        await self._step.until_stopped(self._client.wait_for_server(timeout=limit))
+
+    async def _write_intent(self) -> None:
+        view = self._client.server_view()
+        facts, data = encode_message(self._request.goal)
+        facts |= {
+            'goal_id': self._goal_id.hex(),
+            'servers': sorted(view.servers),
+            'statuses': view.statuses,
+        }
+        self._intent = await self._step.begin(self._request.timeout, facts, data)
+
+    # -- sending and following -----------------------------------------------------------------------------
+
+    async def _follow(self, *, again: bool) -> Outcome | None:
+        """Send the goal, or attach to it, and wait for its end. None: the server has to be asked."""
+        run: goalwire.Run[Any, Any]
+        was_known = True
+        if again:
+            run = self._client.attach(self._goal_id)
+        else:
+            self._step.boundary('before send')
+            was_known, self._may_be_known = self._may_be_known, True
+            run = self._client.send(self._request.goal, goal_id=self._goal_id, keep=True)
+        entering = asyncio.ensure_future(run.__aenter__())
+        await asyncio.sleep(0)  # the first turn of the task puts the request on the wire
+        if not again:
+            self._step.boundary('after send')
+        try:
+            return await self._watch(run, entering)
+        except GoalRefused as refusal:
+            self._refusal = refusal
+            return None if was_known else Outcome(error=refusal)
+        except (CallError, GoalIdTaken):
+            return None
+        except Interrupted as why:
+            await self._note_interruption(why)
+            return None
+        finally:
+            if entering.done() and not entering.cancelled() and entering.exception() is None:
+                await run.__aexit__(None, None, None)
+
+    async def _watch(self, run: goalwire.Run[Any, Any], entering: Awaitable[Any]) -> Outcome | None:
+        step = self._step
+        await step.until_stopped(entering)
+        if self._interruption is not None:
+            return await self._cancel(run)
+        try:
+            return self._reached(await step.until_stopped(run.result))
+        except Interrupted as why:
+            await self._note_interruption(why)
+            return await self._cancel(run)
+        except GoalFailed as failure:
+            return self._failed(failure)
+
+    async def _note_interruption(self, why: Interrupted) -> None:
+        """Write that the goal is to be cancelled, before it is: a later life then knows who did it."""
+        self._interruption = why
+        self._step.lift_limit()
+        if why.is_stop:
+            self._step.ignore_stop()
+        await self._step.write(Entry(EntryKind.CANCEL, self._step.number, {'why': str(why)}))
+
+    async def _cancel(self, run: goalwire.Run[Any, Any]) -> Outcome:
+        """Cancel the goal since its time is over, or the mission is stopped."""
+        assert self._interruption is not None
+        with suppress(CallError):
+            await run.cancel(timeout=CANCEL_S)
+        try:
+            async with asyncio.timeout(CANCEL_S):
+                return self._reached(await run.result)
+        except GoalFailed as failure:
+            return self._failed(failure)
+        except (TimeoutError, CallError):
+            return self._gave_up('it was cancelled, and the server did not say that it ended: it may go on')
+
+    def _reached(self, result: object) -> Outcome:
+        return Outcome(result, message_type=self._request.action_type.Result)
+
+    def _failed(self, failure: GoalFailed) -> Outcome:
+        """The goal ended without success; if this mission cancelled it, its reason for that counts."""
+        if self._interruption is not None and isinstance(failure, GoalCanceled):
+            return Outcome(error=self._interruption.error)
+        return Outcome(error=failure)
+
+    def _gave_up(self, why: str) -> Outcome:
+        assert self._interruption is not None
+        error = self._interruption.error
+        error.args = (f'{error}; {why}', *error.args[1:])
+        return Outcome(error=error)
+
+    # -- asking the server ---------------------------------------------------------------------------------
+
+    async def _find_out(self) -> Outcome | _Move:
+        """Ask the server how the goal stands, until it can tell."""
+        while True:
+            try:
+                found = await self._step.until_stopped(self._client.probe(self._goal_id))
+                conclusion = await self._conclude(found)
+                if conclusion is not None:
+                    return conclusion
+                if self._interruption is not None and self._interruption.is_stop:
+                    return self._gave_up(f'nobody can tell how its goal stands, it may go on: {found.why}')
+                await self._step.pause(f'{self._step.title}: {found.why}')
+            except Interrupted as why:
+                await self._note_interruption(why)
+
+    async def _conclude(self, found: goalwire.GoalProbe[Any]) -> Outcome | _Move | None:
+        """Return what follows from a server's answer; None if it has to be asked again."""
+        match found.state:
+            case goalwire.GoalState.RUNNING:
+                return _Move.FOLLOW
+            case goalwire.GoalState.ENDED | goalwire.GoalState.RESULT_GONE:
+                return self._ended(found)
+            case goalwire.GoalState.UNKNOWN:
+                return await self._conclude_unknown()
+            case _:
+                return None
+
+    def _ended(self, found: goalwire.GoalProbe[Any]) -> Outcome:
+        if found.status is GoalStatus.SUCCEEDED:
+            result = self._request.action_type.Result() if found.result is None else found.result
+            return self._reached(result)
+        name = self._client.name
+        failure: GoalFailed
+        if found.status is GoalStatus.CANCELED:
+            failure = GoalCanceled(f"action '{name}': the goal was cancelled", name=name)
+        else:
+            failure = GoalAborted(f"action '{name}': the goal was aborted", name=name)
+        failure.result = found.result
+        return self._failed(failure)
+
+    async def _conclude_unknown(self) -> Outcome | _Move | None:
+        assert self._intent is not None
+        body = self._intent.body
+        servers = body['servers']
+        sent = ServerView(
+            frozenset(map(str, servers if isinstance(servers, list) else ())), str(body['statuses'])
+        )
+        where, why = judge(
+            sent,
+            self._client.server_view(),
+            listened=self._step.clients.listened(self._client),
+            age=self._step.age(self._intent),
+            kept=self._request.kept,
+        )
+        if where is Whereabouts.TOO_EARLY:
+            return None
+        if where is Whereabouts.NEVER_ARRIVED or self._was_just_written:
+            return self._send_again()
+        if self._interruption is not None and self._interruption.is_stop:
+            return self._gave_up(f'{why}: its goal may have run')
+        return await self._decide(why)
+
+    @property
+    def _was_just_written(self) -> bool:
+        """True if nothing was sent for the intent yet: the server was asked to make sure."""
+        return self._step.must_probe and self._step.history.intent is not self._intent
+
+    def _send_again(self) -> Outcome | _Move:
+        """The goal never ran: send it, unless it was refused, or is not wanted any more."""
+        self._step.must_probe = False
+        if self._interruption is not None:
+            return Outcome(error=self._interruption.error)
+        if self._refusal is not None:
+            return Outcome(error=self._refusal)
+        # A client that has sent the id refuses to send it again, so that none is sent twice by mistake.
+        self._client = self._step.clients.renew_action(self._request.action_type, self._request.name)
+        return _Move.SEND
+
+    async def _decide(self, why: str) -> Outcome | _Move:
+        """Nobody knows whether the goal ran: what the mission, or a person, says counts."""
+        self._step.lift_limit()  # people take their time
+        goal_id = self._goal_id.hex()
+        evidence = f'goal {goal_id} may have run, wholly or in part: {why}'
+        decision = await self._step.decide_lost(self._request.if_lost, self._request.goal, evidence)
+        if decision is Decision.DONE:
+            return self._reached(self._request.action_type.Result())
+        if decision is Decision.FAIL:
+            return Outcome(error=StepLost(f'{self._step.title}: {evidence}'))
+        self._attempt += 1
+        self._interruption = self._refusal = None
+        self._may_be_known = False
+        try:
+            await self._wait_for_server()
+        except NoServerError as error:
+            return Outcome(error=error)
+        await self._write_intent()
+        return _Move.SEND

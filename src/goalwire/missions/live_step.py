@@ -1,0 +1,181 @@
+"""A step that is being carried out: what every kind of step needs of its mission."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import goalwire
+from goalwire.errors import DeadlineError
+from goalwire.rules.missions.entries import Decision, Entry, EntryKind, MissionState
+
+if TYPE_CHECKING:
+    from goalwire.missions.run import MissionRun
+    from goalwire.rules.missions.entries import Json
+    from goalwire.rules.missions.replay import StepHistory
+
+T = TypeVar('T')
+
+PAUSE_S = 1.0
+"""Between two questions to a server that cannot tell."""
+
+
+class Interrupted(Exception):
+    """A step is to end before its time: the mission is stopped, or the time of the step is over."""
+
+    def __init__(self, error: Exception, *, is_stop: bool) -> None:
+        super().__init__(str(error))
+        self.error = error
+        """What the step then raises in the mission."""
+        self.is_stop = is_stop
+
+
+class LiveStep:
+    """One step of one mission, from its intent to its end."""
+
+    def __init__(self, run: MissionRun, history: StepHistory, *, is_undoing: bool) -> None:
+        self._run = run
+        self._ignores_stop = is_undoing
+        self.history = history
+        self.number = history.number
+        self.node: goalwire.Node = run.node
+        self.machine = run.machine
+        self.clients = run.clients
+        self.must_probe = run.take_suspicion()
+        """True if the journal may have lost its last commit: the machine was restarted."""
+        self._deadline: float | None = None
+
+    @property
+    def title(self) -> str:
+        """The step as people read it."""
+        return f'step {self.number + 1}, {self.history.key}'
+
+    def goal_id(self, attempt: int) -> bytes:
+        """Return the id of this step's goal, the same each time that it is asked for."""
+        return self._run.goal_id(self.number, attempt)
+
+    # -- writing -------------------------------------------------------------------------------------------
+
+    async def begin(self, timeout: float | None, facts: dict[str, Json], data: bytes = b'') -> Entry:
+        """Write that the step is about to begin, and set its time limit."""
+        begun = self.machine.sighting()
+        body: dict[str, Json] = {
+            **self.history.key.facts,
+            'boot': begun.boot,
+            'steady': begun.steady,
+            'wall': self.machine.wall(),
+            **facts,
+        }
+        entry = Entry(EntryKind.INTENT, self.number, body, data)
+        await self.write(entry)
+        self.limit(entry, timeout)
+        return entry
+
+    async def write(self, entry: Entry, state: MissionState | None = None, why: str = '') -> None:
+        """Write an entry of this step."""
+        await self._run.write(entry, state=state, why=why)
+
+    def boundary(self, name: str) -> None:
+        """Tell the test kit where the step is."""
+        self._run.boundary(name, self.title)
+
+    # -- time ----------------------------------------------------------------------------------------------
+
+    def age(self, intent: Entry) -> float | None:
+        """Return how many s ago an intent was written; None if the machine was restarted since."""
+        if intent.body.get('boot') != self.machine.boot:
+            return None
+        return self.machine.steady() - float(str(intent.body['steady']))
+
+    def limit(self, intent: Entry, timeout: float | None) -> None:
+        """Give the step `timeout` s since its intent, by the system's clock if the machine was restarted."""
+        if timeout is None:
+            return
+        age = self.age(intent)
+        if age is None:
+            age = self.machine.wall() - float(str(intent.body['wall']))
+        self._deadline = self.machine.steady() + timeout - max(age, 0.0)
+
+    def left(self) -> float | None:
+        """Return how many s are left; None if the step has no limit."""
+        return None if self._deadline is None else max(self._deadline - self.machine.steady(), 0.0)
+
+    def lift_limit(self) -> None:
+        """Let the step go on without a limit: it was reached, and its goal is cancelled."""
+        self._deadline = None
+
+    def ignore_stop(self) -> None:
+        """Let the step go on although the mission is stopped: it is cancelling its goal."""
+        self._ignores_stop = True
+
+    async def until_stopped(self, awaitable: Awaitable[T]) -> T:
+        """Wait for something; raises Interrupted if the mission is stopped, or the step's time is over."""
+        task = asyncio.ensure_future(awaitable)
+        stop = asyncio.ensure_future(self._run.stop_requested.wait())
+        waiting: list[asyncio.Future[Any]] = [task] if self._ignores_stop else [task, stop]
+        try:
+            await asyncio.wait(waiting, timeout=self.left(), return_when=asyncio.FIRST_COMPLETED)
+            if task.done():
+                return task.result()
+            if stop.done() and not self._ignores_stop:
+                raise Interrupted(self._run.stopped(), is_stop=True)
+            raise Interrupted(DeadlineError(f'{self.title}: its time is over'), is_stop=False)
+        finally:
+            await _end(stop)
+            await _end(task)
+
+    async def pause(self, why: str) -> None:
+        """Say why the step does not get on, and wait a moment."""
+        await self._run.tell(why)
+        await self.until_stopped(asyncio.sleep(PAUSE_S))
+
+    # -- people --------------------------------------------------------------------------------------------
+
+    async def ask(self, state: MissionState, question: str) -> str:
+        """Ask a person, once, and wait for the answer; raises Interrupted. The answer is in the journal."""
+        answered = self.history.since_intent(EntryKind.ANSWERED)
+        if answered is not None:
+            return str(answered.body['answer'])
+        asked = self.history.since_intent(EntryKind.ASKED)
+        entries = () if asked else (Entry(EntryKind.ASKED, self.number, {'question': question}),)
+        answer = self._run.expect_answer(self.number)
+        try:
+            await self._run.write(*entries, state=state, why=question)
+            return await self.until_stopped(answer)
+        finally:
+            self._run.expect_no_answer()
+
+    async def decide_lost(self, if_lost: IfLost, request: object, evidence: str) -> Decision:
+        """Decide about a step that may have happened; raises Interrupted while a person is asked."""
+        question = f'{self.title}: {evidence}'
+        if if_lost == 'ask':
+            return Decision(await self.ask(MissionState.LOST, question))
+        if isinstance(if_lost, str):
+            decision = Decision(if_lost)
+        else:
+            happened = await self.until_stopped(if_lost(self.node, request))
+            decision = Decision.DONE if happened else Decision.AGAIN
+        await self.write(Entry(EntryKind.NOTE, self.number, {'text': f'{question}: {decision} (if_lost)'}))
+        return decision
+
+
+IfLost = str | Callable[[goalwire.Node, Any], Awaitable[bool]]
+"""'ask', 'again', 'done', 'fail', or `async def check(node, request)`: True if the step has happened."""
+
+
+def check_if_lost(given: IfLost) -> None:
+    """Raise ValueError for a policy that does not exist."""
+    if not callable(given) and given != 'ask' and given not in set(Decision):
+        raise ValueError(f"if_lost is 'ask', 'again', 'done', 'fail' or a coroutine function, not {given!r}")
+
+
+async def _end(task: asyncio.Future[Any]) -> None:
+    """Cancel a task and wait until it has ended; its error counts as seen."""
+    if not task.done():
+        task.cancel()
+        with suppress(asyncio.CancelledError):
+            await asyncio.wait([task])
+    if not task.cancelled():
+        task.exception()

@@ -1,0 +1,363 @@
+"""One mission in its runner: its code, its journal, and what people want of it."""
+
+from __future__ import annotations
+
+import asyncio
+import traceback
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from goalwire.errors import JournalError, MissionFailed, MissionStopped, StepFailed
+from goalwire.missions.live_step import LiveStep
+from goalwire.missions.outcomes import Outcome, ended_entry
+from goalwire.missions.steps import Perform, Steps
+from goalwire.missions.store import Change, MissionRow, as_json
+from goalwire.rules.missions.entries import Decision, Entry, EntryKind, Json, MissionState, goal_id_of
+from goalwire.rules.missions.replay import DoesNotFit, Replay, StepHistory
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import goalwire
+    from goalwire.missions.clients import Clients
+    from goalwire.missions.definition import Definition
+    from goalwire.missions.machine import Machine
+    from goalwire.missions.store import Command
+    from goalwire.missions.writer import Writer
+
+Boundary = Callable[[str, str], None]
+"""Told of each place where a crash may be tried: 'before write', 'after send', …, and the step."""
+ANSWERS = {'decide': tuple(Decision), 'approve': ('yes', 'no')}
+"""What may be answered, by the verb of the command."""
+
+
+class _JournalIsBroken(BaseException):
+    """Ends a mission's code, whatever it catches: nothing may happen any more that is not in the journal."""
+
+
+class MissionRun:
+    """A mission that this runner carries out. `begin` it, and `close` it with the runner."""
+
+    def __init__(
+        self,
+        row: MissionRow,
+        definition: Definition,
+        entries: Sequence[Entry],
+        writer: Writer,
+        clients: Clients,
+        node: goalwire.Node,
+        machine: Machine,
+        boundary: Boundary,
+        *,
+        held: str = '',
+        was_restarted: bool = False,
+        is_suspicious: bool = False,
+    ) -> None:
+        """`held` says why the mission waits for a person, `was_restarted` that an earlier runner began it.
+
+        If it `is_suspicious`, a disk may have lost the last commit: the machine was restarted.
+        """
+        self.row = row
+        self.definition = definition
+        self.clients = clients
+        self.node = node
+        self.machine = machine
+        self.boundary = boundary
+        self.stop_requested = asyncio.Event()
+        self.ended = asyncio.Event()
+        self._state_changed = asyncio.Event()
+        self.state = row.state
+        self.why = row.why
+        self.result: Any = row.result
+        self.failure: Exception | None = None
+        """The error that broke the journal."""
+        self._writer = writer
+        self._entries = list(entries)
+        self._held = held
+        self._must_check = was_restarted and definition.resume_check is not None
+        self._is_suspicious = is_suspicious
+        self._is_paused = bool(_last(entries, 'paused'))
+        self._go_on = asyncio.Event()
+        self._answer: tuple[int, asyncio.Future[str]] | None = None
+        self._task: asyncio.Task[None] | None = None
+        self._alarm: asyncio.TimerHandle | None = None
+        self._stopping: asyncio.Future[None] | None = None
+        self._stop: Entry | None = next((each for each in entries if each.kind is EntryKind.STOP), None)
+        if self._stop is not None:
+            self.stop_requested.set()
+
+    def entries(self) -> list[Entry]:
+        """Return the mission's journal."""
+        return self._entries
+
+    # -- its life ------------------------------------------------------------------------------------------
+
+    def begin(self) -> None:
+        """Run the mission's code, from its beginning or from where the journal ends."""
+        if not self.state.is_open:
+            self.ended.set()
+            return
+        if self.definition.timeout is not None:
+            left = self.row.begun + self.definition.timeout - self.machine.wall()
+            self._alarm = asyncio.get_running_loop().call_later(max(left, 0.0), self._on_time)
+        self._task = asyncio.ensure_future(self._main())
+
+    async def close(self) -> None:
+        """End the code where it stands; the mission goes on with the next runner. Idempotent."""
+        if self._alarm is not None:
+            self._alarm.cancel()
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.wait([self._task])
+
+    async def _main(self) -> None:
+        try:
+            change = await self._play()
+            await self._write(change)
+        except _JournalIsBroken as broken:
+            self.failure = broken.__cause__ if isinstance(broken.__cause__, JournalError) else None
+            self.why = str(self.failure)
+            self.node.logger.error(f'Mission {self.row.id}: no further step begins: {self.failure}')
+            self.ended.set()
+            return
+        if self._alarm is not None and not self.state.is_open:
+            self._alarm.cancel()
+        if not self.state.is_open:
+            self.ended.set()
+
+    async def _play(self) -> Change:
+        """Run the code once, and return what is to be written about its end."""
+        id_ = self.row.id
+        replay = Replay(self._entries)
+        value: Any = None
+        try:
+            value, error = await self._call_code(Steps(id_, self, replay))
+            replay.finish()
+        except DoesNotFit as misfit:
+            return self._stuck(misfit)
+        is_canceled = self._stop is not None and self._stop.body.get('by') == 'cancel'
+        if error is None and not is_canceled:
+            return Change(id_, state=MissionState.SUCCEEDED, result=value)
+        state = MissionState.CANCELED if is_canceled else MissionState.FAILED
+        why = str(self._stop.body['why']) if self._stop is not None else ''
+        if error is not None:
+            kind = '' if isinstance(error, MissionStopped) else f'{type(error).__name__}: '
+            why = kind + '; '.join([str(error), *getattr(error, '__notes__', ())])
+        return Change(id_, state=state, why=why, result=value)
+
+    async def _call_code(self, steps: Steps) -> tuple[Any, Exception | None]:
+        """Return what the mission's function came to: a value, or an error."""
+        try:
+            value = await self.definition(steps, *self.row.arguments)
+            as_json(value)
+        except MissionStopped as stopped:
+            return None, stopped
+        except Exception as error:
+            trace = ''.join(traceback.format_exception(error))
+            self.node.logger.error(f'Mission {self.row.id} failed\n{trace}')
+            return None, error
+        return value, None
+
+    def _stuck(self, error: DoesNotFit) -> Change:
+        now, then = self.definition, self.row
+        was_changed = now.fingerprint != then.fingerprint
+        code = (
+            f'the code was changed (version {then.version} to {now.version})'
+            if was_changed
+            else 'the code is the same'
+        )
+        why = f'{error}; {code}'
+        note = Entry(EntryKind.NOTE, -1, {'text': f'stuck: {why}'})
+        return Change(self.row.id, (note,), MissionState.STUCK, why)
+
+    def _on_time(self) -> None:
+        if self._stop is None and self.state.is_open:
+            text = f'its time of {self.definition.timeout} s is over'
+            self._stopping = asyncio.ensure_future(
+                self._request_stop({'by': 'timeout', 'why': text, 'undo': True})
+            )
+
+    # -- writing -------------------------------------------------------------------------------------------
+
+    async def write(self, *entries: Entry, state: MissionState | None = None, why: str = '') -> None:
+        """Bring entries of this mission to the disk, and its new state. Nothing goes on if that fails."""
+        if state is None and self.state is not MissionState.RUNNING:
+            state = MissionState.RUNNING
+        await self._write(Change(self.row.id, entries, state, why))
+
+    async def _write(self, change: Change) -> None:
+        title = ', '.join(f'{entry.kind} of step {entry.step + 1}' for entry in change.entries) or 'state'
+        self.boundary('before write', title)
+        try:
+            await self._writer.write(change)
+        except JournalError as error:
+            raise _JournalIsBroken from error
+        self._entries.extend(change.entries)
+        if change.state is not None:
+            self.state, self.why, self.result = change.state, change.why, change.result
+            self._state_changed.set()
+            self._state_changed = asyncio.Event()
+        self.boundary('after write', title)
+
+    async def tell(self, why: str) -> None:
+        """Say why the mission does not get on."""
+        if why != self.why:
+            await self.write(state=MissionState.RUNNING, why=why)
+
+    # -- steps ---------------------------------------------------------------------------------------------
+
+    async def perform(self, history: StepHistory, how: Perform, *, is_undoing: bool) -> Outcome:
+        """Carry out a step that has not ended, and write how it did."""
+        await self._wait_until_free()
+        if self._stop is not None and not is_undoing and history.intent is None:
+            outcome = Outcome(error=self.stopped())
+        else:
+            outcome = await how(LiveStep(self, history, is_undoing=is_undoing))
+        try:
+            entry = ended_entry(history.number, history.key, outcome)
+        except (TypeError, ValueError) as error:
+            outcome = Outcome(error=StepFailed(f'its value cannot be kept: {error}'))
+            entry = ended_entry(history.number, history.key, outcome)
+        await self.write(entry)
+        return outcome
+
+    async def _wait_until_free(self) -> None:
+        """Wait while a person has to say that the mission may go on, unless it is to be stopped."""
+        while self._stop is None:
+            if self._held:
+                await self._wait_for_somebody(MissionState.HELD, self._held)
+            elif self._is_paused:
+                await self._wait_for_somebody(MissionState.PAUSED, 'somebody paused it')
+            elif self._must_check:
+                await self._check_world()
+            else:
+                return
+
+    async def _wait_for_somebody(self, state: MissionState, why: str) -> None:
+        self._go_on.clear()
+        if self.state is not state:
+            await self.write(state=state, why=why)
+        await self._go_on.wait()
+        if self._stop is None:
+            await self.write(state=MissionState.RUNNING)
+
+    async def _check_world(self) -> None:
+        check = self.definition.resume_check
+        assert check is not None
+        try:
+            answer = await check(self.node)
+        except Exception as error:
+            answer = f'{type(error).__name__}: {error}'
+        if answer is True:
+            self._must_check = False
+        else:
+            self._held = f'resume_check says no{f": {answer}" if answer else ""}'
+
+    def take_suspicion(self) -> bool:
+        """Return True for the first step after a restart of the machine: a disk may have lost a commit."""
+        was_suspicious, self._is_suspicious = self._is_suspicious, False
+        return was_suspicious
+
+    def goal_id(self, step: int, attempt: int) -> bytes:
+        """Return the id of a step's goal."""
+        return goal_id_of(self._writer.store.uuid, self.row.id, step, attempt).bytes
+
+    def stopped(self) -> MissionStopped:
+        """Return what the code gets since the mission is to be stopped."""
+        assert self._stop is not None
+        return MissionStopped(str(self._stop.body['why']), undo=bool(self._stop.body['undo']))
+
+    # -- people --------------------------------------------------------------------------------------------
+
+    def expect_answer(self, step: int) -> asyncio.Future[str]:
+        """Return what will be the answer of a person to a question of a step."""
+        future: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+        self._answer = step, future
+        return future
+
+    def expect_no_answer(self) -> None:
+        """The question is not open any more."""
+        self._answer = None
+
+    async def take(self, command: Command) -> None:
+        """Carry out what a person wants; a command that came too late does nothing."""
+        match command.verb:
+            case 'pause' | 'resume':
+                await self._take_pause(is_paused=command.verb == 'pause')
+            case 'cancel' if self._stop is None and self.state.is_open:
+                body: dict[str, Json] = {
+                    'by': 'cancel',
+                    'why': 'somebody cancelled it',
+                    'undo': bool(command.body.get('undo', True)),
+                }
+                await self._request_stop(body)
+            case 'decide' | 'approve':
+                await self._take_answer(command.body)
+
+    async def _take_pause(self, *, is_paused: bool) -> None:
+        if self.state is MissionState.STUCK and not is_paused:
+            await self._replay_again()
+            return
+        if not self.state.is_open:
+            return
+        self._is_paused = is_paused
+        note: dict[str, Json] = {'text': 'paused' if is_paused else 'resumed', 'paused': is_paused}
+        entry = Entry(EntryKind.NOTE, -1, note)
+        waits = self.state.waits_for_somebody
+        state = MissionState.PAUSED if is_paused and not waits else None
+        await self._write(Change(self.row.id, (entry,), state, 'somebody paused it' if state else ''))
+        if not is_paused:
+            self._held = ''
+            self._go_on.set()
+            if self.state is MissionState.PAUSED:
+                await self._write(Change(self.row.id, (), MissionState.RUNNING))
+
+    async def _replay_again(self) -> None:
+        """Try a mission again that did not fit its journal."""
+        await self._write(Change(self.row.id, (), MissionState.RUNNING))
+        self._task = asyncio.ensure_future(self._main())
+
+    async def _request_stop(self, body: Mapping[str, Json]) -> None:
+        entry = Entry(EntryKind.STOP, -1, body)
+        await self._write(Change(self.row.id, (entry,)))
+        self._stop = entry
+        self.stop_requested.set()
+        self._go_on.set()
+        if self.state is MissionState.STUCK:
+            change = Change(
+                self.row.id, (), MissionState.CANCELED, f'{body["why"]} while it was stuck: nothing is undone'
+            )
+            await self._write(change)
+            self.ended.set()
+
+    async def _take_answer(self, body: Mapping[str, Json]) -> None:
+        if self._answer is None or self._answer[0] != body.get('step'):
+            return
+        step, future = self._answer
+        if future.done():
+            return
+        answer = str(body['answer'])
+        await self._write(Change(self.row.id, (Entry(EntryKind.ANSWERED, step, {'answer': answer}),)))
+        if not future.done():
+            future.set_result(answer)
+
+    async def until(self, *states: MissionState) -> None:
+        """Wait until the mission is in one of these states."""
+        while self.state not in states:
+            await self._state_changed.wait()
+
+    # -- its end -------------------------------------------------------------------------------------------
+
+    async def wait(self) -> Any:
+        """Wait for the end of the mission and return its value. Raises MissionFailed, JournalError."""
+        await self.ended.wait()
+        if self.failure is not None:
+            raise self.failure
+        if self.state is MissionState.SUCCEEDED:
+            return self.result
+        raise MissionFailed(f'mission {self.row.id} {self.state}: {self.why}')
+
+
+def _last(entries: Sequence[Entry], key: str) -> Json:
+    """Return the newest value of a key in notes; None if there is none."""
+    return next((each.body[key] for each in reversed(entries) if key in each.body), None)

@@ -1,0 +1,282 @@
+"""Runs missions, and takes those up that an earlier runner of the same file has left."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable
+from contextlib import AsyncExitStack
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+from uuid import uuid4
+
+from goalwire.errors import ClosedError, JournalError, MissionError, MissionIdTaken
+from goalwire.missions.clients import Clients
+from goalwire.missions.file_lock import FileLock
+from goalwire.missions.machine import Machine
+from goalwire.missions.run import ANSWERS, Boundary, MissionRun
+from goalwire.missions.store import Change, Command, MissionRow, Store, as_json
+from goalwire.missions.wakeup import hang_bell, note_port
+from goalwire.missions.writer import Writer
+from goalwire.rules.missions.entries import Entry, EntryKind, Json, MissionState
+from goalwire.rules.missions.holding import Sighting, why_held
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    import goalwire
+    from goalwire.missions.definition import Definition
+
+_ALIVE_S = 15.0
+"""How often a runner with open missions notes that it is alive, in a file's page cache alone."""
+
+
+class Runner:
+    """`async with Runner(node, 'missions.db', missions=[fetch]) as runner:`, one for each file.
+
+    Open missions of the file go on when the block is entered, as far as their code is in `missions`. Leaving
+    the block ends no mission and cancels no goal: the next runner goes on.
+    """
+
+    def __init__(
+        self,
+        node: goalwire.Node,
+        path: str | Path,
+        *,
+        missions: Iterable[Definition] = (),
+        machine: Machine | None = None,
+        boundary: Boundary | None = None,
+    ) -> None:
+        """`machine` and `boundary` are for the test kit: another clock, and places to crash at."""
+        self._node = node
+        self._path = Path(path)
+        self._definitions = {each.name: each for each in missions}
+        self._machine = machine or Machine()
+        self._boundary: Boundary = boundary or (lambda _name, _step: None)
+        self._runs: dict[str, MissionRun] = {}
+        self._resources = AsyncExitStack()
+        self._writer: Writer | None = None
+        self._commands: asyncio.Task[None] | None = None
+        self._rung = asyncio.Event()
+        self._alive: asyncio.TimerHandle | None = None
+
+    # -- its life ------------------------------------------------------------------------------------------
+
+    async def __aenter__(self) -> Self:
+        """Open the journal and take its open missions up. Raises JournalError."""
+        async with AsyncExitStack() as stack:
+            lock = FileLock(self._path.with_name(f'{self._path.name}.lock'))
+            stack.callback(lock.close)
+            store = Store(self._path)
+            writer = Writer(store, self._machine)
+            stack.push_async_callback(writer.close)
+            bell, port = await hang_bell(self._rung.set)
+            stack.callback(bell.close)
+            await writer.run(lambda: note_port(store, port))
+            self._writer = writer
+            self._clients = Clients(self._node, self._machine)
+            self._lock = lock
+            last = lock.last_seen()
+            for row in await writer.run(store.missions):
+                if row.state.is_open:
+                    await self._take_up(row, last)
+            self._note_alive()
+            self._rung.set()  # commands may have been left while no runner was there
+            self._commands = asyncio.ensure_future(self._take_commands())
+            stack.push_async_callback(self._end)
+            self._resources = stack.pop_all()
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await self._resources.aclose()
+
+    async def _end(self) -> None:
+        if self._alive is not None:
+            self._alive.cancel()
+        assert self._commands is not None
+        self._commands.cancel()
+        await asyncio.wait([self._commands])
+        for run in self._runs.values():
+            await run.close()
+        self._lock.note(self._machine.sighting())
+        self._writer = None
+
+    def _note_alive(self) -> None:
+        """Say in the lock's file that a runner is there, as long as there is something to do."""
+        self._lock.note(self._machine.sighting())
+        if any(run.state.is_open for run in self._runs.values()):
+            self._alive = asyncio.get_running_loop().call_later(_ALIVE_S, self._note_alive)
+        else:
+            self._alive = None
+
+    async def _take_up(self, row: MissionRow, last: Sighting | None) -> None:
+        """Go on with a mission of an earlier life."""
+        writer = self._open_writer()
+        definition = self._definitions.get(row.name)
+        if definition is None:
+            why = f"this runner does not have the mission '{row.name}': name it in Runner(missions=…)"
+            await writer.write(Change(row.id, state=MissionState.STUCK, why=why))
+            return
+        entries = await writer.run(lambda: writer.store.entries(row.id))
+        held = why_held(definition.resume, last, self._machine.sighting())
+        if not held and row.state is MissionState.HELD:
+            held = row.why
+        is_suspicious = last is None or last.boot != self._machine.boot
+        run = self._make_run(
+            row, definition, entries, held=held, was_restarted=True, is_suspicious=is_suspicious
+        )
+        run.begin()
+
+    def _make_run(
+        self,
+        row: MissionRow,
+        definition: Definition,
+        entries: list[Entry],
+        *,
+        held: str = '',
+        was_restarted: bool = False,
+        is_suspicious: bool = False,
+    ) -> MissionRun:
+        run = self._runs[row.id] = MissionRun(
+            row,
+            definition,
+            entries,
+            self._open_writer(),
+            self._clients,
+            self._node,
+            self._machine,
+            self._boundary,
+            held=held,
+            was_restarted=was_restarted,
+            is_suspicious=is_suspicious,
+        )
+        return run
+
+    def _open_writer(self) -> Writer:
+        if self._writer is None:
+            raise ClosedError('a runner works in its block: async with Runner(node, path) as runner:')
+        return self._writer
+
+    # -- missions ------------------------------------------------------------------------------------------
+
+    async def start(self, definition: Definition, *arguments: Any, id: str | None = None) -> MissionRun:
+        """Begin a mission, or return the one that was begun with this `id` before.
+
+        `arguments` are values that JSON can hold; the mission gets them after its steps. Without an `id` the
+        mission gets a new one. Raises MissionIdTaken if the id belongs to another mission, or to other
+        arguments; JournalError; TypeError and ValueError for arguments that the journal cannot keep.
+        """
+        writer = self._open_writer()
+        id_ = id or str(uuid4())
+        self._definitions.setdefault(definition.name, definition)
+        as_json(arguments)
+        known = await writer.run(lambda: writer.store.mission(id_))
+        if known is not None:
+            if (known.name, list(known.arguments)) != (definition.name, list(arguments)):
+                raise MissionIdTaken(
+                    f"mission '{id_}' is {known.name}{known.arguments}, begun before: choose another id"
+                )
+            return await self._known_run(known, definition)
+        now = self._machine.wall()
+        row = MissionRow(
+            id_,
+            definition.name,
+            definition.version,
+            definition.fingerprint,
+            tuple(arguments),
+            MissionState.RUNNING,
+            '',
+            now,
+            now,
+        )
+        await writer.run(lambda: writer.store.add(row))
+        run = self._make_run(row, definition, [])
+        run.begin()
+        if self._alive is None:
+            self._note_alive()
+        return run
+
+    async def _known_run(self, row: MissionRow, definition: Definition) -> MissionRun:
+        run = self._runs.get(row.id)
+        if run is None:
+            writer = self._open_writer()
+            entries = await writer.run(lambda: writer.store.entries(row.id))
+            run = self._make_run(row, definition, entries, was_restarted=True)
+            run.begin()
+        return run
+
+    def missions(self) -> list[MissionRun]:
+        """Return the missions that this runner has begun or taken up."""
+        return list(self._runs.values())
+
+    async def serve(self) -> None:
+        """Wait until the block is to be left: until this is cancelled."""
+        await asyncio.Event().wait()
+
+    # -- people --------------------------------------------------------------------------------------------
+
+    async def pause(self, id_: str) -> None:
+        """Begin no further step of a mission; the step under way goes on."""
+        await self._command(id_, 'pause', {})
+
+    async def resume(self, id_: str) -> None:
+        """Let a mission go on that is paused or held, or look again at one that is stuck."""
+        await self._command(id_, 'resume', {})
+
+    async def cancel(self, id_: str, *, undo: bool = True) -> None:
+        """Stop a mission: its goal under way is cancelled, and its undo steps run unless `undo` is false."""
+        await self._command(id_, 'cancel', {'undo': undo})
+
+    async def answer(self, id_: str, verb: str, answer: str) -> None:
+        """Answer the question of a lost step ('decide') or of the mission ('approve').
+
+        Raises MissionError if the mission asks no such question, or the answer is another one.
+        """
+        run = self._runs.get(id_)
+        if run is None:
+            raise MissionError(f"this runner has no mission '{id_}'")
+        await self._command(id_, verb, answer_body(verb, answer, run.state, run.entries()))
+
+    async def _command(self, id_: str, verb: str, body: dict[str, Json]) -> None:
+        writer = self._open_writer()
+        if id_ not in self._runs:
+            raise MissionError(f"this runner has no mission '{id_}'")
+        await writer.run(lambda: writer.store.command(id_, verb, body))
+        self._rung.set()
+
+    async def _take_commands(self) -> None:
+        """Carry commands out in their order. Each is taken away when its effect is on the disk."""
+        writer = self._open_writer()
+        while True:
+            await self._rung.wait()
+            self._rung.clear()
+            try:
+                for command in await writer.run(writer.store.commands):
+                    await self._take(command)
+                    await writer.run(partial(writer.store.take_command, command.number))
+            except JournalError as error:
+                self._node.logger.error(f'Commands to missions are not carried out: {error}')
+
+    async def _take(self, command: Command) -> None:
+        run = self._runs.get(command.mission)
+        if run is not None:
+            await run.take(command)
+        elif command.verb == 'cancel':  # its code is not here: it can only be given up
+            change = Change(command.mission, state=MissionState.CANCELED, why='cancelled without its code')
+            await self._open_writer().write(change)
+
+
+def answer_body(verb: str, answer: str, state: MissionState, entries: Iterable[Entry]) -> dict[str, Json]:
+    """Return the body of a command that answers a question.
+
+    Raises MissionError if the mission asks no such question, or the answer is not one of those it takes.
+    """
+    wanted = MissionState.LOST if verb == 'decide' else MissionState.APPROVAL
+    if state is not wanted:
+        raise MissionError(f'the mission asks no such question: it is {state}')
+    if answer not in ANSWERS[verb]:
+        raise MissionError(f"'{answer}' is no answer: say {', '.join(ANSWERS[verb])}")
+    asked = [entry for entry in entries if entry.kind is EntryKind.ASKED]
+    return {'step': asked[-1].step, 'answer': answer}

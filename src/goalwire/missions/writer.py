@@ -1,0 +1,57 @@
+"""Writes the journal on a thread of its own, so that a slow disk does not hold up the loop.
+
+Changes that come while a commit is under way go into the next one together.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from goalwire.missions.machine import Machine
+    from goalwire.missions.store import Change, Store
+
+T = TypeVar('T')
+
+
+class Writer:
+    """The one way of a runner to its store. Used by one loop."""
+
+    def __init__(self, store: Store, machine: Machine) -> None:
+        self.store = store
+        self._machine = machine
+        self._thread = ThreadPoolExecutor(1, 'goalwire-journal')
+        self._waiting: list[Change] = []
+        self._commit: asyncio.Task[None] | None = None
+        self._next: asyncio.Task[None] | None = None
+
+    async def write(self, change: Change) -> None:
+        """Return when the change is on the disk. Raises JournalError."""
+        self._waiting.append(change)
+        if self._next is None:
+            self._next = asyncio.ensure_future(self._commit_next(self._commit))
+        await asyncio.shield(self._next)
+
+    async def _commit_next(self, before: asyncio.Task[None] | None) -> None:
+        if before is not None:
+            await asyncio.wait([before])
+        self._commit, self._next = self._next, None
+        changes, self._waiting = self._waiting, []
+        await self.run(lambda: self.store.commit(changes, self._machine.wall()))
+
+    async def run(self, function: Callable[[], T]) -> T:
+        """Call a function of the store on the thread."""
+        return await asyncio.get_running_loop().run_in_executor(self._thread, function)
+
+    async def close(self) -> None:
+        """Wait for what is being written, then close the store. Idempotent."""
+        under_way = [task for task in (self._commit, self._next) if task is not None]
+        if under_way:
+            await asyncio.wait(under_way)
+            for task in under_way:
+                task.exception()  # whoever waits for it is told
+        self._thread.shutdown()
+        self.store.close()

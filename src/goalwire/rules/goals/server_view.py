@@ -1,0 +1,27 @@
+"""What a client sees of an action's server, to compare one moment with another."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+
+from goalwire.records import record
+
+_NO_GOALS = bytes(4)
+"""The length of an empty status array, in CDR."""
+
+
+@record
+class ServerView:
+    """What a client sees of an action's server."""
+
+    servers: frozenset[str]
+    """The gids of the servers of that name: a server that was restarted has another one."""
+    statuses: str
+    """A hash of the latest status array; '' before the first, or if it names no goal."""
+
+
+def hash_of_statuses(payload: bytes) -> str:
+    """Return the hash of a status array in CDR; '' if there is none, or if it names no goal."""
+    if len(payload) < 8 or payload[4:8] == _NO_GOALS:
+        return ''
+    return sha256(payload).hexdigest()[:16]

@@ -1,0 +1,32 @@
+"""May a mission go on by itself after its runner was away? Power that returns must not start a machine."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from goalwire.records import record
+
+DOWN_S = 60.0
+"""How long a runner may be away before a person has to say that the robot may move."""
+
+Resume = Literal['ask', 'auto']
+
+
+@record
+class Sighting:
+    """When a runner was alive: the boot of its machine, and that machine's steady clock in s."""
+
+    boot: str
+    steady: float
+
+
+def why_held(resume: Resume, last: Sighting | None, now: Sighting) -> str:
+    """Return why a mission waits for a person after a restart of its runner; '' if it may go on."""
+    if resume == 'auto':
+        return ''
+    if last is None or last.boot != now.boot:
+        return 'the machine was restarted'
+    away = now.steady - last.steady
+    if not 0 <= away <= DOWN_S:
+        return f'the runner was away for {away:.0f} s'
+    return ''

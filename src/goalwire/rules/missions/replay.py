@@ -1,0 +1,106 @@
+"""Replaying a mission: its code runs anew, and each step that is in the journal answers from there.
+
+A mission does one thing after the other, so a step is known by its number. The code has to ask for the same
+steps in the same order, with the same arguments. If it asks for anything else it was changed, or it depends
+on something that the journal does not know, such as the time: then nothing may be guessed, and the mission is
+stuck until somebody has looked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from goalwire.records import record
+from goalwire.rules.missions.entries import Entry, EntryKind, StepKey
+
+
+class DoesNotFit(BaseException):
+    """The code does not fit the journal; the text names the step and both sides.
+
+    No Exception, so that a mission's `except Exception` does not take it for a failed step.
+    """
+
+
+@record
+class StepHistory:
+    """What the journal knows of one step."""
+
+    number: int
+    """Counted from 0."""
+    key: StepKey
+    entries: tuple[Entry, ...]
+
+    @property
+    def intent(self) -> Entry | None:
+        """The newest intent: a step that was sent again has more of them."""
+        intents = [entry for entry in self.entries if entry.kind is EntryKind.INTENT]
+        return intents[-1] if intents else None
+
+    @property
+    def ended(self) -> Entry | None:
+        """The end of the step; None while it is open."""
+        return next((entry for entry in self.entries if entry.kind is EntryKind.ENDED), None)
+
+    def since_intent(self, kind: EntryKind) -> Entry | None:
+        """Return the newest entry of a kind, if it is of the newest intent."""
+        for entry in reversed(self.entries):
+            if entry.kind is kind:
+                return entry
+            if entry.kind is EntryKind.INTENT:
+                break
+        return None
+
+    @property
+    def attempts(self) -> int:
+        """How many intents there are."""
+        return sum(entry.kind is EntryKind.INTENT for entry in self.entries)
+
+
+class Replay:
+    """A place in a journal. The mission's code moves it on, step by step."""
+
+    def __init__(self, entries: Iterable[Entry]) -> None:
+        self._steps: dict[int, list[Entry]] = {}
+        for entry in entries:
+            if entry.step >= 0:
+                self._steps.setdefault(entry.step, []).append(entry)
+        self._next = 0
+
+    @property
+    def is_over(self) -> bool:
+        """True if the next step is not in the journal, or has not ended there: from here on things happen."""
+        recorded = self._steps.get(self._next)
+        return recorded is None or not any(entry.kind is EntryKind.ENDED for entry in recorded)
+
+    def begin(self, key: StepKey) -> StepHistory:
+        """Return what is known of the step that the code asks for now. Raises DoesNotFit."""
+        number = self._next
+        recorded = tuple(self._steps.get(number, ()))
+        if recorded:
+            check_key(number, _key_of(recorded[0]), key)
+        self._next += 1
+        return StepHistory(number, key, recorded)
+
+    def finish(self) -> None:
+        """The code has come to its end. Raises DoesNotFit if the journal has further steps."""
+        if self._next in self._steps:
+            left = _key_of(self._steps[self._next][0])
+            raise DoesNotFit(f'step {self._next + 1} was {left}, and the code ends before it')
+
+
+def check_key(number: int, recorded: StepKey, asked: StepKey) -> None:
+    """Raise DoesNotFit unless the code asks for the step that is in the journal."""
+    if recorded == asked:
+        return
+    step = f'step {number + 1}'
+    if (recorded.kind, recorded.target) == (asked.kind, asked.target):
+        raise DoesNotFit(
+            f'{step}, {recorded}, has other arguments than in the journal: they were changed, or they '
+            'depend on something that is not a step, such as the time (use m.now(), m.random())'
+        )
+    raise DoesNotFit(f'{step} was {recorded}, and the code asks for {asked}')
+
+
+def _key_of(entry: Entry) -> StepKey:
+    body = entry.body
+    return StepKey(str(body.get('kind', '')), str(body.get('target', '')), str(body.get('digest', '')))

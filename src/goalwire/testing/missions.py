@@ -1,0 +1,120 @@
+"""Crashes for durable missions: a mission runs once for each place where its runner may die.
+
+The runner dies before and after each write to its journal, and before and after each send. Then another one
+takes the same file up. What the mission's servers counted meanwhile shows whether anything happened twice.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from goalwire.missions.runner import Runner
+from goalwire.records import record
+
+if TYPE_CHECKING:
+    import goalwire
+    from goalwire.missions.definition import Definition
+    from goalwire.missions.run import MissionRun
+    from goalwire.rules.missions.entries import MissionState
+
+MakeNode = Callable[[], AbstractAsyncContextManager['goalwire.Node']]
+
+
+class _Crash(BaseException):
+    """Ends a runner at a boundary: nothing that follows happens."""
+
+
+@record
+class CrashRun:
+    """One run of a mission whose runner died once."""
+
+    mission: str
+    """Its id."""
+    boundary: str
+    """Where its runner died: 'after write, intent of step 1'; '' if it did not."""
+    state: MissionState
+    """Where the mission stood at the end: succeeded, or the one in which it waits for somebody."""
+    why: str
+    result: Any
+    sends: tuple[str, ...]
+    """The steps that were sent to a server, in their order; one that is there twice was sent twice."""
+
+    @property
+    def asks(self) -> bool:
+        """True if the mission waits for a person."""
+        return self.state.waits_for_somebody
+
+
+class _Life:
+    """A runner's life up to the end of a mission, a question to a person, or the crash."""
+
+    def __init__(self, sends: list[str], crash_at: int | None) -> None:
+        self.boundaries: list[str] = []
+        self.run: MissionRun | None = None
+        self._sends = sends
+        self._crash_at = crash_at
+        self._over = asyncio.Event()
+        self.has_crashed = False
+
+    def pass_boundary(self, name: str, step: str) -> None:
+        """Raise a crash at the chosen boundary."""
+        if self.has_crashed:
+            raise _Crash
+        if name == 'after send':
+            self._sends.append(step)
+        self.boundaries.append(f'{name}, {step}')
+        if len(self.boundaries) - 1 == self._crash_at:
+            self.has_crashed = True
+            self._over.set()
+            raise _Crash
+        if self.run is not None and self.run.state.waits_for_somebody:
+            self._over.set()
+
+    async def last(self, run: MissionRun) -> None:
+        """Wait for the end of the life."""
+        self.run = run
+        if run.state.waits_for_somebody:
+            return
+        waits = [asyncio.ensure_future(each.wait()) for each in (run.ended, self._over)]
+        await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+        for each in waits:
+            each.cancel()
+
+
+async def crash_everywhere(
+    mission: Definition, *arguments: Any, make_node: MakeNode, folder: Path
+) -> list[CrashRun]:
+    """Run a mission once without a crash, then once for each boundary, and say how each run ended.
+
+    Each run has a file of its own in `folder`, and `make_node()` gives the node of each runner. The mission's
+    servers are the test's, and live on. In virtual time (`gw_clock`) this takes no real time.
+    """
+    undisturbed, boundaries = await _run(mission, arguments, make_node, folder / 'run.db', None)
+    runs = [undisturbed]
+    for number in range(len(boundaries)):
+        run, _ = await _run(mission, arguments, make_node, folder / f'crash-{number}.db', number)
+        runs.append(run)
+    return runs
+
+
+async def _run(
+    mission: Definition, arguments: tuple[Any, ...], make_node: MakeNode, path: Path, crash_at: int | None
+) -> tuple[CrashRun, list[str]]:
+    sends: list[str] = []
+    crashed_at = ''
+    while True:
+        life = _Life(sends, crash_at)
+        async with (
+            make_node() as node,
+            Runner(node, path, missions=[mission], boundary=life.pass_boundary) as runner,
+        ):
+            run = await runner.start(mission, *arguments, id=path.stem)
+            await life.last(run)
+        if not life.has_crashed:
+            made = CrashRun(path.stem, crashed_at, run.state, run.why, run.result, tuple(sends))
+            return made, life.boundaries
+        crashed_at, crash_at = life.boundaries[-1], None
