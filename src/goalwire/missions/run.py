@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import traceback
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import JournalError, MissionFailed, MissionStopped, StepFailed
@@ -12,7 +12,8 @@ from goalwire.missions.live_step import LiveStep
 from goalwire.missions.outcomes import Outcome, ended_entry
 from goalwire.missions.steps import Perform, Steps
 from goalwire.missions.store import Change, MissionRow, as_json
-from goalwire.rules.missions.entries import Decision, Entry, EntryKind, Json, MissionState, goal_id_of
+from goalwire.records import replace
+from goalwire.rules.missions.entries import Entry, EntryKind, Json, MissionState, goal_id_of
 from goalwire.rules.missions.replay import DoesNotFit, Replay, StepHistory
 
 if TYPE_CHECKING:
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 
 Boundary = Callable[[str, str], None]
 """Told of each place where a crash may be tried: 'before write', 'after send', …, and the step."""
-ANSWERS = {'decide': tuple(Decision), 'approve': ('yes', 'no')}
-"""What may be answered, by the verb of the command."""
 
 
 class _JournalIsBroken(BaseException):
@@ -65,7 +64,7 @@ class MissionRun:
         self.boundary = boundary
         self.stop_requested = asyncio.Event()
         self.ended = asyncio.Event()
-        self._state_changed = asyncio.Event()
+        self._changed = asyncio.Event()
         self.state = row.state
         self.why = row.why
         self.result: Any = row.result
@@ -117,6 +116,7 @@ class MissionRun:
         except _JournalIsBroken as broken:
             self.failure = broken.__cause__ if isinstance(broken.__cause__, JournalError) else None
             self.why = str(self.failure)
+            self._changed.set()
             self.node.logger.error(f'Mission {self.row.id}: no further step begins: {self.failure}')
             self.ended.set()
             return
@@ -124,6 +124,7 @@ class MissionRun:
             self._alarm.cancel()
         if not self.state.is_open:
             self.ended.set()
+            self._changed.set()
 
     async def _play(self) -> Change:
         """Run the code once, and return what is to be written about its end."""
@@ -187,6 +188,8 @@ class MissionRun:
 
     async def _write(self, change: Change) -> None:
         title = ', '.join(f'{entry.kind} of step {entry.step + 1}' for entry in change.entries) or 'state'
+        now = self.machine.wall()
+        change = replace(change, entries=tuple(replace(each, at=now) for each in change.entries))
         self.boundary('before write', title)
         try:
             await self._writer.write(change)
@@ -195,8 +198,8 @@ class MissionRun:
         self._entries.extend(change.entries)
         if change.state is not None:
             self.state, self.why, self.result = change.state, change.why, change.result
-            self._state_changed.set()
-            self._state_changed = asyncio.Event()
+        self._changed.set()
+        self._changed = asyncio.Event()
         self.boundary('after write', title)
 
     async def tell(self, why: str) -> None:
@@ -236,7 +239,7 @@ class MissionRun:
     async def _wait_for_somebody(self, state: MissionState, why: str) -> None:
         self._go_on.clear()
         if self.state is not state:
-            await self.write(state=state, why=why)
+            await self.write(Entry(EntryKind.NOTE, -1, {'text': f'{state}: {why}'}), state=state, why=why)
         await self._go_on.wait()
         if self._stop is None:
             await self.write(state=MissionState.RUNNING)
@@ -344,7 +347,18 @@ class MissionRun:
     async def until(self, *states: MissionState) -> None:
         """Wait until the mission is in one of these states."""
         while self.state not in states:
-            await self._state_changed.wait()
+            await self._changed.wait()
+
+    async def journal(self) -> AsyncIterator[Entry]:
+        """Give the entries of the journal, those to come too, until the mission has ended."""
+        number = 0
+        while True:
+            while number < len(self._entries):
+                yield self._entries[number]
+                number += 1
+            if self.ended.is_set():
+                return
+            await self._changed.wait()
 
     # -- its end -------------------------------------------------------------------------------------------
 

@@ -14,11 +14,12 @@ from goalwire.errors import ClosedError, JournalError, MissionError, MissionIdTa
 from goalwire.missions.clients import Clients
 from goalwire.missions.file_lock import FileLock
 from goalwire.missions.machine import Machine
-from goalwire.missions.run import ANSWERS, Boundary, MissionRun
+from goalwire.missions.questions import answer_body
+from goalwire.missions.run import Boundary, MissionRun
 from goalwire.missions.store import Change, Command, MissionRow, Store, as_json
 from goalwire.missions.wakeup import hang_bell, note_port
 from goalwire.missions.writer import Writer
-from goalwire.rules.missions.entries import Entry, EntryKind, Json, MissionState
+from goalwire.rules.missions.entries import Entry, Json, MissionState
 from goalwire.rules.missions.holding import Sighting, why_held
 
 if TYPE_CHECKING:
@@ -266,17 +267,3 @@ class Runner:
         elif command.verb == 'cancel':  # its code is not here: it can only be given up
             change = Change(command.mission, state=MissionState.CANCELED, why='cancelled without its code')
             await self._open_writer().write(change)
-
-
-def answer_body(verb: str, answer: str, state: MissionState, entries: Iterable[Entry]) -> dict[str, Json]:
-    """Return the body of a command that answers a question.
-
-    Raises MissionError if the mission asks no such question, or the answer is not one of those it takes.
-    """
-    wanted = MissionState.LOST if verb == 'decide' else MissionState.APPROVAL
-    if state is not wanted:
-        raise MissionError(f'the mission asks no such question: it is {state}')
-    if answer not in ANSWERS[verb]:
-        raise MissionError(f"'{answer}' is no answer: say {', '.join(ANSWERS[verb])}")
-    asked = [entry for entry in entries if entry.kind is EntryKind.ASKED]
-    return {'step': asked[-1].step, 'answer': answer}

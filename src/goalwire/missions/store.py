@@ -99,23 +99,27 @@ class Store:
                 self.path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False
             )
             try:
-                self._prepare()
+                self._prepare(must_exist=must_exist)
             except BaseException:
                 self._db.close()
                 raise
 
-    def _prepare(self) -> None:
+    def _prepare(self, *, must_exist: bool) -> None:
         self._db.execute('PRAGMA journal_mode=WAL')
         self._db.execute('PRAGMA synchronous=FULL')
+        if not must_exist:
+            self._make_tables()
+        found = self.fact('format')
+        if found != FORMAT:
+            raise JournalError(f"'{self.path}' has the format {found}, and this goalwire reads {FORMAT}")
+        self.uuid = self.fact('uuid')
+
+    def _make_tables(self) -> None:
         with self._transaction():
             for statement in _TABLES.split(';\n'):
                 self._db.execute(statement)
             for key, value in (('format', FORMAT), ('uuid', str(uuid4()))):
                 self._db.execute('INSERT OR IGNORE INTO file VALUES (?, ?)', (key, value))
-        found = self.fact('format')
-        if found != FORMAT:
-            raise JournalError(f"'{self.path}' has the format {found}, and this goalwire reads {FORMAT}")
-        self.uuid = self.fact('uuid')
 
     def fact(self, key: str) -> str:
         """Return a fact about the file; '' if it is not there."""
@@ -153,7 +157,7 @@ class Store:
         for entry in change.entries:
             number += 1
             values = (
-                change.mission, number, entry.kind, entry.step, as_json(entry.body), entry.data, at,
+                change.mission, number, entry.kind, entry.step, as_json(entry.body), entry.data, entry.at,
             )  # fmt: skip
             self._db.execute('INSERT INTO entry VALUES (?, ?, ?, ?, ?, ?, ?)', values)
         self._last[change.mission] = number

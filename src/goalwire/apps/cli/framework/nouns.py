@@ -24,6 +24,10 @@ NOUNS = {
     'interface': ('commands.interface', 'Show information about ROS interfaces'),
     'launch': ('commands.launch', 'Run a launch file'),
     'lifecycle': ('commands.lifecycle', 'Various lifecycle related sub-commands'),
+    'mission': (
+        'commands.mission.noun',
+        'Run missions that go on after a crash, and answer their questions',
+    ),
     'new': ('commands.new', 'Make a package: a Python project that colcon builds as well'),
     'node': ('commands.node', 'Various node related sub-commands'),
     'param': ('commands.param.noun', 'Various param related sub-commands'),

@@ -1,0 +1,1 @@
+"""goalwire mission."""

@@ -1,0 +1,89 @@
+"""The journal of a command, the mission that it names, and what several of these commands share."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from contextlib import contextmanager
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.errors import JournalError, did_you_mean
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from goalwire.missions.store import MissionRow, Store
+    from goalwire.rules.missions.entries import Json
+
+DEFAULT = 'missions.db'
+
+
+def add_journal_argument(parser: ArgumentParser) -> None:
+    """Add --journal."""
+    parser.add_argument(
+        '-j',
+        '--journal',
+        metavar='FILE',
+        type=Path,
+        default=Path(DEFAULT),
+        help=f'The file that the runner writes (default: {DEFAULT} in this folder)',
+    )
+
+
+def add_mission_arguments(parser: ArgumentParser) -> None:
+    """Add --journal, and the mission's id."""
+    add_journal_argument(parser)
+    parser.add_argument('mission_id', metavar='ID', help='The mission, by its id or the beginning of that')
+
+
+@contextmanager
+def opened(arguments: Namespace) -> Iterator[Store]:
+    """Open the journal, which has to exist. Raises CommandError."""
+    from goalwire.missions.store import Store
+
+    try:
+        with Store(arguments.journal, must_exist=True) as store:
+            yield store
+    except JournalError as error:
+        missing = not arguments.journal.exists()
+        raise CommandError(Outcome.NOT_FOUND if missing else Outcome.UNAVAILABLE, str(error)) from None
+
+
+def find_mission(store: Store, given: str) -> MissionRow:
+    """Return the mission with this id, or with the only one that begins so. Raises CommandError."""
+    rows = store.missions()
+    found = [row for row in rows if row.id == given] or [row for row in rows if row.id.startswith(given)]
+    if len(found) == 1:
+        return found[0]
+    see = f'see: goalwire mission list -j {store.path}'
+    if found:
+        raise CommandError(Outcome.BAD_VALUE, f"{len(found)} missions begin with '{given}'", see)
+    near = did_you_mean(get_close_matches(given, [row.id for row in rows], 3, 0.6))
+    raise CommandError(Outcome.NOT_FOUND, f"there is no mission '{given}'", near or see)
+
+
+def leave_command(store: Store, row: MissionRow, verb: str, body: Mapping[str, Json]) -> None:
+    """Put a command into the journal, and wake its runner. Raises CommandError if the mission has ended."""
+    from goalwire.missions.wakeup import wake_runner
+
+    if not row.state.is_open:
+        raise CommandError(Outcome.REFUSED, f"mission '{row.id}' has ended: {row.state}")
+    store.command(row.id, verb, body)
+    wake_runner(store)
+
+
+def answer(arguments: Namespace, verb: str) -> None:
+    """Leave the answer to a question. Raises CommandError if there is no such question."""
+    from goalwire.errors import MissionError
+    from goalwire.missions.questions import answer_body
+
+    with opened(arguments) as store:
+        row = find_mission(store, arguments.mission_id)
+        try:
+            body = answer_body(verb, arguments.answer, row.state, store.entries(row.id))
+        except MissionError as error:
+            see = f'see: goalwire mission show {row.id}'
+            raise CommandError(Outcome.REFUSED, f"mission '{row.id}': {error}", see) from None
+        leave_command(store, row, verb, body)
