@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import goalwire
 from goalwire.errors import DeadlineError
 from goalwire.rules.missions.entries import Decision, Entry, EntryKind, MissionState
+from goalwire.rules.missions.replay import StepHistory
 
 if TYPE_CHECKING:
     from goalwire.missions.run import MissionRun
     from goalwire.rules.missions.entries import Json
-    from goalwire.rules.missions.replay import StepHistory
 
 T = TypeVar('T')
 
@@ -135,13 +135,14 @@ class LiveStep:
 
     async def ask(self, state: MissionState, question: str) -> str:
         """Ask a person, once, and wait for the answer; raises Interrupted. The answer is in the journal."""
-        answered = self.history.since_intent(EntryKind.ANSWERED)
-        if answered is not None:
-            return str(answered.body['answer'])
-        asked = self.history.since_intent(EntryKind.ASKED)
-        entries = () if asked else (Entry(EntryKind.ASKED, self.number, {'question': question}),)
         answer = self._run.expect_answer(self.number)
         try:
+            known = StepHistory(self.number, self.history.key, self._run.entries_of(self.number))
+            answered = known.since_intent(EntryKind.ANSWERED)
+            if answered is not None:  # in an earlier life, or before this one came here
+                return str(answered.body['answer'])
+            asked = known.since_intent(EntryKind.ASKED)
+            entries = () if asked else (Entry(EntryKind.ASKED, self.number, {'question': question}),)
             await self._run.write(*entries, state=state, why=question)
             return await self.until_stopped(answer)
         finally:

@@ -23,3 +23,11 @@ def answer_body(verb: str, answer: str, state: MissionState, entries: Iterable[E
         raise MissionError(f"'{answer}' is no answer: say {', '.join(ANSWERS[verb])}")
     asked = [entry for entry in entries if entry.kind is EntryKind.ASKED]
     return {'step': asked[-1].step, 'answer': answer}
+
+
+def is_asking(step: Iterable[Entry]) -> bool:
+    """Return whether the entries of a step end with a question that nobody has answered."""
+    is_open = False
+    for entry in step:
+        is_open = entry.kind is EntryKind.ASKED or (is_open and entry.kind is EntryKind.NOTE)
+    return is_open

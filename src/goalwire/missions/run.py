@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import asyncio
-import traceback
 from collections.abc import AsyncIterator, Callable
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import JournalError, MissionFailed, MissionStopped, StepFailed
+from goalwire.missions.gate import Gate
 from goalwire.missions.live_step import LiveStep
 from goalwire.missions.outcomes import Outcome, ended_entry
-from goalwire.missions.steps import Perform, Steps
-from goalwire.missions.store import Change, MissionRow, as_json
+from goalwire.missions.playing import play
+from goalwire.missions.questions import is_asking
+from goalwire.missions.steps import Perform
+from goalwire.missions.store import Change, MissionRow
 from goalwire.records import replace
 from goalwire.rules.missions.entries import Entry, EntryKind, Json, MissionState, goal_id_of
-from goalwire.rules.missions.replay import DoesNotFit, Replay, StepHistory
+from goalwire.rules.missions.replay import StepHistory
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -72,22 +74,24 @@ class MissionRun:
         """The error that broke the journal."""
         self._writer = writer
         self._entries = list(entries)
-        self._held = held
-        self._must_check = was_restarted and definition.resume_check is not None
+        self._gate = Gate(self, held, must_check=was_restarted)
         self._is_suspicious = is_suspicious
-        self._is_paused = bool(_last(entries, 'paused'))
-        self._go_on = asyncio.Event()
         self._answer: tuple[int, asyncio.Future[str]] | None = None
         self._task: asyncio.Task[None] | None = None
         self._alarm: asyncio.TimerHandle | None = None
         self._stopping: asyncio.Future[None] | None = None
-        self._stop: Entry | None = next((each for each in entries if each.kind is EntryKind.STOP), None)
-        if self._stop is not None:
+        self.stop: Entry | None = next((each for each in entries if each.kind is EntryKind.STOP), None)
+        """Why the mission is to be stopped."""
+        if self.stop is not None:
             self.stop_requested.set()
 
     def entries(self) -> list[Entry]:
         """Return the mission's journal."""
         return self._entries
+
+    def entries_of(self, step: int) -> tuple[Entry, ...]:
+        """Return what the journal has of one step."""
+        return tuple(entry for entry in self._entries if entry.step == step)
 
     # -- its life ------------------------------------------------------------------------------------------
 
@@ -111,7 +115,7 @@ class MissionRun:
 
     async def _main(self) -> None:
         try:
-            change = await self._play()
+            change = await play(self)
             await self._write(change)
         except _JournalIsBroken as broken:
             self.failure = broken.__cause__ if isinstance(broken.__cause__, JournalError) else None
@@ -126,53 +130,8 @@ class MissionRun:
             self.ended.set()
             self._changed.set()
 
-    async def _play(self) -> Change:
-        """Run the code once, and return what is to be written about its end."""
-        id_ = self.row.id
-        replay = Replay(self._entries)
-        value: Any = None
-        try:
-            value, error = await self._call_code(Steps(id_, self, replay))
-            replay.finish()
-        except DoesNotFit as misfit:
-            return self._stuck(misfit)
-        is_canceled = self._stop is not None and self._stop.body.get('by') == 'cancel'
-        if error is None and not is_canceled:
-            return Change(id_, state=MissionState.SUCCEEDED, result=value)
-        state = MissionState.CANCELED if is_canceled else MissionState.FAILED
-        why = str(self._stop.body['why']) if self._stop is not None else ''
-        if error is not None:
-            kind = '' if isinstance(error, MissionStopped) else f'{type(error).__name__}: '
-            why = kind + '; '.join([str(error), *getattr(error, '__notes__', ())])
-        return Change(id_, state=state, why=why, result=value)
-
-    async def _call_code(self, steps: Steps) -> tuple[Any, Exception | None]:
-        """Return what the mission's function came to: a value, or an error."""
-        try:
-            value = await self.definition(steps, *self.row.arguments)
-            as_json(value)
-        except MissionStopped as stopped:
-            return None, stopped
-        except Exception as error:
-            trace = ''.join(traceback.format_exception(error))
-            self.node.logger.error(f'Mission {self.row.id} failed\n{trace}')
-            return None, error
-        return value, None
-
-    def _stuck(self, error: DoesNotFit) -> Change:
-        now, then = self.definition, self.row
-        was_changed = now.fingerprint != then.fingerprint
-        code = (
-            f'the code was changed (version {then.version} to {now.version})'
-            if was_changed
-            else 'the code is the same'
-        )
-        why = f'{error}; {code}'
-        note = Entry(EntryKind.NOTE, -1, {'text': f'stuck: {why}'})
-        return Change(self.row.id, (note,), MissionState.STUCK, why)
-
     def _on_time(self) -> None:
-        if self._stop is None and self.state.is_open:
+        if self.stop is None and self.state.is_open:
             text = f'its time of {self.definition.timeout} s is over'
             self._stopping = asyncio.ensure_future(
                 self._request_stop({'by': 'timeout', 'why': text, 'undo': True})
@@ -211,8 +170,8 @@ class MissionRun:
 
     async def perform(self, history: StepHistory, how: Perform, *, is_undoing: bool) -> Outcome:
         """Carry out a step that has not ended, and write how it did."""
-        await self._wait_until_free()
-        if self._stop is not None and not is_undoing and history.intent is None:
+        await self._gate.wait()
+        if self.stop is not None and not is_undoing and history.intent is None:
             outcome = Outcome(error=self.stopped())
         else:
             outcome = await how(LiveStep(self, history, is_undoing=is_undoing))
@@ -223,38 +182,6 @@ class MissionRun:
             entry = ended_entry(history.number, history.key, outcome)
         await self.write(entry)
         return outcome
-
-    async def _wait_until_free(self) -> None:
-        """Wait while a person has to say that the mission may go on, unless it is to be stopped."""
-        while self._stop is None:
-            if self._held:
-                await self._wait_for_somebody(MissionState.HELD, self._held)
-            elif self._is_paused:
-                await self._wait_for_somebody(MissionState.PAUSED, 'somebody paused it')
-            elif self._must_check:
-                await self._check_world()
-            else:
-                return
-
-    async def _wait_for_somebody(self, state: MissionState, why: str) -> None:
-        self._go_on.clear()
-        if self.state is not state:
-            await self.write(Entry(EntryKind.NOTE, -1, {'text': f'{state}: {why}'}), state=state, why=why)
-        await self._go_on.wait()
-        if self._stop is None:
-            await self.write(state=MissionState.RUNNING)
-
-    async def _check_world(self) -> None:
-        check = self.definition.resume_check
-        assert check is not None
-        try:
-            answer = await check(self.node)
-        except Exception as error:
-            answer = f'{type(error).__name__}: {error}'
-        if answer is True:
-            self._must_check = False
-        else:
-            self._held = f'resume_check says no{f": {answer}" if answer else ""}'
 
     def take_suspicion(self) -> bool:
         """Return True for the first step after a restart of the machine: a disk may have lost a commit."""
@@ -267,8 +194,8 @@ class MissionRun:
 
     def stopped(self) -> MissionStopped:
         """Return what the code gets since the mission is to be stopped."""
-        assert self._stop is not None
-        return MissionStopped(str(self._stop.body['why']), undo=bool(self._stop.body['undo']))
+        assert self.stop is not None
+        return MissionStopped(str(self.stop.body['why']), undo=bool(self.stop.body['undo']))
 
     # -- people --------------------------------------------------------------------------------------------
 
@@ -283,11 +210,17 @@ class MissionRun:
         self._answer = None
 
     async def take(self, command: Command) -> None:
-        """Carry out what a person wants; a command that came too late does nothing."""
+        """Carry out what a person wants; a command that came too late does nothing. Raises JournalError."""
+        try:
+            await self._carry_out(command)
+        except _JournalIsBroken as broken:
+            raise JournalError(str(broken.__cause__)) from broken
+
+    async def _carry_out(self, command: Command) -> None:
         match command.verb:
             case 'pause' | 'resume':
                 await self._take_pause(is_paused=command.verb == 'pause')
-            case 'cancel' if self._stop is None and self.state.is_open:
+            case 'cancel' if self.stop is None and self.state.is_open:
                 body: dict[str, Json] = {
                     'by': 'cancel',
                     'why': 'somebody cancelled it',
@@ -303,17 +236,17 @@ class MissionRun:
             return
         if not self.state.is_open:
             return
-        self._is_paused = is_paused
         note: dict[str, Json] = {'text': 'paused' if is_paused else 'resumed', 'paused': is_paused}
         entry = Entry(EntryKind.NOTE, -1, note)
         waits = self.state.waits_for_somebody
         state = MissionState.PAUSED if is_paused and not waits else None
         await self._write(Change(self.row.id, (entry,), state, 'somebody paused it' if state else ''))
-        if not is_paused:
-            self._held = ''
-            self._go_on.set()
-            if self.state is MissionState.PAUSED:
-                await self._write(Change(self.row.id, (), MissionState.RUNNING))
+        if is_paused:
+            self._gate.is_paused = True
+            return
+        self._gate.open()
+        if self.state is MissionState.PAUSED:
+            await self._write(Change(self.row.id, (), MissionState.RUNNING))
 
     async def _replay_again(self) -> None:
         """Try a mission again that did not fit its journal."""
@@ -323,9 +256,9 @@ class MissionRun:
     async def _request_stop(self, body: Mapping[str, Json]) -> None:
         entry = Entry(EntryKind.STOP, -1, body)
         await self._write(Change(self.row.id, (entry,)))
-        self._stop = entry
+        self.stop = entry
         self.stop_requested.set()
-        self._go_on.set()
+        self._gate.wake()
         if self.state is MissionState.STUCK:
             change = Change(
                 self.row.id, (), MissionState.CANCELED, f'{body["why"]} while it was stuck: nothing is undone'
@@ -334,15 +267,16 @@ class MissionRun:
             self.ended.set()
 
     async def _take_answer(self, body: Mapping[str, Json]) -> None:
-        if self._answer is None or self._answer[0] != body.get('step'):
-            return
-        step, future = self._answer
-        if future.done():
+        """Write the first answer to a question that is open; one that comes too late does nothing."""
+        number = body.get('step')
+        if not isinstance(number, int) or not is_asking(self.entries_of(number)):
             return
         answer = str(body['answer'])
-        await self._write(Change(self.row.id, (Entry(EntryKind.ANSWERED, step, {'answer': answer}),)))
-        if not future.done():
-            future.set_result(answer)
+        await self._write(Change(self.row.id, (Entry(EntryKind.ANSWERED, number, {'answer': answer}),)))
+        if self._answer is not None and self._answer[0] == number and not self._answer[1].done():
+            self._answer[1].set_result(answer)
+
+    # -- its end -------------------------------------------------------------------------------------------
 
     async def until(self, *states: MissionState) -> None:
         """Wait until the mission is in one of these states."""
@@ -360,8 +294,6 @@ class MissionRun:
                 return
             await self._changed.wait()
 
-    # -- its end -------------------------------------------------------------------------------------------
-
     async def wait(self) -> Any:
         """Wait for the end of the mission and return its value. Raises MissionFailed, JournalError."""
         await self.ended.wait()
@@ -370,8 +302,3 @@ class MissionRun:
         if self.state is MissionState.SUCCEEDED:
             return self.result
         raise MissionFailed(f'mission {self.row.id} {self.state}: {self.why}')
-
-
-def _last(entries: Sequence[Entry], key: str) -> Json:
-    """Return the newest value of a key in notes; None if there is none."""
-    return next((each.body[key] for each in reversed(entries) if key in each.body), None)

@@ -1,0 +1,65 @@
+"""Before each step that is not in the journal yet: may the mission go on, or does a person have to say so?"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
+
+if TYPE_CHECKING:
+    from goalwire.missions.run import MissionRun
+
+
+class Gate:
+    """Closed while a mission is held after a restart, or paused. A mission that is stopped passes it."""
+
+    def __init__(self, run: MissionRun, held: str, *, must_check: bool) -> None:
+        """`held` says why the mission waits for a person; if it `must_check`, the world is asked first."""
+        self._run = run
+        self._held = held
+        self._check = run.definition.resume_check if must_check else None
+        notes = (entry.body['paused'] for entry in reversed(run.entries()) if 'paused' in entry.body)
+        self.is_paused = bool(next(notes, False))
+        self._opened = asyncio.Event()
+
+    def open(self) -> None:
+        """A person says that the mission may go on; the world is asked nevertheless."""
+        self._held, self.is_paused = '', False
+        self.wake()
+
+    def wake(self) -> None:
+        """Have the gate look again."""
+        self._opened.set()
+
+    async def wait(self) -> None:
+        """Wait until the mission may go on, or is to be stopped."""
+        while self._run.stop is None:
+            if self._held:
+                await self._wait_for_somebody(MissionState.HELD, self._held)
+            elif self.is_paused:
+                await self._wait_for_somebody(MissionState.PAUSED, 'somebody paused it')
+            elif self._check is not None:
+                await self._ask_world()
+            else:
+                return
+
+    async def _wait_for_somebody(self, state: MissionState, why: str) -> None:
+        run = self._run
+        self._opened.clear()
+        if run.state is not state:
+            await run.write(Entry(EntryKind.NOTE, -1, {'text': f'{state}: {why}'}), state=state, why=why)
+        await self._opened.wait()
+        if run.stop is None:
+            await run.write(state=MissionState.RUNNING)
+
+    async def _ask_world(self) -> None:
+        assert self._check is not None
+        try:
+            answer = await self._check(self._run.node)
+        except Exception as error:
+            answer = f'{type(error).__name__}: {error}'
+        if answer is True:
+            self._check = None
+        else:
+            self._held = f'resume_check says no{f": {answer}" if answer else ""}'
