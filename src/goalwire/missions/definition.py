@@ -11,7 +11,6 @@ from goalwire.records import record
 
 if TYPE_CHECKING:
     import goalwire
-    from goalwire.missions.steps import Steps
     from goalwire.rules.missions.holding import Resume
 
 MissionFunction: TypeAlias = 'Callable[..., Awaitable[Any]]'
@@ -31,7 +30,7 @@ class Definition:
     resume_check: ResumeCheck | None
     timeout: float | None
 
-    def __call__(self, steps: Steps, *arguments: Any) -> Awaitable[Any]:
+    def __call__(self, steps: object, *arguments: Any) -> Awaitable[Any]:
         """Begin the function."""
         return self.function(steps, *arguments)
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 
 if TYPE_CHECKING:
-    from goalwire.missions.run import MissionRun
+    from goalwire.missions.host import Host
 
 
 class Gate:
     """Closed while a mission is held after a restart, or paused. A mission that is stopped passes it."""
 
-    def __init__(self, run: MissionRun, held: str, *, must_check: bool) -> None:
+    def __init__(self, run: Host, held: str, *, must_check: bool) -> None:
         """`held` says why the mission waits for a person; if it `must_check`, the world is asked first."""
         self._run = run
         self._held = held

@@ -13,7 +13,7 @@ from goalwire.rules.missions.entries import Decision, Entry, EntryKind, MissionS
 from goalwire.rules.missions.replay import StepHistory
 
 if TYPE_CHECKING:
-    from goalwire.missions.run import MissionRun
+    from goalwire.missions.host import Host
     from goalwire.rules.missions.entries import Json
 
 T = TypeVar('T')
@@ -35,7 +35,7 @@ class Interrupted(Exception):
 class LiveStep:
     """One step of one mission, from its intent to its end."""
 
-    def __init__(self, run: MissionRun, history: StepHistory, *, is_undoing: bool) -> None:
+    def __init__(self, run: Host, history: StepHistory, *, is_undoing: bool) -> None:
         self._run = run
         self._ignores_stop = is_undoing
         self.history = history

@@ -6,22 +6,22 @@ import traceback
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import MissionStopped
-from goalwire.missions.steps import Steps
+from goalwire.missions.steps import Performer, Steps
 from goalwire.missions.store import Change, as_json
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 from goalwire.rules.missions.replay import DoesNotFit, Replay
 
 if TYPE_CHECKING:
-    from goalwire.missions.run import MissionRun
+    from goalwire.missions.host import Host
 
 
-async def play(run: MissionRun) -> Change:
+async def play(run: Host, performer: Performer) -> Change:
     """Run the code once; steps that are in the journal answer from there. Return what is to be written."""
     id_ = run.row.id
     replay = Replay(run.entries())
     value: Any = None
     try:
-        value, error = await _call_code(run, Steps(id_, run, replay))
+        value, error = await _call_code(run, Steps(id_, performer, replay))
         replay.finish()
     except DoesNotFit as misfit:
         return _stuck(run, misfit)
@@ -37,7 +37,7 @@ async def play(run: MissionRun) -> Change:
     return Change(id_, state=state, why=why, result=value)
 
 
-async def _call_code(run: MissionRun, steps: Steps) -> tuple[Any, Exception | None]:
+async def _call_code(run: Host, steps: Steps) -> tuple[Any, Exception | None]:
     """Return what the mission's function came to: a value, or an error."""
     try:
         value = await run.definition(steps, *run.row.arguments)
@@ -51,7 +51,7 @@ async def _call_code(run: MissionRun, steps: Steps) -> tuple[Any, Exception | No
     return value, None
 
 
-def _stuck(run: MissionRun, misfit: DoesNotFit) -> Change:
+def _stuck(run: Host, misfit: DoesNotFit) -> Change:
     now, then = run.definition, run.row
     code = 'the code is the same'
     if now.fingerprint != then.fingerprint:

@@ -63,7 +63,7 @@ class MissionRun:
         self.clients = clients
         self.node = node
         self.machine = machine
-        self.boundary = boundary
+        self._boundary = boundary
         self.stop_requested = asyncio.Event()
         self.ended = asyncio.Event()
         self._changed = asyncio.Event()
@@ -84,6 +84,10 @@ class MissionRun:
         """Why the mission is to be stopped."""
         if self.stop is not None:
             self.stop_requested.set()
+
+    def boundary(self, name: str, step: str) -> None:
+        """Tell the test kit where the mission is."""
+        self._boundary(name, step)
 
     def entries(self) -> list[Entry]:
         """Return the mission's journal."""
@@ -115,7 +119,7 @@ class MissionRun:
 
     async def _main(self) -> None:
         try:
-            change = await play(self)
+            change = await play(self, self)
             await self._write(change)
         except _JournalIsBroken as broken:
             self.failure = broken.__cause__ if isinstance(broken.__cause__, JournalError) else None

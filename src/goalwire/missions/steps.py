@@ -167,7 +167,7 @@ class Steps:
 
     def undo(self) -> Undo:
         """Return a block whose pushed steps run in reverse order if it fails."""
-        return Undo(self)
+        return Undo(self._undo)
 
     def give_up(self, reason: str) -> NoReturn:
         """End the mission as failed; undo steps run. Raises MissionStopped."""
@@ -197,8 +197,8 @@ class Steps:
         return outcome.take()
 
     @contextmanager
-    def undoing(self) -> Iterator[None]:
-        """While it is open, steps run although the mission was stopped."""
+    def _undo(self) -> Iterator[None]:
+        """Let steps run although the mission was stopped."""
         self._undoing += 1
         try:
             yield

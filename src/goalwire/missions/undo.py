@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import MissionStopped
@@ -10,8 +11,6 @@ from goalwire.errors import MissionStopped
 if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
-
-    from goalwire.missions.steps import Steps
 
 
 class Undo:
@@ -22,8 +21,9 @@ class Undo:
     one of them fails, those before it run nevertheless, and the first error of the block is raised.
     """
 
-    def __init__(self, steps: Steps) -> None:
-        self._steps = steps
+    def __init__(self, undoing: Callable[[], AbstractContextManager[None]]) -> None:
+        """Steps that run in a block of `undoing()` run although the mission was stopped."""
+        self._undoing = undoing
         self._pushed: list[Callable[[], Awaitable[Any]]] = []
 
     def push(self, function: Callable[..., Awaitable[Any]], /, *arguments: Any, **fields: Any) -> None:
@@ -40,7 +40,7 @@ class Undo:
             return  # all went well, or the runner ends
         if isinstance(error, MissionStopped) and not error.undo:
             return
-        with self._steps.undoing():
+        with self._undoing():
             for undo in reversed(self._pushed):
                 try:
                     await undo()

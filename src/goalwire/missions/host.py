@@ -1,0 +1,49 @@
+"""What steps, the gate and the player need of the mission that they are in. MissionRun fulfils it."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    import goalwire
+    from goalwire.errors import MissionStopped
+    from goalwire.missions.clients import Clients
+    from goalwire.missions.definition import Definition
+    from goalwire.missions.machine import Machine
+    from goalwire.missions.store import MissionRow
+    from goalwire.rules.missions.entries import Entry, MissionState
+
+
+class Host(Protocol):
+    """A mission that is being run."""
+
+    row: MissionRow
+    definition: Definition
+    node: goalwire.Node
+    clients: Clients
+    machine: Machine
+    state: MissionState
+    stop: Entry | None
+    """Why the mission is to be stopped."""
+    stop_requested: asyncio.Event
+
+    def entries(self) -> list[Entry]: ...
+
+    def entries_of(self, step: int) -> tuple[Entry, ...]: ...
+
+    async def write(self, *entries: Entry, state: MissionState | None = None, why: str = '') -> None: ...
+
+    async def tell(self, why: str) -> None: ...
+
+    def boundary(self, name: str, step: str, /) -> object: ...
+
+    def take_suspicion(self) -> bool: ...
+
+    def goal_id(self, step: int, attempt: int) -> bytes: ...
+
+    def stopped(self) -> MissionStopped: ...
+
+    def expect_answer(self, step: int) -> asyncio.Future[str]: ...
+
+    def expect_no_answer(self) -> None: ...
