@@ -18,7 +18,7 @@ OpenPair = Callable[..., tuple[Ours, Ours]]
 
 def segments() -> set[Path]:
     """The segments that there are, of all processes."""
-    return set(FOLDER.glob(f'*{SUFFIX}'))
+    return set(Path(FOLDER).glob(f'*{SUFFIX}'))
 
 
 def lent(side: Ours) -> int:

@@ -6,7 +6,6 @@ rosidl's attributes.
 
 from __future__ import annotations
 
-import linecache
 from collections.abc import Callable
 from functools import cache, partial
 from typing import Any, TypeVar, cast
@@ -14,6 +13,7 @@ from typing import Any, TypeVar, cast
 from goalwire.cdr import explain
 from goalwire.cdr.decoder_source import decoder_source
 from goalwire.cdr.encoder_source import encoder_source
+from goalwire.idl.generated_code import run_source
 from goalwire.idl.rosidl_compat import type_name
 
 Data = bytes | bytearray | memoryview
@@ -38,7 +38,7 @@ def encoder(cls: type) -> Callable[[object], bytes]:
     names['explain'] = partial(explain.explain_encode, cls)
     return cast(
         'Callable[[object], bytes]',
-        _compile(source, names, f'<goalwire encoder {type_name(cls)}>', 'encode'),
+        _compile(source, names, f'encoder {type_name(cls)}', 'encode'),
     )
 
 
@@ -55,7 +55,7 @@ def _decoder(cls: type, order: str, *, view: bool) -> Callable[[Data], Any]:
     kind = f'{"big" if order == ">" else "little"} endian{" view" if view else ""}'
     return cast(
         'Callable[[Data], Any]',
-        _compile(source, names, f'<goalwire decoder {type_name(cls)}, {kind}>', 'decode'),
+        _compile(source, names, f'decoder {type_name(cls)}, {kind}', 'decode'),
     )
 
 
@@ -70,8 +70,6 @@ def _decode_otherwise(cls: type, data: Data) -> object:
     return _decoder(cls, explain.byte_order(cls, view), view=True)(view)
 
 
-def _compile(source: str, names: dict[str, object], filename: str, function: str) -> object:
-    """Run the source; tracebacks show its lines."""
-    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
-    exec(compile(source, filename, 'exec'), names)  # noqa: S102 - made from checked names
+def _compile(source: str, names: dict[str, object], title: str, function: str) -> object:
+    run_source(source, names, title)
     return names[function]

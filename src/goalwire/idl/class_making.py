@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import builtins
-import linecache
 import os
 from array import array
 from collections.abc import Callable, Mapping
@@ -13,6 +12,7 @@ from typing import Protocol
 
 from goalwire.idl.checks import checked, find_checks, python_type
 from goalwire.idl.class_source import class_source, copied_default
+from goalwire.idl.generated_code import run_source
 from goalwire.idl.model import (
     ActionDefinition,
     Definition,
@@ -190,10 +190,7 @@ def _constant(value: object, _cls: type) -> object:
 
 
 def _compile(message: MessageDefinition, source: str, names: dict[str, object]) -> type:
-    """Run the source; tracebacks show its lines."""
-    filename = f'<goalwire {message.full_name}>'
-    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
-    exec(compile(source, filename, 'exec'), names)  # noqa: S102 - the source is class_source's, from checked names
+    run_source(source, names, message.full_name)
     cls = names[message.name]
     assert isinstance(cls, type)
     return cls
