@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 from contextlib import closing, suppress
-from pathlib import Path
 from typing import NamedTuple
 
 LOOPBACK, LOOPBACK_V6 = '127.0.0.1', '::1'
@@ -13,7 +12,7 @@ _ADDRESS_OF_INTERFACE = 0x8915
 """SIOCGIFADDR of Linux."""
 _ANY_OTHER = {socket.AF_INET: '192.0.2.1', socket.AF_INET6: '2001:db8::1'}
 """Addresses that nobody has: what would be sent there shows which address a packet leaves from."""
-_TABLE_V6 = Path('/proc/net/if_inet6')
+_TABLE_V6 = '/proc/net/if_inet6'
 
 
 class Interface(NamedTuple):
@@ -84,8 +83,10 @@ def _of_ipv4() -> list[Interface]:
 
 def _of_ipv6() -> list[Interface]:
     """Read Linux's table. Other systems have none: only loopback and routes' addresses are known there."""
+    from pathlib import Path  # a millisecond of a session's start, and few sessions speak IPv6
+
     try:
-        lines = _TABLE_V6.read_text(encoding='ascii').splitlines()
+        lines = Path(_TABLE_V6).read_text(encoding='ascii').splitlines()
     except OSError:
         return [Interface('lo', 0, LOOPBACK_V6)]
     found = []

@@ -490,7 +490,7 @@ def read_profiles(data: bytes) -> None:
     with NamedTemporaryFile(prefix='goalwire-fuzz-') as file:
         file.write(data)
         file.flush()
-        read_fast_dds({'FASTDDS_DEFAULT_PROFILES_FILE': file.name})
+        read_fast_dds('FASTDDS_DEFAULT_PROFILES_FILE', file.name)
 
 
 _URI = (

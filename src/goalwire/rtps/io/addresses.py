@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+from contextlib import suppress
 from enum import Enum
 from functools import cache
 
@@ -114,6 +115,8 @@ def split_port(peer: str) -> tuple[str, int | None]:
 def look_up(host: str) -> str:
     """Return the IPv4 address of a host, or an IPv6 address in its normal form. Raises TransportError."""
     family = socket.AF_INET6 if ':' in host else socket.AF_INET
+    with suppress(OSError, ValueError):  # a numeric address: Python reads no names' encoding for it
+        return socket.inet_ntop(family, socket.inet_pton(family, host))
     try:
         return str(socket.getaddrinfo(host, None, family, socket.SOCK_DGRAM)[0][4][0])
     except (OSError, UnicodeError) as error:

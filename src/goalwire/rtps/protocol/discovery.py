@@ -54,6 +54,8 @@ FIRST_ANNOUNCEMENTS = 6
 FIRST_ANNOUNCEMENTS_S = 0.1
 """How often a participant announces itself at the start, and when its addresses have changed."""
 
+ANSWERED_S = FIRST_ANNOUNCEMENTS_S / 2
+"""How long an answer holds: an announcement comes by several addresses, and one answer is enough."""
 SETTLED_S = 1.0
 """How long after two participants have met answers of the one to the other are part of that."""
 
@@ -177,8 +179,10 @@ class Discovery:
 
     def _answer(self, remote: RemoteParticipant, size: int) -> None:
         """Announce the participant to one that has announced itself in a packet of `size` bytes."""
+        now = self._wire.clock()
         answer = self._announcement_to(remote.data.prefix)
-        if remote.is_near or len(answer) <= size:
+        if now >= remote.answered_at + ANSWERED_S and (remote.is_near or len(answer) <= size):
+            remote.answered_at = now
             self._wire.send(answer, remote.address)
 
     def leave(self) -> None:

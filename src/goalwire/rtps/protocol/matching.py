@@ -10,7 +10,7 @@ from goalwire.rtps.protocol.fragments import FragmentSizes
 from goalwire.rtps.protocol.primitives import Address, is_ipv6, is_keyed, is_writer
 from goalwire.rtps.protocol.qos import incompatible, share_partition
 from goalwire.rtps.protocol.reader import Reader, ReaderListener, WriterProxy
-from goalwire.rtps.protocol.wire import LOCAL, Watch, Wire
+from goalwire.rtps.protocol.wire import FOREVER, LOCAL, Watch, Wire
 from goalwire.rtps.protocol.writer import Writer, WriterListener
 
 
@@ -20,6 +20,7 @@ class RemoteParticipant:
     __slots__ = (
         'address',
         'addresses',
+        'answered_at',
         'data',
         'early',
         'endpoints',
@@ -45,6 +46,8 @@ class RemoteParticipant:
         """Whether it is on this host."""
         self.is_proven = False
         """Whether it has named this participant: it reads what is sent to its address."""
+        self.answered_at = -FOREVER
+        """When it was last told, by an answer, that this participant is there."""
         self.is_reached = False
         """Whether its built-in endpoints are matched with this participant's."""
         self.reached_at = 0.0

@@ -34,6 +34,7 @@ class ReaderProxy:
         'interval',
         'is_reliable',
         'last',
+        'pushed_at',
         'start',
     )
 
@@ -57,6 +58,8 @@ class ReaderProxy:
         self.frag_counter: int | None = None
         """Of its last ACKNACK and NACK_FRAG: one that comes twice counts once."""
         self.has_answered = False
+        self.pushed_at = -FOREVER
+        """When it was last sent, unasked, all that it lacks."""
         self.interval = FIRST_HEARTBEAT_S
         self.due = FOREVER
         """When it is asked next."""

@@ -250,7 +250,7 @@ class Writer:
             return
         proxy.due = self._wire.clock() + proxy.interval
         if pushes and start <= output.last:
-            self._repairs.repair(proxy, list(self.history.changes))
+            self._repairs.push(proxy, list(self.history.changes))
         else:
             output.send_to(proxy, output.heartbeat(proxy))
         self._repairs.set_timer(self._wire.clock())

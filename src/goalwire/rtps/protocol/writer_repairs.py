@@ -21,6 +21,9 @@ from goalwire.rtps.protocol.writer_output import WriterOutput
 
 TOGETHER_S = 0.002
 """Readers are asked together that would be asked so soon one after the other: each time all are looked at."""
+ON_THE_WAY_S = 0.004
+"""How long samples may be on their way to a reader that says it has nothing: two sides that meet tell each
+other all, and ask each other, at the same moment. Less than it takes until HEARTBEAT is sent again."""
 RAREST_HEARTBEAT_S = 1.0
 """How long a reader that does not answer is left alone at most."""
 
@@ -105,7 +108,8 @@ class Repairs:
             proxy.interval = HEARTBEAT_S
             self.repair(proxy, missing)
         elif has_nothing and proxy.acked < last:  # it will ask for all of it
-            self.repair(proxy, list(range(proxy.acked + 1, min(last, proxy.acked + 256) + 1)))
+            if output.wire.clock() >= proxy.pushed_at + ON_THE_WAY_S:
+                self.push(proxy, list(range(proxy.acked + 1, min(last, proxy.acked + 256) + 1)))
         elif not acknack.is_final:
             output.send_to(proxy, output.heartbeat(proxy))
         if output.is_open(proxy):
@@ -147,6 +151,11 @@ class Repairs:
             proxy.addressed_size -= change.size
             if not self._is_local_history:
                 history.remove(change.number)
+
+    def push(self, proxy: ReaderProxy, numbers: list[int]) -> None:
+        """Send samples to a reader that has none and has not asked for these."""
+        proxy.pushed_at = self._output.wire.clock()
+        self.repair(proxy, numbers)
 
     def repair(self, proxy: ReaderProxy, numbers: list[int]) -> None:
         """Send samples again to one reader, up to a window, and ask it what it lacks then."""

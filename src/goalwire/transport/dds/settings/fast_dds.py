@@ -7,26 +7,20 @@ subscriptions hold only with RMW_FASTRTPS_USE_QOS_FROM_XML=1, and have no effect
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 
 from goalwire.rtps.io.addresses import MOST_PARTICIPANTS, Reach
 from goalwire.transport.dds.settings.findings import DISCOVERY_SERVER, Findings, local_name, within
 from goalwire.xml_tree import Element
 
-VARIABLES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
-"""The name of Fast DDS 3, and that of older ones, which counts if the first is not set."""
 _LONGEST_S = 10 * 365 * 86400.0
 _DATAGRAM = 65_507
 
 
-def read_fast_dds(env: Mapping[str, str] = os.environ) -> Findings | None:
-    """Read the profile that the environment names; None if it names none. Raises TransportError."""
-    variable = next((name for name in VARIABLES if env.get(name)), None)
-    if variable is None:
-        return None
+def read_fast_dds(variable: str, location: str) -> Findings:
+    """Read the profiles in the file that an environment variable names. Raises TransportError."""
     findings = Findings(variable)
-    root = findings.parse(findings.read_file(env[variable].removeprefix('file://')))
+    root = findings.parse(findings.read_file(location.removeprefix('file://')))
     profiles = root if local_name(root) == 'profiles' else within(root, 'profiles') or root
     for profile in _default_profiles(profiles, findings):
         transports = _read_participant(profile, findings)

@@ -7,6 +7,7 @@ rmw_cyclonedds_cpp src/rmw_node.cpp. Where both speak of a thing, the file wins.
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 from goalwire.errors import TransportError
 from goalwire.host_addresses import find_interfaces
@@ -15,8 +16,9 @@ from goalwire.reports import LOGGER
 from goalwire.rtps.io.addresses import STANDARD, Ports, Reach, data_port
 from goalwire.rtps.io.settings import Settings
 from goalwire.transport.dds.environment import Range, discovery_range, static_peers
-from goalwire.transport.dds.peers import Unusable, resolve
-from goalwire.transport.dds.settings.findings import DISCOVERY_SERVER, Findings
+
+if TYPE_CHECKING:
+    from goalwire.transport.dds.settings.findings import Findings
 
 FAST_DDS, CYCLONE, CONNEXT = 'rmw_fastrtps_cpp', 'rmw_cyclonedds_cpp', 'rmw_connextdds'
 
@@ -27,6 +29,8 @@ _REACH = {
     Range.SYSTEM_DEFAULT: Reach.SUBNET,
 }
 _SERVER_VARIABLES = 'ROS_DISCOVERY_SERVER', 'ROS2_EASY_MODE'
+_PROFILES = 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE'
+"""Where Fast DDS 3 finds its profiles, and older ones, which counts if the first is not set."""
 _NOT_READ = {
     FAST_DDS: (*_SERVER_VARIABLES, 'FASTDDS_ENVIRONMENT_FILE'),
     CYCLONE: (),
@@ -69,10 +73,10 @@ def _read(domain: int, rmw: str) -> Findings | None:
         from goalwire.transport.dds.settings.cyclone import read_cyclone
 
         return read_cyclone(uri, domain)
-    if rmw == FAST_DDS:
+    if rmw == FAST_DDS and (variable := next((name for name in _PROFILES if os.environ.get(name)), '')):
         from goalwire.transport.dds.settings.fast_dds import read_fast_dds
 
-        return read_fast_dds()
+        return read_fast_dds(variable, os.environ[variable])
     return None
 
 
@@ -114,6 +118,8 @@ def _find_peers(settings: Settings, findings: Findings | None, static: list[str]
         named.setdefault(peer, 'ROS_STATIC_PEERS')
     if not named or settings.reach is Reach.OFF:
         return ()
+    from goalwire.transport.dds.peers import Unusable, resolve
+
     found = resolve(named, settings.ipv6)
     peers: list[str] = []
     for peer, origin in named.items():
@@ -147,6 +153,8 @@ def _warn_of_ignored(findings: Findings | None, rmw: str) -> None:
         names.append(f'in {findings.origin}: {", ".join(findings.ignored)}')
     if not names:
         return
+    from goalwire.transport.dds.settings.findings import DISCOVERY_SERVER
+
     advice = ''
     if any(name in _SERVER_VARIABLES or DISCOVERY_SERVER in name for name in names):
         advice = (
