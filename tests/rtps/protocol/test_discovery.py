@@ -49,6 +49,35 @@ def test_participants_know_each_other_and_their_endpoints() -> None:
     assert network.run(1, lambda: not (watcher.endpoints or others_watcher.endpoints))
 
 
+def test_two_that_meet_tell_each_other_everything_once() -> None:
+    network = Network()
+    network.keeps = True
+    one, _ = network.participant(same_host=True)
+    writers = [one.create_writer(f't{number}', 'T', RELIABLE_QOS, Publisher()) for number in range(20)]
+    other, watcher = network.participant(same_host=True)
+    assert network.run(0.05, lambda: len(watcher.endpoints) == len(writers))
+    network.run(0.05)
+    tells = [packet for _, _, to, packet in network.packets if to[0] == '10.0.0.2' and b't19' in packet]
+    assert len(tells) == 1
+    of_one = [
+        packet for _, source, to, packet in network.packets if (source[0], to[0]) == ('10.0.0.1', '10.0.0.2')
+    ]
+    answers = [packet for packet in of_one if SPDP_WRITER in packet and other.prefix in packet]
+    assert len(answers) == 1
+
+
+def test_what_was_lost_when_two_met_is_told_again() -> None:
+    network = Network()
+    one, _ = network.participant(same_host=True)
+    one.create_writer('t', 'T', RELIABLE_QOS, Publisher())
+    _, watcher = network.participant(same_host=True)
+    network.cut = lambda source, _: source == '10.0.0.1' and 0 < network.now < 0.004
+    assert network.run(1, lambda: watcher.participants)
+    met = network.now
+    assert network.run(1, lambda: watcher.endpoints)
+    assert network.now - met < 0.05
+
+
 def test_who_closes_is_gone_at_once() -> None:
     network = Network()
     one, watcher = network.participant()
