@@ -13,6 +13,8 @@ from action_msgs.msg import GoalStatus
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.action import ActionClient
+from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -177,6 +179,30 @@ def compare_qos() -> None:
     tell('qos', len(policies) ** 2 - len(came ^ fitting), len(policies) ** 2)
 
 
+def hear_events() -> None:
+    """Hear of a match, of a missed deadline, and of a QoS that does not fit."""
+    heard: set[str] = set()
+    beats: list[str] = []
+    callbacks = SubscriptionEventCallbacks(
+        matched=lambda _: heard.add('matched'), deadline=lambda _: heard.add('deadline')
+    )
+    qos = QoSProfile(depth=1, deadline=Duration(seconds=0.6), liveliness_lease_duration=Duration(seconds=4))
+    node.create_subscription(
+        String, 'beat', lambda message: beats.append(message.data), qos, event_callbacks=callbacks
+    )
+    strict = SubscriptionEventCallbacks(incompatible_qos=lambda _: heard.add('incompatible'))
+    qos = QoSProfile(depth=1, deadline=Duration(seconds=0.1))
+    node.create_subscription(String, 'beat', lambda _: heard.add('wrong'), qos, event_callbacks=strict)
+    wait_for(lambda: bool(beats) and {'matched', 'incompatible'} <= heard)
+    if 'deadline' in heard:
+        heard.add('wrong')
+    hush = node.create_client(SetBool, 'hush')
+    hush.wait_for_service(PATIENCE_S)
+    outcome(hush.call_async(SetBool.Request(data=True)))
+    wait_for(lambda: 'deadline' in heard)
+    tell('events', len({'matched', 'deadline', 'incompatible'} & heard) - ('wrong' in heard), 3)
+
+
 def see_graph() -> None:
     def sees() -> bool:
         names = {
@@ -195,5 +221,7 @@ call_service()
 use_parameters()
 send_goals()
 compare_qos()
+if 'no-events' not in sys.argv:
+    hear_events()
 node.destroy_node()
 rclpy.try_shutdown()

@@ -10,6 +10,7 @@ import rclpy
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
@@ -61,11 +62,24 @@ ways = [
     for durability in (DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE)
     for qos in [QoSProfile(depth=1, reliability=reliability, durability=durability)]
 ]
+timely = QoSProfile(depth=1, deadline=Duration(seconds=0.5), liveliness_lease_duration=Duration(seconds=3))
+beating = [node.create_publisher(String, 'beat', timely)]
 
 
 def speak() -> None:
     for way in ways:
         way.publish(String(data='spoken'))
+    for beat in beating:
+        beat.publish(String(data='beats'))
+
+
+def hush(_: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    beating.clear()
+    response.success = True
+    return response
+
+
+node.create_service(SetBool, 'hush', hush)
 
 
 node.create_timer(0.05, speak)
