@@ -416,3 +416,11 @@ def test_a_broken_manifest_warns_nobody_who_asks_for_no_interfaces(tmp_path: Pat
     program = 'try:\n    import lump\nexcept ImportError:\n    pass\n'
     assert run_python(program, cwd=tmp_path).stderr == ''
     assert 'is not well-formed' in run_python('import lump.msg', cwd=tmp_path).stderr
+
+
+def test_the_overlay_of_another_goalwire_is_no_real_rclpy(tmp_path: Path) -> None:
+    files = {'overlay/rclpy/__init__.py': '', 'idl/hook.py': ''}
+    other = write_files(tmp_path / 'goalwire', files)
+    program = 'from std_msgs.msg import String; print(String(data="hello"))'
+    shown = output_of(program, cwd=tmp_path, PYTHONPATH=str(other / 'overlay'))
+    assert shown == "std_msgs.msg.String(data='hello')"

@@ -174,7 +174,15 @@ class OverlayFinder(FileFinder):
 
 
 def install() -> None:
-    """Put the finder before the path finder, once; called by overlay/_goalwire_start.py."""
+    """Put the finder before the path finder, once; called by overlay/_goalwire_start.py.
+
+    Raises ImportError inside a zip file, whose definitions cannot be read.
+    """
+    if not (os.path.isdir(os.path.dirname(OVERLAY)) or getattr(sys, 'frozen', False)):
+        raise ImportError(
+            f'goalwire lies in the zip file {_zip_file()}, where its definitions and modules cannot be '
+            'read: take shiv or pex, which unpack themselves'
+        )
     _imp.acquire_lock()  # two threads may come here, by their first imports
     try:
         if any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
@@ -185,6 +193,14 @@ def install() -> None:
         sys.meta_path.insert(place, InterfaceFinder())
     finally:
         _imp.release_lock()
+
+
+def _zip_file() -> str:
+    """The file that this module lies in, if that is no folder."""
+    place = OVERLAY
+    while not os.path.exists(place) and place != os.path.dirname(place):
+        place = os.path.dirname(place)
+    return place
 
 
 def _search_carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -> 'ModuleSpec | None':
@@ -288,11 +304,25 @@ def _behind(finder: InterfaceFinder) -> 'Iterator[type[PathFinder]]':
 
 
 def _is_ours(rclpy: 'ModuleSpec') -> bool:
-    """Whether a rclpy is goalwire's: it lies in the overlay, or PyInstaller packed it beside goalwire."""
-    if rclpy.origin is not None and rclpy.origin.startswith(OVERLAY):
+    """Whether a rclpy is a goalwire's: it lies in an overlay, or PyInstaller packed it beside goalwire.
+
+    That may be the overlay of another goalwire, whose folder stands first in sys.path.
+    """
+    if rclpy.origin is not None and (rclpy.origin.startswith(OVERLAY) or _is_in_an_overlay(rclpy.origin)):
         return True
     frozen = getattr(sys, 'frozen', False)
     return frozen and _regular('rclpy._reexports', list(rclpy.submodule_search_locations or ())) is not None
+
+
+def _is_in_an_overlay(origin: str) -> bool:
+    """Whether a file is that of the module rclpy in the overlay of any goalwire."""
+    overlay = os.path.dirname(os.path.dirname(origin))
+    goalwire = os.path.dirname(overlay)
+    return (
+        os.path.basename(overlay) == 'overlay'
+        and os.path.basename(goalwire) == 'goalwire'
+        and os.path.isfile(os.path.join(goalwire, 'idl', 'hook.py'))
+    )
 
 
 def _is_regular(spec: 'ModuleSpec | None') -> bool:

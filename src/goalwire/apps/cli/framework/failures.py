@@ -62,15 +62,15 @@ def explain_error(error: Exception) -> tuple[Outcome, str]:
 
 
 def _beside_another_rclpy(error: Exception) -> str:
-    """Return advice for an error in a module of another ROS 2, or for a module that it lacks."""
-    from goalwire.apps.cli.framework.installation import foreign_rclpy, imported_rclpy
+    """Return advice for an error in a module of another ROS 2, or for a module of ROS 2 that it lacks."""
+    from goalwire.apps.cli.framework.installation import foreign_rclpy, imported_rclpy, is_of_ros
 
     rclpy = foreign_rclpy()
     if rclpy is None or rclpy != imported_rclpy():
         return ''
     innermost = [frame.filename for frame in extract_tb(error.__traceback__)][-1:]
     is_theirs = any(Path(file).is_relative_to(rclpy.parent) and not is_library(file) for file in innermost)
-    if not is_theirs and not isinstance(error, ImportError):
+    if not is_theirs and not (isinstance(error, ImportError) and is_of_ros(error.name or '')):
         return ''
     return f'this comes from the ROS 2 in {rclpy.parent}: GOALWIRE_FIRST=1 before the command avoids it'
 

@@ -43,6 +43,12 @@ def is_other_overlay(folder: Path) -> bool:
     return folder.parts[-2:] == ('goalwire', 'overlay') and folder != _OVERLAY
 
 
+def is_of_ros(module: str) -> bool:
+    """Return whether a module is one of those that an installed ROS 2 has in place of goalwire's."""
+    package = module.partition('.')[0]
+    return bool(package) and any((folder / package).is_dir() for folder in (_OVERLAY, CODE / 'idl' / 'share'))
+
+
 def other_overlays() -> list[Path]:
     """Return the overlays of other goalwires in sys.path: each was put there by a goalwire.pth."""
     return [Path(entry) for entry in sys.path if is_other_overlay(Path(entry))]
