@@ -15,7 +15,7 @@ from helpers.packages import write_files
 pytestmark = [pytest.mark.slow, pytest.mark.long, pytest.mark.timeout(900)]
 
 PINNED = ['pex==2.105.2', 'pip>=24', 'pipx==1.18.4', 'poetry==2.5.1', 'shiv==1.0.8', 'uv==0.13.9']
-PDM = ['hishel[httpx2]>=1.4,<2', 'pdm==2.29.4']  # PDM 2.29 does not run with hishel 2
+PDM = ['hishel==1.4.0', 'pdm==2.29.4']  # PDM 2.29 does not run with hishel 2
 PROGRAM = """\
 import rclpy
 from std_srvs.srv import SetBool
@@ -125,19 +125,22 @@ def target(
 
 
 def test_a_folder_that_pip_has_filled_needs_the_line(
-    project: Path, target: Path, world: dict[str, str]
+    project: Path, target: Path, world: dict[str, str], tmp_path: Path
 ) -> None:
     there = world | {'PYTHONPATH': str(target)}
-    assert "No module named 'rclpy'" in run(project, there, sys.executable, '-I', 'lamp.py', fails=True)
-    for options in ([], ['-S']):
-        python = [sys.executable, *options]
-        assert run(project, there, *python, 'lamp_with_line.py') == 'light True\n', options
+    bare = Environment.create(tmp_path / 'bare').python
+    assert "No module named 'rclpy'" in run(project, there, bare, 'lamp.py', fails=True)
+    assert run(project, there, bare, 'lamp_with_line.py') == 'light True\n'
+    assert run(project, there, bare, '-S', 'lamp_with_line.py') == 'light True\n'
 
 
-def test_a_zip_file_is_refused_with_what_to_take(project: Path, target: Path, world: dict[str, str]) -> None:
+def test_a_zip_file_is_refused_with_what_to_take(
+    project: Path, target: Path, world: dict[str, str], tmp_path: Path
+) -> None:
     write_files(target, {'__main__.py': LINE + PROGRAM})
     run(project, world, sys.executable, '-m', 'zipapp', target, '-o', 'lamp.pyz')
-    told = run(project, world, sys.executable, '-I', '-S', 'lamp.pyz', fails=True)
+    bare = Environment.create(tmp_path / 'bare').python
+    told = run(project, world, bare, 'lamp.pyz', fails=True)
     assert told.splitlines()[-1].endswith('take shiv or pex, which unpack themselves')
 
 

@@ -15,6 +15,7 @@ from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
+    from goalwire.entities.late_joiners import LateJoiners
     from goalwire.entities.qos_events import EndpointEvents
     from goalwire.rules.statistics import PublisherStatistics
 
@@ -40,6 +41,7 @@ class PublisherCore(Generic[MsgT]):
         self._dropped = 0
         """How many messages the port had dropped when it was closed."""
         self._events: EndpointEvents | None = None
+        self._late_joiners: LateJoiners | None = None
         self._port: PublisherPort | None = node.port.publisher(endpoint)
         self._send: Callable[[bytes], None] = self._port.publish
         node.own(self)
@@ -122,6 +124,12 @@ class PublisherCore(Generic[MsgT]):
             self._events = EndpointEvents(self.node, self._endpoint, self._port)
         return self._events
 
+    def tell_late_joiners(self) -> None:
+        """Warn if a subscription comes after the last message and waits for it in vain."""
+        from goalwire.entities.late_joiners import LateJoiners
+
+        self._late_joiners = LateJoiners(self.node, self._endpoint, self._published)
+
     def statistics(self) -> PublisherStatistics:
         """Count what was published."""
         from goalwire.rules.statistics import PublisherStatistics
@@ -143,6 +151,8 @@ class PublisherCore(Generic[MsgT]):
             self.node.disown(self)
             if self._events is not None:
                 self._events.close()
+            if self._late_joiners is not None:
+                self._late_joiners.close()
             port.close()
             self._dropped = port.dropped
 

@@ -48,6 +48,7 @@ class TopicEndpoints(BaseNode):
         publisher: Publisher[MsgT] = publisher_class(self.handle, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
         self._ros_handle_events(publisher, event_callbacks, group)
+        publisher.tell_late_joiners()
         self._publishers.append(publisher)
         return publisher
 
