@@ -43,7 +43,7 @@ TOPICS = {
     'interfaces': 'Own interfaces',
     'launch': 'Launch files and the command line',
 }
-HEAD = '| mistake | goalwire says | rclpy 9.1.2 says |'
+HEAD = '| mistake | goalwire says | where | within | rclpy 9.1.2 says |'
 NOTHING = 'nothing'
 NO_PART = '—'
 """What the wheels have no part for: interfaces made from definitions, launch files, the command line."""
@@ -121,11 +121,12 @@ def page_with(rclpy_says: dict[str, str]) -> str:
     tables = []
     for topic, title in TOPICS.items():
         rows = [
-            f'| {_cell(each.title)} | {_cell(each.says)} | {_cell(rclpy_says[each.name])} |'
+            f'| {_cell(each.title)} | {_cell(each.says)} | {each.place or NO_PART} | {each.within:g} s '
+            f'| {_cell(rclpy_says[each.name])} |'
             for each in read_all()
             if each.name.startswith(f'{topic}/')
         ]
-        tables.append('\n'.join([f'## {title}', '', HEAD, '|---|---|---|', *rows]))
+        tables.append('\n'.join([f'## {title}', '', HEAD, '|---|---|---|---|---|', *rows]))
     return text[: text.index('\n## ') + 1] + '\n\n'.join(tables) + '\n'
 
 
