@@ -53,12 +53,16 @@ def function_place(function: object) -> str:
     return _shown(function.__code__.co_filename, function.__code__.co_firstlineno)
 
 
-def dropping_place() -> str:
-    """Return the line that called the library if it throws away what that returns; '' if it does not."""
+def dropping_place(depth: int = 1) -> str:
+    """Return the line that called a function of the library and throws away what that returns.
+
+    `depth` says which: 1 is the function that asks, 2 the one that called it. '' if the line keeps what is
+    returned, or if the library itself has called.
+    """
     from dis import get_instructions
 
-    frame = program_frame(sys._getframe(1))
-    if frame is None:
+    frame = sys._getframe(depth).f_back
+    if frame is None or _is_foreign(frame.f_code):
         return ''
     following = (each for each in get_instructions(frame.f_code) if each.offset > frame.f_lasti)
     after = next(following, None)

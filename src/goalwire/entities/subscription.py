@@ -223,9 +223,9 @@ def _takes_info(callback: object) -> bool:
     if not callable(callback):
         raise RuntimeError(f'{wanted}: {describe_given(callback)}')  # noqa: TRY004 - rclpy's
     name = getattr(callback, '__name__', repr(callback))
+    better = 'lambda message: …' if name == '<lambda>' else f'def {name}(message):'
     raise RuntimeError(
-        f'{wanted}, or with two, the message and its info; {name} takes another number: '
-        f"write 'def {name}(message):'"
+        f"{wanted}, or with two, the message and its info; {name} takes another number: write '{better}'"
     )
 
 

@@ -51,10 +51,9 @@ def _problem(callback: object, arguments: tuple[str, ...], what: str) -> str | N
     name = getattr(callback, '__qualname__', None) or repr(callback)
     _, bound = function_of(callback)
     parameters = ', '.join((*('self',) * bound, *arguments))
-    return (
-        f'{what} is called as {name}({", ".join(arguments)}), and does not take that: '
-        f"write 'def {name.rpartition('.')[2]}({parameters}):'"
-    )
+    own = name.rpartition('.')[2]
+    better = f'lambda {parameters}: …' if own == '<lambda>' else f'def {own}({parameters}):'
+    return f"{what} is called as {name}({', '.join(arguments)}), and does not take that: write '{better}'"
 
 
 def describe_given(callback: object) -> str:

@@ -9,10 +9,12 @@ import pytest
 import rclpy
 from example_interfaces.action import Fibonacci
 from helpers.spinning import MakeNode
+from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient, ActionServer
 from rclpy.context import Context
 from rclpy.executors import Executor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -191,3 +193,21 @@ def test_before_init_that_is_what_is_told() -> None:
         rclpy.exceptions.NotInitializedException, match=r'^rclpy.init\(\) has not been called'
     ):
         Node('early', context=Context())
+
+
+def test_a_refused_set_is_told_to_the_line_that_asked_and_to_no_other(
+    node: Node, executor: Executor, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A request of another node is answered inside a spin whose line throws something away, too."""
+    node.declare_parameter('speed', 1.0)
+    executor.add_node(node)
+    client = node.create_client(SetParameters, f'{node.get_name()}/set_parameters')
+    refused = Parameter('speed', value='fast')
+    asked = client.call_async(SetParameters.Request(parameters=[refused.to_parameter_msg()]))
+    executor.spin_until_future_complete(asked, timeout_sec=10)
+    assert not asked.result().results[0].successful
+    answers = node.set_parameters([refused])
+    assert not answers[0].successful
+    assert 'was not set' not in capfd.readouterr().err
+    node.set_parameters([refused])
+    assert f"'speed' was not set: {answers[0].reason}; speed: give a number" in capfd.readouterr().err

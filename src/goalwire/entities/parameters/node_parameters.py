@@ -257,7 +257,7 @@ class NodeParameters(SetParametersCallbacks):
         refused = next((outcome for outcome in outcomes if not outcome.successful), None)
         if refused is None or refused.reason.startswith(NO_ANSWER):
             return  # of a callback that gave no answer was told already
-        if place := dropping_place():
+        if place := dropping_place(2):
             of = parameters if len(outcomes) == 1 else [parameters[outcomes.index(refused)]]
             names = ', '.join(repr(parameter.name) for parameter in of)
             get_logger(self.handle.logger_name).warning(
