@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
-import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from helpers.forking import ForkServer
 from helpers.isolation import isolated_env
 from helpers.markdown import ROOT
 from helpers.patience import BROWSER
 from helpers.processes import Program
 
-CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
 DATA = ROOT / 'tests' / 'data'
 PROGRAMS = ROOT / 'tests' / 'apps' / 'console' / 'programs'
 CONSOLE = """
@@ -24,6 +26,25 @@ import sys
 from goalwire.apps.cli.main import run_command
 sys.exit(run_command('goalwire', sys.argv[1:]))
 """
+
+
+@cache
+def _server() -> ForkServer:
+    """The process that forks consoles and robots, for all tests of this process."""
+    server = ForkServer(
+        ['goalwire.apps.cli.main', 'goalwire.apps.console.server'], isolated_env('rmw_zenoh_cpp')
+    )
+    atexit.register(server.close)
+    return server
+
+
+HURRY = """
+from importlib import import_module
+for name, seconds in waits.items():
+    module, _, wait = name.rpartition('.')
+    setattr(import_module(f'goalwire.apps.console.{module}'), wait, seconds)
+"""
+"""Has the console wait as long as `waits` says."""
 
 
 class Stage:
@@ -41,7 +62,7 @@ class Stage:
 
     def program(self, source: str | Path, *arguments: str) -> Program:
         """Start a program."""
-        return self._programs.enter_context(Program(source, *arguments, env=self.env))
+        return self._enter(Program(source, *arguments, env=self.env, server=_server()))
 
     def command(self, line: str) -> str:
         """Run a command line of ros2 in a shell, as a user would; return what it writes."""
@@ -56,21 +77,25 @@ class Stage:
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
-    def console(self, *arguments: str, head_s: float | None = None, first: str = '') -> tuple[Program, str]:
+    def console(
+        self, *arguments: str, waits: Mapping[str, float] | None = None, first: str = ''
+    ) -> tuple[Program, str]:
         """Start a console on a free port; return it and its address.
 
-        `head_s`: how long heads may take. `first`: a program that its process runs before.
+        `waits`: seconds in place of its own, as in {'server.HEAD_S': 0.5}. `first`: what its process runs
+        before it imports anything.
         """
-        hurry = (
-            ''
-            if head_s is None
-            else f'import goalwire.apps.console.server as server; server.HEAD_S = {head_s}'
-        )
-        console = self.program(
-            first + hurry + CONSOLE, 'console', '--no-open', '--json', '--port', '0', *arguments
-        )
+        hurry = f'waits = {dict(waits or {})}\n{HURRY}'
+        words = ('console', '--no-open', '--json', '--port', '0', *arguments)
+        if first:
+            console = self._enter(Program(first + CONSOLE, *words, env=self.env))
+        else:
+            console = self.program(hurry + CONSOLE, *words)
         url = json.loads(console.expect(r'^\{.*\}$', BROWSER)[0])['url']
         return console, url
+
+    def _enter(self, program: Program) -> Program:
+        return self._programs.enter_context(program)
 
     def close(self) -> None:
         """End everything."""

@@ -16,6 +16,7 @@ from time import monotonic
 from types import TracebackType
 from typing import Self
 
+from helpers.forking import Forked, ForkServer
 from helpers.patience import PATIENCE
 
 
@@ -23,9 +24,9 @@ class Program:
     """A running Python program: `source` is a file (Path) or the program's text (str).
 
     `env` is its whole environment (see helpers.isolation), by default this process's own; `python` is the
-    interpreter, by default the one that runs the tests. Output and errors
-    arrive as one stream of lines. The program leads its own process group; whatever is left of that group
-    when the block ends is killed.
+    interpreter, by default the one that runs the tests; a `server` forks the program instead.
+    Output and errors arrive as one stream of lines. The program leads its own process group; whatever is left
+    of that group when the block ends is killed.
     """
 
     def __init__(
@@ -35,22 +36,28 @@ class Program:
         env: Mapping[str, str] | None = None,
         cwd: Path | None = None,
         python: Path = Path(sys.executable),
+        server: ForkServer | None = None,
     ) -> None:
-        code = [str(source)] if isinstance(source, Path) else ['-c', textwrap.dedent(source)]
         self._title = ' '.join([str(source) if isinstance(source, Path) else 'the program', *arguments])
-        self._process = subprocess.Popen(
-            [python, *code, *arguments],
-            env={
-                **(os.environ if env is None else env),
-                'PYTHONUNBUFFERED': '1',
-                'PYTHONIOENCODING': 'utf-8',
-            },
-            cwd=cwd,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
+        environment = {
+            **(os.environ if env is None else env),
+            'PYTHONUNBUFFERED': '1',
+            'PYTHONIOENCODING': 'utf-8',
+        }
+        self._process: subprocess.Popen[bytes] | Forked
+        if server is None:
+            code = [str(source)] if isinstance(source, Path) else ['-c', textwrap.dedent(source)]
+            self._process = subprocess.Popen(
+                [python, *code, *arguments],
+                env=environment,
+                cwd=cwd,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+        else:
+            self._process = server.start(source, arguments, environment=environment, folder=cwd)
         self._lines: list[str] = []
         self._next = 0
         self._at_end = False
@@ -73,7 +80,7 @@ class Program:
 
     def _reap(self) -> None:
         # subprocess itself polls where a time limit is given; a blocking wait on a thread does not.
-        self._process.wait()
+        self._code = self._process.wait()
         self._ended.set()
 
     @property
@@ -134,7 +141,7 @@ class Program:
         if not self._ended.wait(timeout):
             raise AssertionError(f'{self._title} did not end within {timeout} s\n{self._report()}')
         self._reader.join(timeout)
-        return self._process.returncode
+        return self._code
 
     def succeed(self, timeout: float = PATIENCE) -> str:
         """Wait for the end, insist on exit code 0 and return the output."""

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import select
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
+
+from helpers.forking import Forked, ForkServer
 
 from goalwire.records import record
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from types import TracebackType
 
     from mistakes.catalog import Mistake
 
@@ -36,36 +35,11 @@ class Told:
     after: float | None
 
 
-class ForkServer:
-    """The process that forks for each program; see fork_server.py."""
-
-    def __init__(self, environment: Mapping[str, str]) -> None:
-        self._channel, other = socket.socketpair()
-        command = [sys.executable, str(Path(__file__).with_name('fork_server.py')), str(other.fileno())]
-        self._process = subprocess.Popen(command, pass_fds=[other.fileno()], env=dict(environment))
-        other.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._channel.close()
-        self._process.wait()
-
-    def start(
-        self, mistake: Mistake, folder: Path, environment: Mapping[str, str], streams: list[int]
-    ) -> int:
-        """Start a program with these standard streams and return its process id."""
-        request = {
-            'name': mistake.file.name,
-            'arguments': mistake.arguments,
-            'folder': str(folder),
-            'environment': dict(environment),
-        }
-        socket.send_fds(self._channel, [json.dumps(request).encode()], streams)
-        return int(self._channel.recv(32))
+PRELOADED = (
+    'example_interfaces.action', 'rclpy', 'rclpy.action', 'rclpy.executors', 'rclpy.node', 'rclpy.parameter',
+    'sensor_msgs.msg', 'std_msgs.msg', 'std_srvs.srv',
+)  # fmt: skip
+"""What the programs import."""
 
 
 def run(mistake: Mistake, folder: Path, environment: Mapping[str, str], server: ForkServer) -> Told:
@@ -80,8 +54,7 @@ def run(mistake: Mistake, folder: Path, environment: Mapping[str, str], server: 
     environment = {**environment, 'PATH': f'{Path(sys.executable).parent}:{environment["PATH"]}'}
     (keyboard, typing), (output, said) = os.pipe(), os.pipe()
     began = monotonic()
-    streams = [keyboard, said, said]
-    process = None
+    process: subprocess.Popen[bytes] | Forked
     try:
         if alone:
             runner = 'bash' if mistake.file.suffix == '.sh' else sys.executable
@@ -89,17 +62,23 @@ def run(mistake: Mistake, folder: Path, environment: Mapping[str, str], server: 
                 [runner, mistake.file.name, *mistake.arguments],
                 cwd=place, env=environment, stdin=keyboard, stdout=said, stderr=said, start_new_session=True,
             )  # fmt: skip
-            pid = process.pid
         else:
-            pid = server.start(mistake, place, environment, streams)
-        for stream in {keyboard, said}:
-            os.close(stream)
-        return _watch(mistake, place, output, pid, began)
+            process = server.start(
+                Path(mistake.file.name),
+                mistake.arguments,
+                environment=environment,
+                folder=place,
+                streams=(keyboard, said, said),
+            )
     finally:
-        for stream in (output, typing):
-            os.close(stream)
-        if process is not None:
-            process.wait()
+        os.close(keyboard)
+        os.close(said)
+    try:
+        return _watch(mistake, place, output, process.pid, began)
+    finally:
+        os.close(output)
+        os.close(typing)
+        process.wait()
 
 
 def _watch(mistake: Mistake, folder: Path, output: int, pid: int, began: float) -> Told:

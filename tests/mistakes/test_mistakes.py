@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from helpers.forking import ForkServer
 from helpers.isolation import isolated_env
 from mistakes.catalog import Mistake, read_all
-from mistakes.running import ForkServer, count, run
+from mistakes.running import PRELOADED, count, run
 
 import goalwire
 
@@ -22,7 +23,7 @@ _BUSY_S = 5.0
 
 @pytest.fixture(scope='module')
 def server() -> Iterator[ForkServer]:
-    with ForkServer(isolated_env('rmw_zenoh_cpp')) as started:
+    with ForkServer(PRELOADED, isolated_env('rmw_zenoh_cpp')) as started:
         yield started
 
 

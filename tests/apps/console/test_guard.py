@@ -378,7 +378,7 @@ def test_a_head_of_more_than_64_kib_is_refused_however_it_comes(stage: Stage) ->
 
 @pytest.mark.slow
 def test_strangers_at_the_door(stage: Stage) -> None:
-    console, url = stage.console(head_s=0.5)
+    console, url = stage.console(waits={'server.HEAD_S': 0.5})
     port = port_of(url)
     assert b' 200 OK' in exchange(port, get(port, '/'))
     assert b' 403 ' in exchange(port, get(port, '/', host='evil.example'))
@@ -530,7 +530,9 @@ def test_a_key_with_a_password_is_refused_and_not_asked_for(stage: Stage, tmp_pa
         )
     )
     certificate.cert_chain_pems[0].write_to_path(str(chain))
-    console = stage.program(CONSOLE, 'console', '--no-open', '--tls-cert', str(chain), '--tls-key', str(key))
+    console = stage.program(
+        CONSOLE, 'console', '--no-open', '--port', '0', '--tls-cert', str(chain), '--tls-key', str(key)
+    )
     assert 0 < console.wait() < 12
     assert 'the TLS files cannot be used' in console.output
 

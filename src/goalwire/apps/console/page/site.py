@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 MOST_PAGES = 100
 """Of all browsers together; one that nobody connects to counts for a minute."""
+RECONNECT_S = 10.0
+"""How long a browser that has lost its connection may take to come back. After that its page is closed."""
 _STYLE = Path(__file__).with_name('style.css')
 
 
@@ -44,7 +46,7 @@ def install_site(application: FastAPI, meshes: Meshes) -> str:
         favicon=None,
         dark=None,
         tailwind=False,
-        reconnect_timeout=10.0,
+        reconnect_timeout=RECONNECT_S,
         message_history_length=100,
         binding_refresh_interval=None,
         show_welcome_message=False,

@@ -1,0 +1,121 @@
+"""Starts programs in children that it forks: each is a process of its own, and modules are imported once.
+
+Its arguments are a socket and the modules. The socket brings a line of JSON for each program, with the
+descriptors of its standard streams and of a pipe; the answer is the process id, and the pipe brings the exit
+code as `subprocess` has it. What a program sees is what `python FILE` or `python -c TEXT` gives it:
+`__main__`, arguments, environment and working directory.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import signal
+import socket
+import sys
+from importlib import import_module
+from pathlib import Path
+from selectors import EVENT_READ, DefaultSelector
+from types import ModuleType
+from typing import Any
+
+PROGRAM = Path(__file__)
+
+
+def run(request: dict[str, Any], streams: list[int]) -> None:
+    """Become the program, in the child, and end as it ends."""
+    os.setsid()
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    for target, stream in enumerate(streams):
+        os.dup2(stream, target)
+        os.close(stream)
+    os.environ.clear()
+    os.environ.update(request['environment'])
+    if os.environ.get('PYTHONUNBUFFERED'):
+        for written in (sys.stdout, sys.stderr):
+            written.reconfigure(line_buffering=True)  # type: ignore[union-attr]
+    os.chdir(request['folder'])
+    file, text = request['file'], request['text']
+    sys.argv = [file or '-c', *request['arguments']]
+    sys.path[0] = str(Path(request['folder'], file).parent) if file else ''
+    main = sys.modules['__main__'] = ModuleType('__main__')
+    if file:
+        main.__file__ = str(Path(file).absolute())
+        text = Path(file).read_text(encoding='utf-8')
+    gc.enable()
+    try:
+        exec(compile(text, file or '<string>', 'exec'), main.__dict__)
+    except SystemExit:
+        raise
+    except BaseException as error:
+        trace = error.__traceback__
+        own = error.with_traceback(trace and trace.tb_next)
+        sys.last_value = own
+        sys.excepthook(type(own), own, own.__traceback__)
+        raise SystemExit(1) from None
+
+
+class _Server:
+    """Forks for each request, and tells of each end."""
+
+    def __init__(self, channel: socket.socket) -> None:
+        self._channel = channel
+        self._selector = DefaultSelector()
+        self._selector.register(channel, EVENT_READ)
+
+    def serve(self) -> None:
+        """Return in the child, with its program at its end, and when the other end is closed."""
+        while True:
+            for key, _ in self._selector.select():
+                if key.fileobj is not self._channel:
+                    self._tell_end(key.fd, *key.data)
+                elif not self._start():
+                    return
+
+    def _start(self) -> bool:
+        """Fork for a request; False in the child, and when there are no more."""
+        data, descriptors, _, _ = socket.recv_fds(self._channel, 1 << 18, 4)
+        if not data:
+            return False
+        *streams, ended = descriptors
+        child = os.fork()
+        if child == 0:
+            os.close(ended)
+            self._close()
+            run(json.loads(data), streams)
+            return False
+        for stream in streams:
+            os.close(stream)
+        self._selector.register(os.pidfd_open(child), EVENT_READ, (child, ended))
+        self._channel.sendall(f'{child}\n'.encode())
+        return True
+
+    def _close(self) -> None:
+        """Close, in a child, what the server alone needs: a pipe that stays open here would never end."""
+        for key in self._selector.get_map().values():
+            os.close(key.fd)
+            if key.data is not None:
+                os.close(key.data[1])
+        self._channel.detach()
+        self._selector.close()
+
+    def _tell_end(self, watched: int, child: int, ended: int) -> None:
+        self._selector.unregister(watched)
+        os.close(watched)
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        with os.fdopen(ended, 'w') as pipe:
+            pipe.write(str(code))
+
+
+def main(channel: int, modules: list[str]) -> None:
+    """Import the modules, then serve."""
+    for module in modules:
+        import_module(module)
+    gc.collect()
+    gc.freeze()  # children would copy what they share, only to look for garbage
+    _Server(socket.socket(fileno=channel)).serve()
+
+
+if __name__ == '__main__':
+    main(int(sys.argv[1]), sys.argv[2:])
