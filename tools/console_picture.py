@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / 'docs' / 'how-to' / 'console.png'
 MOST_BYTES = 1_000_000
-FLAGS = ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']
+FLAGS = ['--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader']
+"""The processor draws the robot's scene alone, and not the whole page, too."""
 PATIENCE_MS = 120_000
 GOAL = (1.1, 0.7)
 
@@ -65,7 +66,8 @@ def take(browser: Browser, url: str, file: Path) -> Page:
     page.click('.q-dialog [data-send]')
     page.wait_for_function(
         '([x, y]) => { const base = goalwireScene.poses().base_link, eye = goalwireScene.controls.target;'
-        ' return Math.hypot(base[0] - x, base[1] - y) < 0.01 && Math.hypot(eye.x - x, eye.y - y) < 0.01 }',
+        ' return base && Math.hypot(base[0] - x, base[1] - y) < 0.01'
+        ' && Math.hypot(eye.x - x, eye.y - y) < 0.01 }',
         arg=list(GOAL),
     )
     page.mouse.move(500, 760)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 import threading
@@ -16,13 +15,13 @@ from typing import Any
 from urllib.parse import quote, unquote, urldefrag
 
 import pytest
+from helpers.browser import chromium
 from helpers.markdown import ROOT
 
 pytest.importorskip('sphinx', reason='the checkout was not installed with its extra `site`')
 pytestmark = [pytest.mark.long, pytest.mark.slow, pytest.mark.timeout(900)]
 
 WIDTHS = (390, 768, 1440)
-CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
 
 
 class _Links(HTMLParser):
@@ -79,13 +78,8 @@ def address(site: Path) -> Iterator[str]:
 
 @pytest.fixture(scope='module')
 def browser() -> Iterator[Any]:
-    if CHROMIUM is None:
-        pytest.skip('there is no Chromium')
-    sync_api = pytest.importorskip('playwright.sync_api')
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=['--no-sandbox'])
-        yield browser
-        browser.close()
+    with chromium() as running:
+        yield running
 
 
 def test_every_link_leads_to_a_place_of_the_site(site: Path, pages: dict[Path, _Links]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import count
 from typing import Any
 
 from helpers.patience import BROWSER_MS, wait_for
@@ -17,15 +18,21 @@ _FEW_PICTURES = """
             const render = made.renderer.render.bind(made.renderer)
             let drawn = 0
             made.renderer.render = (...seen) => {
-                if (performance.now() - drawn < 300) return
+                if (performance.now() - drawn < 1000) return void (made.dirty = true)
                 drawn = performance.now()
                 render(...seen)
             }
         },
     })
 """
-"""Draws the robot's scene three times a second. Without a graphics card the processor draws each pixel, and
+"""Draws the robot's scene once a second. Without a graphics card the processor draws each pixel, and
 would do nothing else."""
+
+
+_SHOWN = """slider => {
+    const [now, min, max] = ['now', 'min', 'max'].map(each => +slider.getAttribute(`aria-value${each}`))
+    return (now - min) / (max - min) }"""
+"""Where a slider's thumb is, as a part of its length."""
 
 
 def new_context(browser: Any, width: int, height: int, **options: Any) -> Any:
@@ -57,8 +64,9 @@ def view(page: Any, name: str) -> None:
 
 
 def row(page: Any, key: str) -> None:
-    """Choose a row of a table."""
+    """Choose a row of a table, and wait until the page shows what it names."""
     page.click(f'tr[data-key="{key}"]')
+    page.wait_for_selector(f'.gw-title:text-is("{key}")')
 
 
 def choose(page: Any, select: str, option: str) -> None:
@@ -77,6 +85,15 @@ def drag(page: Any, joint: str, to: float) -> None:
     page.mouse.move(box['x'] + box['width'] * 0.4, y)
     page.mouse.down()
     page.mouse.move(box['x'] + box['width'] * to, y, steps=4)
+    at = count()
+
+    def follows() -> bool:
+        """Move on by a pixel, or back: the slider follows its joint until the server knows who holds it."""
+        page.mouse.move(box['x'] + box['width'] * to + next(at) % 2, y)
+        shown: float = slider.evaluate(_SHOWN)
+        return abs(shown - to) < 0.02
+
+    wait_for(follows, f'the slider of {joint} at {to}')
     page.mouse.up()
 
 

@@ -6,10 +6,9 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from helpers.console import CHROMIUM, Stage
+from helpers import browser
+from helpers.console import Stage
 from helpers.page import new_context
-
-from tools import console_picture
 
 
 @pytest.fixture
@@ -30,33 +29,38 @@ def transport_name() -> str:
 @pytest.fixture(scope='module')
 def chromium() -> Iterator[Any]:
     """A headless Chromium, the system's; the test is skipped where there is none."""
-    playwright = pytest.importorskip('playwright.sync_api')
-    if CHROMIUM is None:
-        pytest.skip('there is no Chromium here')
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=console_picture.FLAGS)
-        yield browser
-        browser.close()
+    with browser.chromium() as running:
+        yield running
+
+
+@pytest.fixture(scope='module')
+def window(chromium: Any) -> Iterator[Any]:
+    """A window of the browser, for the tabs of all tests: to open one takes longer than to open a page.
+
+    Each console has a port of its own, so its pages find nothing that the pages of another one kept.
+    """
+    context = new_context(chromium, 1100, 700, accept_downloads=True)
+    yield context
+    context.close()
 
 
 @pytest.fixture
-def open_page(chromium: Any) -> Iterator[Callable[[str], Any]]:
-    """`open_page(url)` opens the console in a browser of its own; an error in the page fails the test."""
+def open_page(window: Any) -> Iterator[Callable[[str], Any]]:
+    """`open_page(url)` opens the console in a tab of its own; an error in the page fails the test."""
     errors: list[str] = []
-    contexts = []
+    pages = []
 
     def open_one(url: str) -> Any:
-        context = new_context(chromium, 1100, 700, accept_downloads=True)
-        contexts.append(context)
-        page = context.new_page()
+        page = window.new_page()
+        pages.append(page)
         page.on('pageerror', lambda error: errors.append(str(error)))
         page.on('request', lambda request: _only_from(url, request.url, errors))
         page.goto(url)
         return page
 
     yield open_one
-    for context in contexts:
-        context.close()
+    for page in pages:
+        page.close()
     assert errors == [], 'errors in the page'
 
 

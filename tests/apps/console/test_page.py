@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from helpers.console import PROGRAMS, Stage, picture
+from helpers.isolation import lease_variables
 from helpers.page import choose, confirm, copied, drag, row, until, view
 from helpers.wires import DDS, require
 
@@ -319,7 +320,7 @@ def test_what_peers_write_stays_text_and_mismatches_are_red(stage: Stage, open_p
 
 def test_a_closed_page_cancels_no_goal_unless_asked_to(stage: Stage, open_page: OpenPage) -> None:
     stage.robot()
-    _, url = stage.console()
+    _, url = stage.console(waits={'page.site.RECONNECT_S': 1.0})
     page = open_page(f'{url}?view=actions')
     row(page, '/count')
     page.fill('[data-field=order]', '95')
@@ -331,7 +332,7 @@ def test_a_closed_page_cancels_no_goal_unless_asked_to(stage: Stage, open_page: 
     page.click('[data-send-goal]')
     confirm(page)
     until(page, "() => window.goalwireLanes.hits?.filter(hit => hit[4].status === 'EXECUTING').length === 2")
-    page.context.close()
+    page.close()
     other = open_page(f'{url}?view=actions')
     until(other, "() => window.goalwireLanes?.hits?.some(hit => hit[4].status === 'CANCELED')")
     statuses = other.evaluate('() => window.goalwireLanes.hits.map(hit => hit[4].status).sort()')
@@ -396,6 +397,7 @@ def test_what_does_not_answer_is_said_to_be_old(
     stage: Stage, open_page: OpenPage, transport_name: str
 ) -> None:
     require(transport_name)
+    stage.env |= lease_variables(3.0)
     robot = stage.robot()
     console, url = stage.console()
     page = open_page(f'{url}?view=robot')

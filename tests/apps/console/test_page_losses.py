@@ -111,7 +111,7 @@ def test_a_browser_that_reads_nothing_holds_up_nobody(stage: Stage, open_page: O
             with suppress(OSError):  # it may have been slow for so long that it was given up
                 silent.sendall(PONG)
             until(page, '(count) => window.refreshes > count', count)
-        page.context.close()
+        page.close()
         console.kill()
         while chunk := silent.recv(65536):
             got += chunk

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from apps.programs.conftest import Run
-from helpers.console import CHROMIUM
+from helpers.browser import chromium
 from helpers.markdown import ROOT
 from helpers.page import until
 from helpers.processes import Program
@@ -171,15 +171,11 @@ def test_only_the_page_itself_may_move_a_slider(run: Run, tmp_path: Path) -> Non
 @pytest.mark.slow
 @pytest.mark.timeout(180)
 def test_a_slider_moves_its_link(run: Run, tmp_path: Path) -> None:
-    playwright = pytest.importorskip('playwright.sync_api')
-    if CHROMIUM is None:
-        pytest.skip('there is no Chromium here')
     url = sliders(run, tmp_path)
     run('robot_state_publisher', 'robot_state_publisher', 'arm.urdf').expect('Robot initialized')
     echo = run('tf2_ros', 'tf2_echo', 'b', 'c', '20')
     echo.expect(r'- Translation: \[0.400, 0.000, 0.000\]')
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=['--no-sandbox'])
+    with chromium() as browser:
         page = browser.new_page(viewport={'width': 760, 'height': 400})
         page.goto(url)
         page.locator('[data-joint=slide]').fill('0.5')
@@ -191,4 +187,3 @@ def test_a_slider_moves_its_link(run: Run, tmp_path: Path) -> None:
         folder = Path(os.environ.get('GOALWIRE_SCREENSHOTS') or ROOT / 'build' / 'screenshots')
         folder.mkdir(parents=True, exist_ok=True)
         page.screenshot(path=folder / 'joint_state_publisher_gui.png')
-        browser.close()

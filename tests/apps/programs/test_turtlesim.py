@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 from apps.programs.conftest import Run
+from helpers.browser import chromium
 from helpers.command_line import CommandLine
-from helpers.console import CHROMIUM
 from helpers.isolation import NETWORK, isolated_env
 from helpers.markdown import ROOT
 from helpers.page import until
@@ -182,17 +182,13 @@ def page_of(simulator: Program) -> str:
 @pytest.mark.slow
 @pytest.mark.timeout(180)
 def test_a_square_is_drawn_in_the_browser(run: Run, isolated: dict[str, str]) -> None:
-    playwright = pytest.importorskip('playwright.sync_api')
-    if CHROMIUM is None:
-        pytest.skip('there is no Chromium here')
     simulator = run('turtlesim', 'turtlesim_node', '--no-open')
     simulator.expect('Spawning turtle')
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=['--no-sandbox'])
+    with chromium() as browser:
         page = browser.new_page(viewport={'width': 560, 'height': 600})
         page.goto(page_of(simulator))
         square = run('turtlesim', 'draw_square')
-        for _ in range(6):
+        for _ in range(4):  # two sides, and the turn after each
             square.expect('Reached goal')
         until(page, '() => JSON.parse(document.body.dataset.turtles)[0][3] > 3')
         drawn = page.evaluate(PEN_PIXELS)
@@ -202,4 +198,3 @@ def test_a_square_is_drawn_in_the_browser(run: Run, isolated: dict[str, str]) ->
         assert drawn > 500, 'two sides of 90 pixels, 3 wide'
         simulator.kill()
         until(page, "() => document.getElementById('state').textContent === 'turtlesim_node has ended'")
-        browser.close()
