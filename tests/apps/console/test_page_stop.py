@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import pytest
@@ -13,6 +14,10 @@ from helpers.processes import Program
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 WIDTHS = ((390, 800), (600, 800), (768, 900), (1440, 800))
+SOME_WIDTHS = [
+    pytest.param(*each, marks=() if each[0] in {390, 1440} else pytest.mark.long) for each in WIDTHS
+]
+"""The narrowest and the widest in each run, the others in the long one."""
 ASKED = r'robot: asked True'
 
 ON_TOP = """selector => {
@@ -24,8 +29,11 @@ ON_TOP = """selector => {
 """Whether an element lies in the viewport, and nothing lies on it."""
 
 
+STANDS_STILL = "() => document.getAnimations().every(each => each.playState !== 'running')"
+
+
 class World(NamedTuple):
-    """Two robots, a console, and a page that all tests of this module share."""
+    """Two robots, a console, and a page."""
 
     stage: Stage
     alice: Program
@@ -45,32 +53,45 @@ def robot(stage: Stage, name: str, x: float) -> Program:
     return stage.program(PROGRAMS / 'stoppable.py', str(DATA / 'robot.urdf'), name, str(x))
 
 
-@pytest.fixture
-def world(chromium: Any) -> Iterator[World]:
-    """A stage of its own for each test: two robots, a console and a page.
-
-    On one stage for all, a console whose robots had been killed was slow to show the switch once more.
-    """
+@contextmanager
+def world_of(window: Any) -> Iterator[World]:
+    """Two robots, a console and a page."""
     stage = Stage('rmw_zenoh_cpp')
-    alice, bob = robot(stage, 'alice', 1.0), robot(stage, 'bob', 3.0)
-    alice.expect('ready')
-    bob.expect('ready')
-    console, url = stage.console()
-    context = new_context(chromium, 1440, 800)
-    errors: list[str] = []
-    page = context.new_page()
-    page.on('pageerror', lambda error: errors.append(str(error)))
-    page.goto(f'{url}?view=robot')
-    until(page, "() => document.querySelectorAll('[data-estop-all]').length === 1")
-    yield World(stage, alice, bob, console, url, page)
-    context.close()
-    stage.close()
+    try:
+        alice, bob = robot(stage, 'alice', 1.0), robot(stage, 'bob', 3.0)
+        alice.expect('ready')
+        bob.expect('ready')
+        console, url = stage.console()
+        errors: list[str] = []
+        page = window.new_page()
+        page.set_viewport_size({'width': 1440, 'height': 800})
+        page.on('pageerror', lambda error: errors.append(str(error)))
+        page.goto(f'{url}?view=robot')
+        until(page, "() => document.querySelectorAll('[data-estop-all]').length === 1")
+        yield World(stage, alice, bob, console, url, page)
+        page.close()
+    finally:
+        stage.close()
     assert errors == [], 'errors in the page'
+
+
+@pytest.fixture(scope='module')
+def world(window: Any) -> Iterator[World]:
+    """What the tests share that leave both robots released, and alive."""
+    with world_of(window) as made:
+        yield made
+
+
+@pytest.fixture
+def own_world(window: Any) -> Iterator[World]:
+    """What a test has for itself that kills something."""
+    with world_of(window) as made:
+        yield made
 
 
 @pytest.fixture
 def page(world: World) -> Any:
-    """The page, at its first view and width, with alice selected and nothing open."""
+    """The page that they share, at its first view and width, with alice selected and nothing open."""
     page = world.page
     page.set_viewport_size({'width': 1440, 'height': 800})
     page.keyboard.press('Escape')
@@ -118,7 +139,57 @@ def open_release(page: Any) -> None:
     page.wait_for_selector('.q-dialog [data-send]')
 
 
-@pytest.mark.parametrize(('width', 'height'), WIDTHS)
+def test_a_killed_server_takes_stop_away_and_no_other_robot_takes_its_place(own_world: World) -> None:
+    world, page = own_world, own_world.page
+    select(page, '/alice')
+    world.alice.kill()
+    page.wait_for_selector('[data-no-estop]:has-text("cannot be stopped from here")')
+    assert page.locator('[data-estop]').count() == 0
+    page.wait_for_selector('[data-banner=unknown]:has-text("not known")')
+    for width, height in WIDTHS:
+        page.set_viewport_size({'width': width, 'height': height})
+        until(page, ON_TOP, '[data-no-estop]')
+        picture(page, f'stop-killed-{width}')
+    page.wait_for_selector('[data-gone]:has-text("It has gone")')
+    page.evaluate("""() => {
+      window.told = [];
+      const read = report => report?.lines.map(line => `${line.service} ${line.text}`) ?? [];
+      goalwireStop.$watch('report', report => window.told.push(...read(report)), { deep: true }); }""")
+    page.keyboard.press('Pause')
+    page.wait_for_selector('[data-stop-report=failed]:has-text("/alice/emergency_stop")')
+    until(page, "() => window.told.some(text => text.startsWith('/alice/emergency_stop no server of'))")
+    picture(page, 'stop-killed-pressed')
+    page.click('[data-dismiss]')
+
+    # The console's own client makes no row in the list of services; that of others is one without a server.
+    view(page, 'services')
+    page.wait_for_selector('tr[data-key="/bob/emergency_stop"]')
+    assert page.locator('tr[data-key="/alice/emergency_stop"]').count() == 0
+
+    page.click('[data-estop-all]')
+    world.bob.expect(ASKED)
+    page.wait_for_selector(
+        '[data-stop-report=failed] .gw-report-line:has-text("/bob/emergency_stop stopped")'
+    )
+    page.click('[data-dismiss]')
+    again = robot(world.stage, 'alice', 1.0)
+    again.expect('ready')
+    page.wait_for_selector('[data-banner=unknown]', state='detached')
+    page.click('[data-estop]')
+    again.expect(ASKED)
+    page.wait_for_selector('[data-banner=stopped]')
+
+
+def test_a_console_that_does_not_answer_stops_nothing_and_says_so(own_world: World) -> None:
+    page = own_world.page
+    own_world.console.kill()
+    page.wait_for_selector('[data-no-estop]')
+    page.keyboard.press('Pause')
+    page.wait_for_selector('[data-stop-report=failed]:has-text("the console does not answer")')
+    picture(page, 'stop-console-gone')
+
+
+@pytest.mark.parametrize(('width', 'height'), SOME_WIDTHS)
 def test_one_click_stops_whatever_is_open(world: World, page: Any, width: int, height: int) -> None:
     page.set_viewport_size({'width': width, 'height': height})
     page.click('[data-estop]')
@@ -133,6 +204,7 @@ def test_one_click_stops_whatever_is_open(world: World, page: Any, width: int, h
         opened(page)
         until(page, ON_TOP, '[data-estop]')
         until(page, ON_TOP, '[data-estop-all]')
+        until(page, STANDS_STILL)
         picture(page, f'stop-{width}-{opened.__name__}')
         x, y = page.evaluate(
             """() => { const box = document.querySelector('[data-estop]').getBoundingClientRect();
@@ -286,47 +358,3 @@ def test_everything_belongs_to_the_selected_robot(world: World, page: Any) -> No
     release(page)
     select(page, '/bob')
     release(page)
-
-
-def test_a_killed_server_takes_stop_away_and_no_other_robot_takes_its_place(world: World, page: Any) -> None:
-    world.alice.kill()
-    page.wait_for_selector('[data-no-estop]:has-text("cannot be stopped from here")')
-    assert page.locator('[data-estop]').count() == 0
-    page.wait_for_selector('[data-banner=unknown]:has-text("not known")')
-    picture(page, 'stop-killed')
-    page.set_viewport_size({'width': 390, 'height': 800})
-    until(page, ON_TOP, '[data-no-estop]')
-    picture(page, 'stop-killed-390')
-    page.set_viewport_size({'width': 1440, 'height': 800})
-    page.wait_for_selector('[data-gone]:has-text("It has gone")')
-    page.keyboard.press('Pause')
-    page.wait_for_selector('[data-stop-report=failed]:has-text("no server of /alice/emergency_stop")')
-    picture(page, 'stop-killed-pressed')
-    page.click('[data-dismiss]')
-
-    # The console's own client makes no row in the list of services; that of others is one without a server.
-    view(page, 'services')
-    page.wait_for_selector('tr[data-key="/bob/emergency_stop"]')
-    assert page.locator('tr[data-key="/alice/emergency_stop"]').count() == 0
-
-    page.click('[data-estop-all]')
-    world.bob.expect(ASKED)
-    page.wait_for_selector(
-        '[data-stop-report=failed] .gw-report-line:has-text("/bob/emergency_stop stopped")'
-    )
-    page.click('[data-dismiss]')
-    again = robot(world.stage, 'alice', 1.0)
-    again.expect('ready')
-    page.wait_for_selector('[data-banner=unknown]', state='detached')
-    page.click('[data-estop]')
-    again.expect(ASKED)
-    page.wait_for_selector('[data-banner=stopped]')
-
-
-def test_a_console_that_does_not_answer_stops_nothing_and_says_so(world: World) -> None:
-    world.console.kill()
-    page = world.page
-    page.wait_for_selector('[data-no-estop]')
-    page.keyboard.press('Pause')
-    page.wait_for_selector('[data-stop-report=failed]:has-text("the console does not answer")')
-    picture(page, 'stop-console-gone')
