@@ -12,15 +12,25 @@ from pathlib import Path
 
 from goalwire.errors import SecurityError
 from goalwire.security import certificates, revocation, storage
-from goalwire.security.keystore import Keystore, check_name, make_carried, read
+from goalwire.security.keystore import (
+    Keystore,
+    check_authority,
+    check_name,
+    make_carried,
+    read,
+    read_authority,
+)
 from goalwire.security.policy_file import read_policy
 
 _FORMAT = 'goalwire identity 1'
 _FIELDS = ('format', 'name', 'identity', 'trust', 'policy', 'revoked')
 
 
-def export(keystore: Keystore, name: str, path: Path) -> None:
-    """Write an identity's file. Raises SecurityError if the file exists, or the identity does not."""
+def export(keystore: Keystore, name: str, path: Path, authority: str = '') -> None:
+    """Write an identity's file; `authority` is the address at which its certificate is renewed.
+
+    Raises SecurityError if the file exists, or the identity does not.
+    """
     content = {
         'format': _FORMAT,
         'name': name,
@@ -29,6 +39,8 @@ def export(keystore: Keystore, name: str, path: Path) -> None:
         'policy': keystore.policy_text(),
         'revoked': read(keystore.revoked_path).decode(),
     }
+    if authority:
+        content['authority'] = f'url = "{check_authority(authority, "--authority")}"\n'
     try:
         storage.create(path, json.dumps(content, indent=1).encode())
     except FileExistsError:
@@ -50,9 +62,14 @@ def import_identity(folder: Path, path: Path) -> str:
     if not certificates.leads_to(pair.chain, trust) or certificates.common_name(pair.certificate) != name:
         raise SecurityError(f"'{path}' is damaged: its certificate is not one for '{name}' that it trusts")
     read_policy(content['policy'], f'{path}: policy.toml')
+    if 'authority' in content:
+        read_authority(content['authority'], f'{path}: authority.toml')
     revoked = revocation.read_revoked(content['revoked'])
     try:
         _put(folder, name, pair, content, revoked)
+        if 'authority' in content:
+            authority = content['authority'].encode()
+            storage.replace(Keystore(folder).authority_path, authority, storage.PUBLIC)
     except OSError as error:
         raise SecurityError(f"'{folder}' cannot be written: {error.strerror or error}") from None
     return name
@@ -102,6 +119,7 @@ def _read(path: Path) -> dict[str, str]:
         not isinstance(content, dict)
         or content.get('format') != _FORMAT
         or not all(isinstance(content.get(field), str) for field in _FIELDS)
+        or not isinstance(content.get('authority', ''), str)
     ):
         raise SecurityError(f"'{path}' is not a file that 'goalwire secure export' has written")
     return content

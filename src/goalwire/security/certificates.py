@@ -15,6 +15,7 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+from cryptography.x509.verification import PolicyBuilder, Store, VerificationError
 
 from goalwire.errors import SecurityError
 
@@ -109,7 +110,7 @@ def _name(common: str, unit: str) -> x509.Name:
 
 def make_authority(now: datetime) -> Pair:
     """Return a new authority, which vouches for itself."""
-    key = ec.generate_private_key(ec.SECP256R1())
+    key = make_key()
     name = _name('goalwire authority', 'authority')
     life = (now - CLOCK_SKEW, now + AUTHORITY_LIFE)
     return Pair(key, (_sign(name, key.public_key(), name, key, life, below=1),))
@@ -117,7 +118,7 @@ def make_authority(now: datetime) -> Pair:
 
 def make_site(authority: Pair, now: datetime) -> Pair:
     """Return a new authority of a site, which `authority` vouches for."""
-    key = ec.generate_private_key(ec.SECP256R1())
+    key = make_key()
     end = min(now + SITE_LIFE, authority.certificate.not_valid_after_utc)
     subject, issuer = _name('goalwire site', 'site'), authority.certificate.subject
     life = (now - CLOCK_SKEW, end)
@@ -125,20 +126,32 @@ def make_site(authority: Pair, now: datetime) -> Pair:
     return Pair(key, (certificate,))
 
 
-def make_identity(site: Pair, name: str, kind: str, life: tuple[datetime, datetime]) -> Pair:
-    """Return a new key for an identity, with the certificate of the site's authority and that one's own."""
-    key = ec.generate_private_key(ec.SECP256R1())
+def make_key() -> ec.EllipticCurvePrivateKey:
+    """Return a new key."""
+    return ec.generate_private_key(ec.SECP256R1())
+
+
+def certify(
+    site: Pair, name: str, kind: str, public_key: ec.EllipticCurvePublicKey, life: tuple[datetime, datetime]
+) -> tuple[x509.Certificate, ...]:
+    """Return a certificate for a key, with the certificate of the site's authority behind it."""
     end = min(life[1], site.certificate.not_valid_after_utc)
     certificate = _sign(
         _name(name, kind),
-        key.public_key(),
+        public_key,
         site.certificate.subject,
         site.key,
         (life[0], end),
         below=None,
         names=(name.replace('_', '-'),),
     )
-    return Pair(key, (certificate, *site.chain))
+    return (certificate, *site.chain)
+
+
+def make_identity(site: Pair, name: str, kind: str, life: tuple[datetime, datetime]) -> Pair:
+    """Return a new key for an identity, with the certificate of the site's authority and that one's own."""
+    key = make_key()
+    return Pair(key, certify(site, name, kind, key.public_key(), life))
 
 
 def read_pair(pem: bytes, title: str) -> Pair:
@@ -176,6 +189,23 @@ def leads_to(chain: tuple[x509.Certificate, ...], trusted: x509.Certificate) -> 
     """Whether each certificate is signed by the next, and the last by the trusted one."""
     issuers = (*chain[1:], trusted)
     return all(is_signed_by(each, issuer) for each, issuer in zip(chain, issuers, strict=True))
+
+
+def verify(chain: tuple[x509.Certificate, ...], trusted: x509.Certificate) -> None:
+    """Check an identity's certificate as TLS does, its authorities and its time included.
+
+    Raises SecurityError.
+    """
+    verifier = PolicyBuilder().store(Store([trusted])).build_client_verifier()
+    try:
+        verifier.verify(chain[0], list(chain[1:]))
+    except (VerificationError, IndexError) as error:
+        raise SecurityError(f'the certificate is not accepted: {error}') from None
+
+
+def life_of(certificate: x509.Certificate) -> timedelta:
+    """Return how long after its issue a certificate is valid."""
+    return certificate.not_valid_after_utc - certificate.not_valid_before_utc - CLOCK_SKEW
 
 
 def common_name(certificate: x509.Certificate) -> str:

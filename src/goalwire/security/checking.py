@@ -11,7 +11,7 @@ from goalwire.errors import SecurityError
 from goalwire.files import why_others_write
 from goalwire.records import record
 from goalwire.security import certificates, revocation
-from goalwire.security.keystore import KINDS, Keystore, read
+from goalwire.security.keystore import KINDS, Keystore
 from goalwire.security.policy import Policy, Verb
 from goalwire.security.policy_file import load_policy
 
@@ -75,7 +75,7 @@ def _check_policy(policy: Policy) -> Iterator[Finding]:
 def _check_identities(keystore: Keystore, policy: Policy | None) -> Iterator[Finding]:
     now = certificates.now()
     try:
-        trust = certificates.read_certificate(read(keystore.trust_path), str(keystore.trust_path))
+        trust = keystore.trust()
         revoked = keystore.revoked()
     except SecurityError as error:
         yield Finding(str(error))

@@ -6,6 +6,7 @@
     identities/NAME.pem   key and certificates of one identity
     policy.toml        who may do what
     revoked.toml       whose certificates are refused
+    authority.toml     where a carried identity has its certificate renewed; only if somebody renews it
 
 Each identity is one file, since a file is replaced in one step: there is no moment at which key and
 certificate do not belong together. A keystore on a robot has neither authority.pem nor site.pem.
@@ -14,8 +15,12 @@ certificate do not belong together. A keystore on a robot has neither authority.
 from __future__ import annotations
 
 import os
+import tomllib
 from datetime import datetime, timedelta
 from pathlib import Path
+
+from cryptography import x509
+from cryptography.hazmat.primitives.asymmetric import ec
 
 from goalwire.errors import SecurityError, did_you_mean, with_advice
 from goalwire.files import read_regular
@@ -30,6 +35,7 @@ KINDS = ('robot', 'person', 'program', 'router')
 LARGEST = 1 << 20
 """Bytes that a file of a keystore may have."""
 
+_AUTHORITY = Pattern(r'https://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:]+\]):\d{1,5}\Z')
 _NAME = Pattern(r'[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\Z')
 _FIRST_ROLES = {'robot': ('robot',), 'person': ('viewer',), 'program': (), 'router': ()}
 
@@ -52,6 +58,22 @@ def read(path: Path) -> bytes:
         raise SecurityError(f"'{path}' cannot be read: {error.strerror or error}") from None
 
 
+def read_authority(text: str, title: str) -> str:
+    """Read an authority.toml and return its address. Raises SecurityError, which names `title`."""
+    try:
+        url = tomllib.loads(text).get('url')
+    except tomllib.TOMLDecodeError as error:
+        raise SecurityError(f"'{title}' cannot be read: {error}") from None
+    return check_authority(url if isinstance(url, str) else '', title)
+
+
+def check_authority(url: str, title: str) -> str:
+    """Return the address of an authority. Raises SecurityError, which names `title`, if it cannot be one."""
+    if not _AUTHORITY.match(url):
+        raise SecurityError(f"{title}: '{url}' is not an address; write one like https://192.168.0.7:7449")
+    return url
+
+
 class Keystore:
     """An existing keystore on disk."""
 
@@ -61,6 +83,7 @@ class Keystore:
         self.trust_path = path / 'trust.pem'
         self.policy_path = path / 'policy.toml'
         self.revoked_path = path / 'revoked.toml'
+        self.authority_path = path / 'authority.toml'
         if not self.trust_path.is_file():
             raise SecurityError(
                 f"'{path}' is not a keystore: it has no trust.pem; make one: goalwire secure init {path}"
@@ -121,6 +144,10 @@ class Keystore:
             )
         return certificates.read_pair(read(path), os.fspath(path))
 
+    def trust(self) -> x509.Certificate:
+        """Return the certificate that all others lead to. Raises SecurityError."""
+        return certificates.read_certificate(read(self.trust_path), os.fspath(self.trust_path))
+
     def revoked(self) -> dict[str, datetime]:
         """Return whose certificates are refused, up to which time of issue. Raises SecurityError."""
         return revocation.read_revoked(read(self.revoked_path).decode(errors='replace'))
@@ -128,6 +155,12 @@ class Keystore:
     def policy_text(self) -> str:
         """Return the text of policy.toml. Raises SecurityError."""
         return read(self.policy_path).decode(errors='replace')
+
+    def authority_url(self) -> str:
+        """Return where certificates are renewed; '' if nowhere. Raises SecurityError."""
+        if not self.authority_path.exists():
+            return ''
+        return read_authority(read(self.authority_path).decode(errors='replace'), str(self.authority_path))
 
     # ---- what changes it
 
@@ -153,16 +186,30 @@ class Keystore:
     def renew(self, name: str, life: timedelta = IDENTITY_LIFE) -> Pair:
         """Put a new key and certificate in the place of an identity's old ones. Raises SecurityError."""
         made = self._make(name, certificates.kind_of(self.identity(name).certificate), life)
-        storage.replace(self.identity_path(name), made.pem())
+        self.put(name, made)
         return made
 
+    def put(self, name: str, pair: Pair) -> None:
+        """Put an identity in the place of the one of that name."""
+        storage.replace(self.identity_path(name), pair.pem())
+
+    def certify(
+        self, name: str, kind: str, public_key: ec.EllipticCurvePublicKey, life: timedelta
+    ) -> tuple[x509.Certificate, ...]:
+        """Return a certificate of a name for a key that is elsewhere, with those of its authorities."""
+        return certificates.certify(self.site(), check_name(name), kind, public_key, self._life(name, life))
+
     def _make(self, name: str, kind: str, life: timedelta) -> Pair:
+        return certificates.make_identity(self.site(), check_name(name), kind, self._life(name, life))
+
+    def _life(self, name: str, life: timedelta) -> tuple[datetime, datetime]:
+        """Return begin and end of a certificate that is issued now."""
         now = certificates.now()
         begin = now - certificates.CLOCK_SKEW
         revoked = self.revoked().get(name)
         if revoked is not None:  # a new certificate begins after the end of the refused ones
             begin = max(begin, revoked + timedelta(seconds=1))
-        return certificates.make_identity(self.site(), check_name(name), kind, (begin, now + life))
+        return begin, now + life
 
     def revoke(self, name: str) -> datetime:
         """Refuse all certificates that a name has now; return the time. Its key is deleted.

@@ -64,6 +64,20 @@ def replace(path: Path, data: bytes, mode: int = PRIVATE) -> None:
 
 
 @contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Be the only process in the block that has locked `path`, a file that is made if it is not there."""
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, PRIVATE)
+    with os.fdopen(descriptor, 'r+b') as stream:
+        try:
+            import fcntl
+        except ImportError:  # Windows
+            pass
+        else:
+            fcntl.flock(stream, fcntl.LOCK_EX)  # the end of the file object is the end of the lock
+        yield
+
+
+@contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
     """Give the block a folder to fill, which becomes `path` at the block's end, whole or not at all.
 

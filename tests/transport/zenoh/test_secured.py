@@ -8,23 +8,27 @@ from __future__ import annotations
 import shutil
 import ssl
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from datetime import timedelta
 from pathlib import Path
 from threading import Event
+from time import time
 
 import pytest
 from helpers.patience import PATIENCE, soon, wait_for
-from helpers.secured_site import FEEDBACK, MARKER, OPEN, SERVICES, STRANGERS, TOPIC, files_of, key_of
+from helpers.secured_site import FEEDBACK, MARKER, OPEN, SERVICES, STRANGERS, TOPIC, Robot, files_of, key_of
 from helpers.zenoh_sides import address
 
 from goalwire.errors import SecurityError, TransportError
-from goalwire.security import audit
+from goalwire.security import audit, succession
 from goalwire.security.environment import Chosen
 from goalwire.security.keystore import Keystore
 from goalwire.security.policy import Verb
 from goalwire.security.policy_file import load_policy
-from goalwire.transport.zenoh.guards import SessionSecurity
+from goalwire.transport.zenoh.guards import LOOK_S, SessionSecurity
+from goalwire.transport.zenoh.link_guard import LinkGuard
 from goalwire.transport.zenoh.native import NativeWire
+from goalwire.transport.zenoh.questions import CERTIFICATE
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import Settings
@@ -440,6 +444,43 @@ def test_a_renewed_certificate_is_shown_on_new_links(
             return int(str(found['serialNumber']), 16)
 
     wait_for(lambda: shown() == renewed.certificate.serial_number)
+
+
+@pytest.mark.slow
+def test_a_link_lives_on_with_certificates_that_are_renewed(keystore: Keystore) -> None:
+    """Both sides renew theirs while the link is there; the first ones have ended when it is used again."""
+    keystore.policy_path.write_text(_policy(*Verb))
+    for name in ('robby', 'mallory'):
+        keystore.identity_path(name).unlink()
+        keystore.issue(name, 'robot', timedelta(seconds=6))
+    with closing(Robot(keystore)) as robot, closing(Robot(keystore, 'mallory', (robot.where,))) as other:
+        heard = robot.subscribe(MARKER)
+        (link,) = robot.protocol.links
+        guards = [each.protocol.links[0].guard for each in (robot, other)]
+        firsts = [guard.certificate.ends for guard in guards if isinstance(guard, LinkGuard)]
+        wait_for(lambda: time() > max(firsts) + 2 * LOOK_S)
+        other.put(MARKER, b'late')
+        heard.wait(1)
+        assert robot.protocol.links == (link,)
+        assert all(guard.certificate.ends > time() for guard in guards if isinstance(guard, LinkGuard))
+
+
+def test_a_certificate_of_somebody_else_is_not_taken_over_a_link(
+    keystore: Keystore, victim: Callable[[str], Victim], attacker: Callable[[Victim], NativeSession]
+) -> None:
+    """mallory shows a certificate of nobody's with nobody's key, whose certificate ends later."""
+    target = victim(_policy(*Verb))
+    session = attacker(target)
+    (link,) = target.protocol.links
+    assert isinstance(link.guard, LinkGuard)
+    before = link.guard.certificate
+    stolen = keystore.renew('nobody', timedelta(days=90))
+    publication = Publication(session.protocol, CERTIFICATE + target.wire.id)
+    publication.put(succession.show(stolen, session.id, target.wire.id))
+    publication.close()
+    _mark(session, target)
+    assert link.guard.certificate == before
+    assert target.wire.session.rejects.counts()['renewed certificate'] == 1
 
 
 def test_an_unusable_policy_is_an_error_of_opening(keystore: Keystore) -> None:

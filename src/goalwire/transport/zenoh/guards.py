@@ -13,7 +13,7 @@ from threading import Lock
 from time import time
 from typing import TYPE_CHECKING
 
-from goalwire.errors import SecurityError, TransportError
+from goalwire.errors import SecurityError
 from goalwire.reports import LOGGER, RejectCounters
 from goalwire.rules import reasons
 from goalwire.security import audit
@@ -21,9 +21,12 @@ from goalwire.security.changes import look_at
 from goalwire.security.environment import Chosen
 from goalwire.security.policy import Policy
 from goalwire.security.policy_file import load_policy
+from goalwire.security.renewal_thread import RenewalThread, is_possible
 from goalwire.security.revocation import is_revoked, load_revoked
 from goalwire.transport.zenoh import questions
+from goalwire.transport.zenoh.link_guard import LinkGuard
 from goalwire.transport.zenoh.questions import Question
+from goalwire.transport.zenoh.succession import Succession
 from goalwire.zenoh.io.identities import PeerCertificate
 from goalwire.zenoh.protocol.guard import Act
 from goalwire.zenoh.protocol.primitives import GENERIC
@@ -36,30 +39,8 @@ LOOK_S = 1.0
 
 inotify would need no looks, but it says nothing of folders that come over a network.
 """
-ROUTER = 'router'
-"""The kind of certificates whose links are not checked here: a router has rules of its own."""
 MOST_TOLD = 4096
 """How many different refusals are logged: a peer may make up names without end."""
-
-
-class LinkGuard:
-    """The guard of one link."""
-
-    def __init__(self, security: SessionSecurity, certificate: PeerCertificate) -> None:
-        self._security = security
-        self.certificate = certificate
-        self.who = certificate.name
-        self.forwards = certificate.kind == ROUTER
-
-    def refusal(self, act: Act, key: str, session: str) -> str:
-        """Return why the other side may not do something; '' if it may."""
-        if self.forwards:
-            return ''
-        return self._security.refusal(self.who, act, key, session)
-
-    def count(self, act: Act) -> None:
-        """Count an act that was refused."""
-        self._security.refused.count(f'refused {act.value}', self.who)
 
 
 class SessionSecurity:
@@ -80,6 +61,8 @@ class SessionSecurity:
         self._unwritten: deque[dict[str, str]] = deque()
         self._told: set[tuple[str, Act, str]] = set()
         self._lock = Lock()
+        self._succession = Succession(chosen)
+        self._renewal = RenewalThread(chosen, _log_error) if is_possible(chosen) else None
 
     # ---- who is there
 
@@ -107,6 +90,8 @@ class SessionSecurity:
     def refusal(self, who: str, act: Act, key: str, session: str) -> str:
         """Return why an identity may not do something, in words for its caller; '' if it may."""
         policy = self._policy
+        if questions.is_of_links(act, key, session):
+            return ''
         if act in questions.LEARNING:
             asked = questions.any_of(act, key, session) or ()
             is_allowed = any(not _why_not(policy, who, each) for each in asked)
@@ -152,33 +137,43 @@ class SessionSecurity:
 
                 get_logger(LOGGER).error(f"the audit log '{self._audit_path}' cannot be written: {error}")
 
+    def close(self) -> None:
+        """Write what is not written yet, and end the work that is under way."""
+        if self._renewal is not None:
+            self._renewal.close()
+        self.write_audit()
+
     # ---- what changes
 
     def watch(self, session: NativeSession) -> None:
         """Look at the files from time to time, and at the certificates of the session's links."""
 
+        self._succession.listen(session)
+
         def look() -> None:
             session.call_later(LOOK_S, look)
             self.write_audit()
+            if self._renewal is not None:
+                self._renewal.begin_if_due()
             before = self._policy
             seen = look_at(self._files)
             if seen != self._seen:
-                is_renewed = seen[-1] != self._seen[-1]
+                self._succession.renewals += seen[-1] != self._seen[-1]
+                if seen[:-1] != self._seen[:-1]:
+                    self._reload()
                 self._seen = seen
-                self._reload(session, is_renewed=is_renewed)
+            self._succession.show_to_all(session)
             self._close_links(session, before)
 
         session.call_later(LOOK_S, look)
 
-    def _reload(self, session: NativeSession, *, is_renewed: bool) -> None:
+    def _reload(self) -> None:
         """Read the files anew. What cannot be read changes nothing, and is logged."""
         from goalwire.logging import get_logger
 
         try:
             policy, revoked = load_policy(self._policy_path), load_revoked(self._revoked_path)
-            if is_renewed:
-                session.renew_certificate()
-        except (SecurityError, TransportError) as error:
+        except SecurityError as error:
             get_logger(LOGGER).error(f'the keystore has changed, and the old one holds on: {error}')
             return
         with self._lock:
@@ -198,6 +193,12 @@ class SessionSecurity:
                 why = f"what '{guard.who}' may do has changed"
             if why:
                 session.close_link(link, why, GENERIC)
+
+
+def _log_error(text: str) -> None:
+    from goalwire.logging import get_logger
+
+    get_logger(LOGGER).error(text)
 
 
 def _rights(policy: Policy, who: str) -> object:

@@ -277,4 +277,4 @@ class NativeWire(wire.Wire):
     def close(self) -> None:
         self.session.close()
         if self._security is not None:
-            self._security.write_audit()
+            self._security.close()

@@ -15,6 +15,8 @@ from goalwire.transport.contract import EndpointKind, GraphEntity
 from goalwire.transport.zenoh.tokens import GRAPH_SPACE, dds_type, parse
 from goalwire.zenoh.protocol.guard import Act
 
+CERTIFICATE = '@goalwire/certificate/'
+"""Stands before a session's id in the key on which others show it their renewed certificates."""
 HISTORY = '/@adv/'
 """Stands behind a topic's key in the keys by which its publishers show and tell what they keep."""
 
@@ -144,6 +146,16 @@ _DATA: dict[Act, Callable[[_Subject], Question]] = {
 }
 
 
+def is_of_links(act: Act, key: str, session: str) -> bool:
+    """Whether an act serves the link itself, so that no policy need allow it: `session` is at its other end.
+
+    Anybody may show a certificate to this session, and receives those that are shown to itself, but no other.
+    """
+    if not key.startswith(CERTIFICATE):
+        return False
+    return act in _SHOWING or key == CERTIFICATE + session
+
+
 def all_of(act: Act, key: str, session: str) -> Questions:
     """Return the questions that must all be answered with yes; none for what is only seen in the graph."""
     if act is Act.DECLARE_TOKEN:
@@ -175,4 +187,5 @@ def any_of(act: Act, key: str, session: str) -> Questions:
     return (wanted, looks) if act is Act.LEARN_QUERYABLE else (wanted,)
 
 
+_SHOWING = (Act.PUT, Act.LEARN_SUBSCRIBER)
 LEARNING = (Act.LEARN_SUBSCRIBER, Act.LEARN_QUERYABLE, Act.LEARN_TOKEN)

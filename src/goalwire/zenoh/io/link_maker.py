@@ -48,27 +48,16 @@ class LinkMaker:
                 f'write tls/{endpoint.host}:{endpoint.port}'
             )
 
-    def read_files_again(self) -> None:
-        """Read the files anew for the links to come. Raises TransportError, and changes nothing then."""
-        before, self._tls = self._tls, None
-        try:
-            renewed = self._secured()
-            renewed.check_dialling()
-            renewed.check_listening()
-        except TransportError:
-            self._tls = before
-            raise
-
     def make_inbound(self, sock: socket.socket, protocol: str, handshake: Handshake) -> SocketLink:
         """Return the link of a connection that another side has opened."""
         if protocol == 'tls':
-            return self._secured().make_inbound(self._owner, sock, handshake, self._poller)
+            return self._refreshed().make_inbound(self._owner, sock, handshake, self._poller)
         return SocketLink(self._owner, sock, handshake, self._poller)
 
     def make_outbound(self, sock: socket.socket, endpoint: Endpoint, handshake: Handshake) -> SocketLink:
         """Return the link of a connection that was opened to an address."""
         if endpoint.protocol == 'tls':
-            return self._secured().make_outbound(self._owner, sock, handshake, self._poller, endpoint.host)
+            return self._refreshed().make_outbound(self._owner, sock, handshake, self._poller, endpoint.host)
         return SocketLink(self._owner, sock, handshake, self._poller)
 
     def _secured(self) -> Tls:
@@ -81,3 +70,12 @@ class LinkMaker:
 
             self._tls = Tls(self._files, self._identify)
         return self._tls
+
+    def _refreshed(self) -> Tls:
+        """Return the session's TLS with the certificate that is in the files now."""
+        tls = self._secured()
+        try:
+            tls.refresh()
+        except TransportError as error:
+            self._owner.refuse('renewed certificate', error)
+        return tls

@@ -337,10 +337,6 @@ class NativeSession:
         """Call a function later, on the thread that reads."""
         return self._poller.call_later(seconds, function)
 
-    def renew_certificate(self) -> None:
-        """Show the certificate that is in the files now on the links to come. Raises TransportError."""
-        self._maker.read_files_again()
-
     def wait_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
         """Wait until links have come, gone or told all so that `condition` holds; False if not in time."""
         return self._waiters.wait_until(condition, timeout_s)

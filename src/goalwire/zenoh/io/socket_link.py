@@ -78,6 +78,9 @@ class SocketLinkOwner(Protocol):
     def hold(self, outgoing: Outgoing) -> None:
         """Have a link soon send what it holds back."""
 
+    def refuse(self, kind: str, reason: object) -> None:
+        """Count something that is ignored."""
+
     def note_running(self, now: float) -> None:
         """Take note that this process runs; `now` in s."""
 

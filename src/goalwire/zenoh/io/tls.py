@@ -6,6 +6,7 @@ socket takes it, and a message that OpenSSL has begun is not mixed with one of a
 
 from __future__ import annotations
 
+import os
 import socket
 import ssl
 from collections.abc import Callable, Mapping, Sequence
@@ -349,6 +350,14 @@ class TlsSocketLink(SocketLink):
         self._tls.end()
 
 
+def _look_at(path: str) -> tuple[int, int]:
+    try:
+        found = os.stat(path)  # noqa: PTH116 - each new link looks
+    except OSError:
+        return 0, 0
+    return found.st_ino, found.st_mtime_ns
+
+
 class Tls:
     """The TLS of one session. Each method raises TransportError for a file that cannot be used."""
 
@@ -357,6 +366,29 @@ class Tls:
         self._identify = identify
         self._client: ssl.SSLContext | None = None
         self._server: ssl.SSLContext | None = None
+        self._seen = self._look()
+
+    def refresh(self) -> None:
+        """Read the files again if one has changed. If that fails, what was read before stays."""
+        seen = self._look()
+        if seen == self._seen:
+            return
+        self._seen = seen
+        client = None if self._client is None else client_context(self._files)
+        server = None if self._server is None else server_context(self._files)
+        self._client, self._server = client, server
+
+    def _look(self) -> tuple[tuple[int, int], ...]:
+        """Return a value that changes when one of the files is replaced or written to."""
+        files = self._files
+        names = {
+            files.root_ca_certificate,
+            files.listen_certificate,
+            files.listen_private_key,
+            files.connect_certificate,
+            files.connect_private_key,
+        }
+        return tuple(map(_look_at, sorted(filter(None, names))))
 
     def check_listening(self) -> ssl.SSLContext:
         """Return the TLS context for incoming connections."""

@@ -16,6 +16,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `secure export`."""
     parser.add_argument('name', metavar='NAME', help='The identity')
     parser.add_argument('file', metavar='FILE', nargs='?', type=Path, help='Default: NAME.identity')
+    parser.add_argument(
+        '--authority',
+        metavar='URL',
+        default='',
+        help="Where its certificate is renewed: the address of 'secure authority' (e.g. https://192.168.0.7:7449)",
+    )
     add_keystore_argument(parser)
 
 
@@ -25,7 +31,7 @@ def run(arguments: Namespace, output: Output) -> None:
     from goalwire.security.bundle import export
 
     path = arguments.file or Path(f'{arguments.name}.identity')
-    export(keystore, arguments.name, path)
+    export(keystore, arguments.name, path, arguments.authority)
     if output.json:
         output.data({'name': arguments.name, 'file': str(path)})
     else:

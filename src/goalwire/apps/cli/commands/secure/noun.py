@@ -10,6 +10,11 @@ NOUN = Noun(
     (
         Verb('add', 'Make an identity: a robot, a person, a program or a router', *lazy('secure.add')),
         Verb('audit', 'Read what an identity has refused, and check the log', *lazy('secure.audit')),
+        Verb(
+            'authority',
+            'Renew certificates over the network, for programs that run',
+            *lazy('secure.authority'),
+        ),
         Verb('check', 'Check a keystore and its policy', *lazy('secure.check')),
         Verb(
             'config',
