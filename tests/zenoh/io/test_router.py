@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from helpers.leaks import Inventory
 from helpers.patience import wait_for
 from helpers.zenoh_sides import Ours, Side, Theirs, address
 
@@ -21,9 +22,12 @@ SIZES = [0, 1, 127, 128, 16383, 65536, 1_000_000, 3]
 def sides() -> Iterator[list[Side]]:
     """The sessions of a test; they are closed after it, the last first."""
     opened: list[Side] = []
+    before = Inventory()
     yield opened
     for side in reversed(opened):
         side.close()
+    # eclipse-zenoh lets go of its sockets a moment after its session is closed.
+    wait_for(lambda: not before.added_descriptors(), 'the sockets to be closed')
 
 
 @pytest.fixture
