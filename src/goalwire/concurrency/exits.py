@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import atexit
 import signal
+import sys
 from collections.abc import Callable, Iterable
 from enum import IntEnum
 from threading import current_thread, main_thread
@@ -57,6 +58,7 @@ def perform(steps: Iterable[Callable[[], object]]) -> None:
 @atexit.register
 def _close_all() -> None:
     _ignore_ctrl_c_once()
+    _forget_caught_ctrl_c()
     _begun.append(None)
     perform([step for stage in Stage for step in _steps[stage]])
 
@@ -68,6 +70,17 @@ def _ignore_ctrl_c_once() -> None:
     """
     if current_thread() is main_thread() and signal.getsignal(signal.SIGINT) == signal.default_int_handler:
         signal.signal(signal.SIGINT, _kill_next_time)
+
+
+def _forget_caught_ctrl_c() -> None:
+    """Have a program that has caught Ctrl-C end with its own exit status.
+
+    Python takes note of a KeyboardInterrupt that leaves source which was run as text, and ends the process
+    as Ctrl-C would, although the program has caught the exception since (`run_eval_code_obj` of CPython's
+    pythonrun.c). Named tuples and our own generated code are run as text, some of it within the first spin.
+    """
+    if getattr(sys, 'last_type', None) is not KeyboardInterrupt:  # which is set by one that nobody caught
+        exec('')  # noqa: S102 - clears the note
 
 
 def _kill_next_time(number: int, _frame: FrameType | None) -> None:

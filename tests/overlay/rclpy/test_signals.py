@@ -66,6 +66,12 @@ def test_ctrl_c_is_a_keyboard_interrupt(isolated: dict[str, str]) -> None:
     assert 'Traceback' not in output
 
 
+def test_ctrl_c_that_is_caught_leaves_the_exit_status_to_the_program(isolated: dict[str, str]) -> None:
+    """Python itself ends with -SIGINT if Ctrl-C has come while source that is a text was run."""
+    program = "try: exec('raise KeyboardInterrupt')\nexcept KeyboardInterrupt: print('caught')"
+    assert run(isolated, BEGIN + program) == (0, 'caught')
+
+
 def test_sigterm_ends_an_unguarded_spin(isolated: dict[str, str]) -> None:
     code, output = run(isolated, BEGIN + SPIN, signal.SIGTERM)
     assert code == 1
