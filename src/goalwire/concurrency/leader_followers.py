@@ -20,6 +20,7 @@ from time import monotonic_ns, sleep
 from typing import Protocol
 
 from goalwire.concurrency.forks import reset_in_children
+from goalwire.concurrency.threads import join_begun
 from goalwire.concurrency.wire_poller import Sleeper, WirePoller
 from goalwire.errors import TransportError
 
@@ -358,8 +359,7 @@ class LeaderFollowers(WirePoller):
         self._set.interrupt()
         self.ensure_polled()
         if thread is not None:
-            with suppress(RuntimeError):  # Ctrl-C came while it was being started: it ends by itself
-                thread.join(CLOSING_S)
+            join_begun(thread, CLOSING_S)
         if _LEAD in self._leader and self._leaders_thread != get_ident():
             self._deserted.wait(CLOSING_S)
 

@@ -31,6 +31,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from goalwire.concurrency.exits import Stage, at_exit
+from goalwire.concurrency.threads import join_begun
 from goalwire.errors import InvalidHandle
 from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.monotonic import STEADY
@@ -102,7 +103,7 @@ class SignalListener:
     def end_thread(self) -> None:
         """End the thread, and wait until it has ended."""
         if self._pipe.write(_CLOSE):
-            self._thread.join()
+            join_begun(self._thread)
 
     # -- on the listener's thread
 

@@ -9,6 +9,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Protocol
 from weakref import ref
 
+from goalwire.concurrency.threads import join_begun
 from goalwire.execution.waiting import Waiter, WeakListeners
 
 if TYPE_CHECKING:
@@ -178,7 +179,8 @@ class TimerThread:
             thread = self._thread
         if thread is not None and thread is not threading.current_thread():
             self._waiter.wake()
-            thread.join(CLOSING_S)
+            if not join_begun(thread, CLOSING_S):
+                self._call_all()
 
     def _start(self) -> None:
         with self._lock:

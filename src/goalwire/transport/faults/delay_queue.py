@@ -8,6 +8,7 @@ from heapq import heappop, heappush
 from threading import Event, Lock, Thread, current_thread
 from typing import Any, Protocol
 
+from goalwire.concurrency.threads import join_begun
 from goalwire.reports import report_failure
 from goalwire.transport.faults.kinds import Path
 
@@ -139,4 +140,4 @@ class DelayQueue:
             thread = self._thread
         if thread is not None and thread is not current_thread():
             self._waiter.wake()
-            thread.join()
+            join_begun(thread)

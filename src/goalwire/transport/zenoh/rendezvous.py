@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.concurrency.forks import forks_wait, in_child, leak, open_privately
 from goalwire.concurrency.sigpipe import NO_SIGPIPE
+from goalwire.concurrency.threads import join_begun
 from goalwire.errors import ForkedError, TransportError
 from goalwire.patterns import Pattern
 from goalwire.reports import LOGGER
@@ -238,7 +239,7 @@ class EmbeddedRouter:
         """Give the port up; another process takes over."""
         self._closed.set()
         if self._thread is not None:
-            self._thread.join()
+            join_begun(self._thread)
         if self._router is not None:
             try:
                 self._router.close()

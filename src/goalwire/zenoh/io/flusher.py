@@ -11,6 +11,7 @@ from _thread import allocate_lock
 from contextlib import suppress
 from threading import Thread
 
+from goalwire.concurrency.threads import join_begun
 from goalwire.zenoh.protocol.outgoing import Outgoing
 
 HOLD_S = 0.001
@@ -87,4 +88,4 @@ class Flusher:
         self._is_closed = True
         self._wake()
         if self._thread is not None:
-            self._thread.join()
+            join_begun(self._thread)

@@ -20,6 +20,7 @@ from ctypes import c_uint64
 from threading import Lock, Thread, get_ident
 
 from goalwire.concurrency.forks import ForkGuard
+from goalwire.concurrency.threads import join_begun
 from goalwire.errors import LocalError
 from goalwire.reports import report_failure
 from goalwire.transport.dds.cyclone.abi import TIMEOUT
@@ -252,6 +253,6 @@ class QueueingWriter(Writer):
             super().delete()
             return
         self.library.dds_delete(self.handle)  # wakes the thread, which ends
-        thread.join(CLOSING_S)
+        join_begun(thread, CLOSING_S)
         if fallback_writer is not None:
             fallback_writer.delete()

@@ -15,6 +15,7 @@ from itertools import count
 from threading import Lock
 
 from goalwire.concurrency.leader_followers import LeaderFollowers
+from goalwire.concurrency.threads import join_begun
 from goalwire.reports import report_failure
 from goalwire.transport.dds.cyclone.abi import INFINITY
 from goalwire.transport.dds.cyclone.wire import Participant, check
@@ -138,7 +139,7 @@ class WaitsetThread:
             thread = self._thread
         self.wake()
         if thread is not None and thread is not threading.current_thread():
-            thread.join(CLOSING_S)
+            join_begun(thread, CLOSING_S)
 
     def _run(self) -> None:
         while not self._stopping:

@@ -1,0 +1,48 @@
+"""Waiting for threads of which it is not known that they have begun."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from goalwire.concurrency.threads import join_begun
+from goalwire.execution.timer_heap import TimerThread
+from goalwire.execution.waiting import ShutdownSignal
+
+
+def test_a_thread_that_has_begun_is_waited_for() -> None:
+    ended = threading.Event()
+    thread = threading.Thread(target=ended.set)
+    thread.start()
+    assert join_begun(thread)
+    assert ended.is_set()
+
+
+def test_one_that_never_began_is_not_waited_for() -> None:
+    assert not join_begun(threading.Thread(target=print))
+
+
+def test_timers_end_although_ctrl_c_came_as_their_thread_was_started(monkeypatch: pytest.MonkeyPatch) -> None:
+    def start(thread: threading.Thread) -> None:
+        raise KeyboardInterrupt
+
+    shutdown_signal = ShutdownSignal()
+    timers = TimerThread(shutdown_signal, 'timers')
+    listener = Listener()
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, 'start', start)
+        with pytest.raises(KeyboardInterrupt):
+            timers.tell_end(listener)
+    shutdown_signal.end('over')
+    timers.close()
+    assert listener.has_ended
+
+
+class Listener:
+    """Is told of the end."""
+
+    has_ended = False
+
+    def end(self) -> None:
+        self.has_ended = True
