@@ -31,6 +31,18 @@ def world(monkeypatch: pytest.MonkeyPatch, network: str) -> dict[str, str]:
     return env
 
 
+@pytest.fixture(scope='module')
+def shared_world() -> Iterator[dict[str, str]]:
+    """A world of its own for the tests of a module, which share the programs that they start in it."""
+    with pytest.MonkeyPatch.context() as patch:
+        wanted = robot_env()
+        for name in set(os.environ) - set(wanted):
+            patch.delenv(name)
+        for name, value in wanted.items():
+            patch.setenv(name, value)
+        yield wanted
+
+
 @pytest.fixture
 def robot(world: dict[str, str]) -> Iterator[Robot]:
     """A client of the robot in this process."""

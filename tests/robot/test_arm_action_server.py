@@ -7,10 +7,14 @@ from collections.abc import Iterator
 import pytest
 from helpers.collector import Collector
 from helpers.processes import Program
-from helpers.robot import humanoid
+from helpers.robot import humanoid, robot_client
+from humanoid.arm.server import ArmActionServer
+from humanoid.joints.service import JointStateService
 from humanoid.mission.retry import NoAnswer
 from humanoid.mission.robot import Robot
 from sensor_msgs.msg import JointState
+
+from goalwire.testing import Graph, VirtualClock
 
 pytestmark = pytest.mark.slow
 
@@ -48,13 +52,12 @@ def test_the_joints_arrive_and_are_seen_moving(server: Program, robot: Robot) ->
     assert len(moving) > 10
 
 
-def test_feedback_comes_at_twenty_hertz(server: Program, robot: Robot) -> None:
-    """A busy machine leaves out ticks, and adds none: of some goals one has them all."""
-    counts: list[int] = []
-    while len(counts) < 5 and max(counts, default=0) < 17:
-        with robot.reach({SHOULDER: 1.5 - 0.2 * len(counts)}, duration=1.0, timeout=WITHIN) as run:
-            counts.append(sum(1 for _ in run.feedback()))
-    assert 17 <= max(counts) <= 23, counts
+def test_feedback_comes_at_twenty_hertz(gw_clock: VirtualClock, gw_graph: Graph) -> None:
+    gw_graph.start(JointStateService)
+    gw_graph.start(ArmActionServer)
+    with robot_client() as robot, robot.reach({SHOULDER: 1.5}, duration=1.0, timeout=WITHIN) as run:
+        count = sum(1 for _ in run.feedback())
+    assert count == pytest.approx(20, abs=3)
 
 
 @pytest.mark.parametrize(

@@ -14,12 +14,13 @@ pytestmark = pytest.mark.slow
 AT_FIRST = ('joint_state_service', 'navigation_action_server', 'arm_action_server')
 GOALWIRE = 'from goalwire.apps.cli.main import main; raise SystemExit(main())'
 KINDS = {'native': 'eclipse', 'eclipse': 'native'}
+RENDEZVOUS, ROUTER = 'the rendezvous', 'a router'
 
 
-@pytest.fixture(params=['the rendezvous', 'a router'])
-def is_met_by(request: pytest.FixtureRequest, world: dict[str, str]) -> Iterator[dict[str, str]]:
+@pytest.fixture
+def is_met_by(meeting: str, world: dict[str, str]) -> Iterator[dict[str, str]]:
     """The world, in which somebody's rendezvous is offered, or in which there is a router of its own."""
-    if request.param == 'the rendezvous':
+    if meeting == RENDEZVOUS:
         yield world
         return
     with Program(
@@ -29,7 +30,15 @@ def is_met_by(request: pytest.FixtureRequest, world: dict[str, str]) -> Iterator
         yield world | {'GOALWIRE_ROUTER': 'off'}
 
 
-@pytest.mark.parametrize('servers', KINDS)
+@pytest.mark.parametrize(
+    ('meeting', 'servers'),
+    [
+        (RENDEZVOUS, 'native'),
+        (ROUTER, 'eclipse'),
+        pytest.param(RENDEZVOUS, 'eclipse', marks=pytest.mark.long),
+        pytest.param(ROUTER, 'native', marks=pytest.mark.long),
+    ],
+)
 def test_the_ten_steps_end_well(is_met_by: dict[str, str], servers: str) -> None:
     serving = is_met_by | {'GOALWIRE_ZENOH': servers}
     with ExitStack() as running:

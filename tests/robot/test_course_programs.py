@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import runpy
 import signal
+import time
 
 import pytest
-from helpers.robot import course
+from helpers.robot import COURSE, course
+
+from goalwire.logging import LogRecord
+from goalwire.testing import Graph, VirtualClock
 
 pytestmark = pytest.mark.slow
 
@@ -28,7 +33,26 @@ def test_the_service_client_says_that_it_waits(world: dict[str, str]) -> None:
         client.expect('Service not available, waiting...')
 
 
-def test_the_action_client_follows_its_goal_to_the_result(world: dict[str, str]) -> None:
+def test_the_action_client_follows_its_goal_to_the_result(
+    gw_clock: VirtualClock, gw_graph: Graph, records: list[LogRecord]
+) -> None:
+    """The goal takes its whole timeout of 30 s, here in virtual time."""
+    server, client = (
+        runpy.run_path(str(COURSE / f'navigation_action_{side}.py')) for side in ('server', 'client')
+    )
+    gw_graph.start(server['NavigationActionServer'])
+    gw_graph.start(client['NavigationActionClient']).send_goal(1.0, 2.0, 0.0)
+    while not any(record.message.startswith('Result: ') for record in records):
+        time.sleep(1.0)  # in virtual time
+    assert gw_clock.elapsed == pytest.approx(30.0, abs=2.0)
+    told = [record.message for record in records]
+    assert told[-1] == 'Result: Success=True, Message=Navigation completed successfully'
+    assert 'Feedback: Position=(0.50, 1.00), Distance=1.12m' in told
+    assert 'Navigation goal completed' in told
+
+
+@pytest.mark.long
+def test_the_action_client_follows_its_goal_in_another_process(world: dict[str, str]) -> None:
     """The goal takes its whole timeout of 30 s. Feedback is a topic: on DDS it may overtake the answer."""
     with (
         course('navigation_action_server', env=world) as server,

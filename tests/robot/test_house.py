@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -13,7 +12,7 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from helpers.collector import Collector
 from helpers.markdown import DOCS
 from helpers.processes import Program
-from helpers.robot import humanoid, on_both_wires, robot_client, robot_env
+from helpers.robot import humanoid, on_both_wires, robot_client
 from humanoid.mission.calls import GoalRun
 from humanoid.mission.robot import Robot
 from humanoid.navigation.base import Pose2D, turn_between
@@ -34,20 +33,8 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 @pytest.fixture(scope='module')
-def env() -> Iterator[dict[str, str]]:
-    """A world of its own for all tests of this module, which share one robot."""
-    with pytest.MonkeyPatch.context() as patch:
-        wanted = robot_env()
-        for name in set(os.environ) - set(wanted):
-            patch.delenv(name)
-        for name, value in wanted.items():
-            patch.setenv(name, value)
-        yield wanted
-
-
-@pytest.fixture(scope='module')
-def up(env: dict[str, str]) -> Iterator[Program]:
-    with humanoid('up', '--world', 'house', env=env) as program:
+def up(shared_world: dict[str, str]) -> Iterator[Program]:
+    with humanoid('up', '--world', 'house', env=shared_world) as program:
         program.expect(r'\[navigator\] .*Navigator ready', timeout=60.0)
         yield program
 
@@ -319,10 +306,10 @@ def test_the_page_of_names_has_the_topics_of_a_world(robot: Robot) -> None:
     assert {name for name in extra if '_action' not in name} == set(documented)
 
 
-def test_doors_are_moved_from_the_command_line(up: Program, env: dict[str, str]) -> None:
-    with humanoid('door', 'kitchen', 'close', env=env) as closed:
+def test_doors_are_moved_from_the_command_line(up: Program, shared_world: dict[str, str]) -> None:
+    with humanoid('door', 'kitchen', 'close', env=shared_world) as closed:
         assert closed.succeed().strip() == 'the door kitchen is closed'
-    with humanoid('door', 'attic', 'open', env=env) as missing:
+    with humanoid('door', 'attic', 'open', env=shared_world) as missing:
         assert missing.wait() == 1
     assert "there is no door 'attic'; there are bedroom, kitchen, living_room" in missing.output
 

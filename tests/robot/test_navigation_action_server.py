@@ -10,10 +10,13 @@ import pytest
 from action_msgs.srv import CancelGoal
 from helpers.collector import Collector
 from helpers.processes import Program
-from helpers.robot import humanoid
+from helpers.robot import humanoid, robot_client
 from humanoid.mission.robot import Robot
 from humanoid.model import BASE
+from humanoid.navigation.server import NavigationActionServer
 from nav_msgs.msg import Odometry
+
+from goalwire.testing import Graph, VirtualClock
 
 pytestmark = pytest.mark.slow
 
@@ -47,8 +50,9 @@ def test_a_goal_is_driven_to_at_the_bounded_speed(server: Program, robot: Robot)
     assert 1.0 / BASE.max_speed <= took < 1.0 / BASE.max_speed + 2.0
 
 
-def test_feedback_comes_at_ten_hertz(server: Program, robot: Robot) -> None:
-    with robot.drive(1.2, 0.0, allowed=10.0, timeout=WITHIN) as run:
+def test_feedback_comes_at_ten_hertz(gw_clock: VirtualClock, gw_graph: Graph) -> None:
+    gw_graph.start(NavigationActionServer)
+    with robot_client() as robot, robot.drive(1.2, 0.0, allowed=10.0, timeout=WITHIN) as run:
         elapsed = [feedback.elapsed_time for feedback in run.feedback()]
     assert len(elapsed) == pytest.approx(1.2 / BASE.max_speed * 10, abs=2)
     assert (elapsed[-1] - elapsed[0]) / (len(elapsed) - 1) == pytest.approx(0.1, abs=0.02)

@@ -149,6 +149,7 @@ def test_numbers_that_are_none_end_it_with_the_reason(capfd: pytest.CaptureFixtu
     assert 'the simulation ends: after' in capfd.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.timeout(180)
 def test_the_demo_on_physics_in_simulated_time_ends_well(world: dict[str, str]) -> None:
     with humanoid('demo', '--physics', '--sim-time', env=world | {'COLUMNS': '160'}) as demo:

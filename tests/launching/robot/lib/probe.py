@@ -41,11 +41,11 @@ told['pid'], told['parent'] = os.getpid(), os.getppid()
 
 if program == 'stubborn':
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-try:  # Ctrl-C may come as soon as the test has been told
-    with open(os.environ['PROBE_PIPE'], 'a') as pipe:
-        pipe.write(json.dumps(told) + '\n')
+try:  # Ctrl-C may come as soon as the test has been told, and would split a line that is being printed
     print(f'{program} is up', flush=True)
     print('an error line', file=sys.stderr, flush=True)
+    with open(os.environ['PROBE_PIPE'], 'a') as pipe:
+        pipe.write(json.dumps(told) + '\n')
     if program == 'short':
         sys.exit(0)
     if program == 'faulty':
