@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 from helpers.collector import Collector
 from helpers.processes import Program
-from helpers.robot import humanoid, robot_client
+from helpers.robot import humanoid
 from humanoid.arm.server import ArmActionServer
 from humanoid.joints.service import JointStateService
 from humanoid.mission.retry import NoAnswer
@@ -55,7 +55,7 @@ def test_the_joints_arrive_and_are_seen_moving(server: Program, robot: Robot) ->
 def test_feedback_comes_at_twenty_hertz(gw_clock: VirtualClock, gw_graph: Graph) -> None:
     gw_graph.start(JointStateService)
     gw_graph.start(ArmActionServer)
-    with robot_client() as robot, robot.reach({SHOULDER: 1.5}, duration=1.0, timeout=WITHIN) as run:
+    with Robot() as robot, robot.reach({SHOULDER: 1.5}, duration=1.0, timeout=WITHIN) as run:
         count = sum(1 for _ in run.feedback())
     assert count == pytest.approx(20, abs=3)
 

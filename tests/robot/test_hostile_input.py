@@ -266,28 +266,32 @@ def test_the_base_refuses_a_frame_of_10_mb_in_one_bounded_line(base: Program, ro
     assert len(base.output) - before < LOG_LIMIT
 
 
-def test_the_joints_outlive_any_command_and_any_question(joints: Program, robot: Robot) -> None:
-    commands = robot.node.create_publisher(JointTrajectory, 'joint_command', 10)
-    before = len(joints.output)
-    assert robot.joint(ELBOW).position == pytest.approx(0.0, abs=0.01)
-    for number in SPECIAL:
-        commands.publish(JointTrajectory(points=[JointTrajectoryPoint(positions=[number] * len(JOINTS))]))
-    for sec in (-(2**31), -1, 2**31 - 1):
-        command = JointTrajectory(joint_names=[ELBOW], points=[JointTrajectoryPoint(positions=[0.0])])
-        command.header.stamp.sec = command.points[0].time_from_start.sec = sec
-        command.header.stamp.nanosec = command.points[0].time_from_start.nanosec = 2**32 - 1
-        commands.publish(command)
-    commands.publish(JointTrajectory(joint_names=[HUGE_NAME]))
-    commands.publish(JointTrajectory(points=[JointTrajectoryPoint() for _ in range(50_000)]))
-    joints.expect('Ignored a joint command: 50000 points are more than 1000')
-    client = robot.node.create_client(GetJointState, 'get_joint_state')
-    for name in (HUGE_NAME, '', '\x1b[2J'):
-        assert call(client, GetJointState.Request(joint_name=name), WITHIN).position == 0.0
-    assert len(joints.output) - before < 2 * LOG_LIMIT
-    commands.publish(JointTrajectory(joint_names=[ELBOW], points=[JointTrajectoryPoint(positions=[0.3])]))
-    while robot.joint(ELBOW).position < 0.3:  # bounded by the test's time limit; each call is a round trip
-        pass
-    assert 'Traceback' not in joints.output
+def test_the_joints_outlive_any_command_and_any_question(world: dict[str, str]) -> None:
+    """Alone in a world: an arm's server would command its joints, too."""
+    with humanoid('joint_state_service', env=world) as joints, robot_client() as robot:
+        joints.expect('Joint State Service ready')
+        commands = robot.node.create_publisher(JointTrajectory, 'joint_command', 10)
+        assert robot.joint(ELBOW).position == 0.0
+        for number in SPECIAL:
+            commands.publish(JointTrajectory(points=[JointTrajectoryPoint(positions=[number] * len(JOINTS))]))
+        for sec in (-(2**31), -1, 2**31 - 1):
+            command = JointTrajectory(joint_names=[ELBOW], points=[JointTrajectoryPoint(positions=[0.0])])
+            command.header.stamp.sec = command.points[0].time_from_start.sec = sec
+            command.header.stamp.nanosec = command.points[0].time_from_start.nanosec = 2**32 - 1
+            commands.publish(command)
+        commands.publish(JointTrajectory(joint_names=[HUGE_NAME]))
+        commands.publish(JointTrajectory(points=[JointTrajectoryPoint() for _ in range(50_000)]))
+        joints.expect('Ignored a joint command: 50000 points are more than 1000')
+        client = robot.node.create_client(GetJointState, 'get_joint_state')
+        for name in (HUGE_NAME, '', '\x1b[2J'):
+            assert call(client, GetJointState.Request(joint_name=name), WITHIN).position == 0.0
+        assert len(joints.output) < 2 * LOG_LIMIT
+        commands.publish(JointTrajectory(joint_names=[ELBOW], points=[JointTrajectoryPoint(positions=[0.3])]))
+        while (
+            robot.joint(ELBOW).position < 0.3
+        ):  # bounded by the test's time limit; each call is a round trip
+            pass
+        assert 'Traceback' not in joints.output
 
 
 def test_the_battery_outlives_any_speed(battery: Program, robot: Robot) -> None:
