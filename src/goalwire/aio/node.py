@@ -356,17 +356,23 @@ class Node:
         policy: GoalPolicy = UNLIMITED,
         on_client_lost: OnClientLost = 'keep',
         on_failure: Callable[[Goal[GoalT, FeedbackT], Exception], ResultT | None] | None = None,
+        client_grace: float = 0.0,
     ) -> ActionServer[GoalT, ResultT, FeedbackT]:
         """Serve goals with `async def handler(goal)`, which returns the result of a goal that was reached.
 
         A cancelled goal cancels its handler, as asyncio cancels tasks; raising GoalAborted, or any error,
         aborts the goal. `accept(goal.request)` says which are taken, `policy` how many run at a time,
-        `on_client_lost` what becomes of the goals of a client that has gone. `on_failure(goal, error)` is
+        `on_client_lost` what becomes of the goals of a client that has gone, unless another one asks for
+        their results within `client_grace` s. `on_failure(goal, error)` is
         told of a handler that raised, and may return a result to send along. Raises as `action` does;
         ValueError for an `on_client_lost` that is none.
         """
         support = action_support(action_type)
-        reactor: GoalServer[Request, bytes] = GoalServer(policy=policy, on_client_lost=on_client_lost)
+        reactor: GoalServer[Request, bytes] = GoalServer(
+            policy=policy,
+            on_client_lost=on_client_lost,
+            client_grace_ns=timeout_ns(client_grace, 'client_grace'),
+        )
         return ActionServer(self._open_core(), support, name, handler, accept, on_failure, reactor)
 
     def __repr__(self) -> str:

@@ -58,7 +58,8 @@ class ServerDecisions:
         client = request.sample.gid
         if not server.dispatch(server.reactor.on_goal_request, goal_id, request, server.now(), client):
             return None
-        if server.lost_clients is not None and client in server.lost_clients:
+        has_grace = server.reactor.client_grace_ns > 0
+        if server.lost_clients is not None and client in server.lost_clients and not has_grace:
             server.end_goals_of(client)  # the client has gone while its goal waited for the executor
             return None
         try:

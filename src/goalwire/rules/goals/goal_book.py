@@ -29,6 +29,7 @@ class ServerGoal(Generic[RequestT, ResultT]):
         'client',
         'ended',
         'execution',
+        'followers',
         'goal_id',
         'handle',
         'request',
@@ -56,6 +57,8 @@ class ServerGoal(Generic[RequestT, ResultT]):
         self.result: ResultT | None = None
         self.waiting: list[RequestT] = []
         """The requests for its result that are to be answered."""
+        self.followers: set[bytes] | None = None
+        """The clients that asked for its result and are there; None unless the server gives a grace."""
         self.handle: Any = None
         """The caller's handle of the goal, for its callbacks; None once the goal has ended."""
         self.execution: Any = None

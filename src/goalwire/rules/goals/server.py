@@ -64,8 +64,11 @@ class GoalServer(Generic[RequestT, ResultT]):
         result_timeout_ns: int = RESULT_TIMEOUT_NS,
         policy: GoalPolicy = UNLIMITED,
         on_client_lost: OnClientLost = 'keep',
+        client_grace_ns: int = 0,
     ) -> None:
         """See GoalBook for `result_timeout_ns`.
+
+        With `client_grace_ns` the caller tells `on_client_gone` at once, `on_client_lost` that much later.
 
         Raises ValueError for an unknown `on_client_lost`, TypeError for anything but a policy.
         """
@@ -76,6 +79,8 @@ class GoalServer(Generic[RequestT, ResultT]):
                 f'on_client_lost is {" or ".join(map(repr, ON_CLIENT_LOST))}, not {on_client_lost!r}'
             )
         self._lost = on_client_lost
+        self.client_grace_ns = client_grace_ns if on_client_lost != 'keep' else 0
+        """How long the goals of a lost client have for somebody to take them over; 0: they end at once."""
         self._book: GoalBook[RequestT, ResultT] = GoalBook(result_timeout_ns, policy)
         self._places = self._book.places
         self.policy = policy
@@ -279,9 +284,20 @@ class GoalServer(Generic[RequestT, ResultT]):
                 effects += self.on_goal_decision(goal.goal_id, accepted=False, stamp_ns=0)
         end = self._cancel if self._lost == 'cancel' else self._abort
         for goal in list(self._places.unfinished.values()):
-            if goal.client == client:
+            if goal.client != client:
+                continue
+            if goal.followers:
+                goal.client = next(iter(goal.followers))  # whoever attached to it answers for it now
+            else:
                 effects += end(goal, now)
         return effects
+
+    def on_client_gone(self, client: bytes) -> ServerEffects[RequestT, ResultT]:
+        """A client has gone, whose goals have their grace: [], and it follows no goal any more."""
+        for goal in self._places.unfinished.values():
+            if goal.followers:
+                goal.followers.discard(client)
+        return []
 
     def _abort(self, goal: ServerGoal[RequestT, ResultT], now: int) -> ServerEffects[RequestT, ResultT]:
         """Abort a goal, whatever it is doing; nothing if it has ended."""
@@ -295,9 +311,12 @@ class GoalServer(Generic[RequestT, ResultT]):
     # ---- results ----
 
     def on_result_request(
-        self, goal_id: GoalId, request: RequestT, now: int
+        self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
     ) -> ServerEffects[RequestT, ResultT]:
-        """A client asks for a result: [ReplyResult], or nothing until the goal has ended."""
+        """A client asks for a result: [ReplyResult], or nothing until the goal has ended.
+
+        `client` is what on_client_gone will know it by.
+        """
         if self._book.expiring:
             self._book.expire(now)
         goal = self.goals.get(goal_id)
@@ -306,6 +325,8 @@ class GoalServer(Generic[RequestT, ResultT]):
         if goal.ended:
             return [ReplyResult(request, goal.status, goal.result)]
         goal.waiting.append(request)
+        if self.client_grace_ns and client:
+            goal.followers = (goal.followers or set()) | {client}
         return []
 
     def on_time(self, now: int) -> ServerEffects[RequestT, ResultT]:

@@ -18,6 +18,7 @@ from goalwire.entities.type_support import action_support
 from goalwire.errors import RCLError
 from goalwire.execution.callback_groups import check_group
 from goalwire.execution.callbacks import advise_callback, describe_given
+from goalwire.execution.monotonic import timeout_ns
 from goalwire.execution.waitable import EventQueueWaitable
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
 from goalwire.rules.goals.server import GoalServer
@@ -98,13 +99,15 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         policy: GoalPolicy = UNLIMITED,
         on_client_lost: OnClientLost = 'keep',
         on_failure: _Failed[GoalT, ResultT, FeedbackT] | None = None,
+        client_grace: float = 0.0,
     ) -> None:
         """`result_timeout` in seconds: how long a result is kept; 0 not at all, a negative one for ever.
 
         None for one of the callbacks stands for its default. Without an execute callback the program calls
-        `executing()` of an accepted goal's handle, and later `succeed(result)` or its like. The last three
+        `executing()` of an accepted goal's handle, and later `succeed(result)` or its like. The last four
         are goalwire's own: how many goals run at a time, what becomes of the goals of a client that has
-        gone, and who is told of an execute callback that raised (it may return a result to send along).
+        gone, who is told of an execute callback that raised (it may return a result to send along), and how
+        many s the goals of a client that has gone have for another one to ask for their results.
 
         Raises TypeError for an execute callback that is not callable or a timeout that is not a number,
         ValueError for a bad name or an unknown `on_client_lost`. A callback with other parameters is told in
@@ -130,7 +133,9 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
             cancel_callback or default_cancel_callback,
             on_failure,
         )
-        reactor: GoalServer[Request, bytes] = GoalServer(_nanoseconds(result_timeout), policy, on_client_lost)
+        reactor: GoalServer[Request, bytes] = GoalServer(
+            _nanoseconds(result_timeout), policy, on_client_lost, timeout_ns(client_grace, 'client_grace')
+        )
         qos = action_qos(
             goal_service_qos_profile,
             result_service_qos_profile,
