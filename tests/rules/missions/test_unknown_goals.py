@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from goalwire.rules.goals.server_view import ServerView, hash_of_statuses
@@ -123,7 +123,7 @@ def play(before: list[Event], after: list[Event], keeps: float, heard: bool, lis
 HISTORIES = given(EVENTS, EVENTS, st.sampled_from([10.0, 15.0, 900.0]), st.booleans(), st.floats(0.0, 10.0))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @HISTORIES
 def test_no_goal_that_ran_counts_as_one_that_never_arrived(
     before: list[Event], after: list[Event], keeps: float, heard: bool, listened: float
@@ -133,7 +133,7 @@ def test_no_goal_that_ran_counts_as_one_that_never_arrived(
 
 @pytest.mark.long
 @pytest.mark.timeout(1800)
-@settings(max_examples=100_000, deadline=None)
+@settings(max_examples=100_000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @HISTORIES
 def test_none_does_in_a_hundred_thousand_histories(
     before: list[Event], after: list[Event], keeps: float, heard: bool, listened: float
