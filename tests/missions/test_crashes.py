@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
+from contextlib import AsyncExitStack
+
 from example_interfaces.action import Fibonacci
 from helpers.missions import Base, Robot, play
 from std_srvs.srv import Trigger
@@ -68,5 +71,61 @@ def test_a_call_that_may_have_happened_asks_and_is_never_made_twice(base: Base) 
         assert all('may have happened' in run.why for run in asked)
         assert all(run.result == 7 for run in runs if not run.asks)
         assert all(len(set(run.sends)) == len(run.sends) for run in runs)
+
+    play(scenario)
+
+
+@mission(resume='auto')
+async def tour(m: Steps) -> int:
+    drive = m.action(Fibonacci, 'drive')
+    for place in (1, 2):
+        await drive.call(order=place)
+    return 2
+
+
+def test_where_the_server_dies_too_a_goal_that_was_sent_asks(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with AsyncExitStack() as stack:
+            await stack.enter_async_context(robot.served())
+
+            async def restart_server() -> None:
+                await stack.aclose()
+                await stack.enter_async_context(robot.served())
+
+            runs = await crash_everywhere(
+                tour,
+                make_node=lambda: base.graph.node('runner'),
+                folder=base.path.parent,
+                between=restart_server,
+            )
+        assert set(robot.executed.values()) == {1}
+        asked = [run.boundary for run in runs if run.asks]
+        # Not before the intent is written, and not after the end is: only where nobody can know.
+        kinds = ('after write, intent of', 'before send', 'after send', 'before write, ended of')
+        assert all(boundary.startswith(kinds) for boundary in asked)
+        assert len(asked) == 2 * len(kinds)
+        assert all(run.result == 2 for run in runs if not run.asks)
+
+    play(scenario)
+
+
+def test_results_that_expired_are_told_by_the_status_array_or_ask(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served():
+
+            async def let_results_expire() -> None:
+                await asyncio.sleep(30.0 + 1000.0)
+
+            runs = await crash_everywhere(
+                tour,
+                make_node=lambda: base.graph.node('runner'),
+                folder=base.path.parent,
+                between=let_results_expire,
+            )
+        assert set(robot.executed.values()) == {1}
+        assert all(run.asks or run.result == 2 for run in runs)
+        assert sum(run.asks for run in runs) <= 4
 
     play(scenario)

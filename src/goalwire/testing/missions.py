@@ -7,8 +7,9 @@ takes the same file up. What the mission's servers counted meanwhile shows wheth
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import AbstractAsyncContextManager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from goalwire.missions.run import MissionRun
     from goalwire.rules.missions.entries import MissionState
 
+Between = Callable[[], Awaitable[object]]
+"""Awaited after a crash, before the next runner: it may restart a server, or let results expire."""
 MakeNode = Callable[[], AbstractAsyncContextManager['goalwire.Node']]
 
 
@@ -86,23 +89,34 @@ class _Life:
 
 
 async def crash_everywhere(
-    mission: Definition, *arguments: Any, make_node: MakeNode, folder: Path
+    mission: Definition,
+    *arguments: Any,
+    make_node: MakeNode,
+    folder: Path,
+    between: Between | None = None,
 ) -> list[CrashRun]:
     """Run a mission once without a crash, then once for each boundary, and say how each run ended.
 
     Each run has a file of its own in `folder`, and `make_node()` gives the node of each runner. The mission's
-    servers are the test's, and live on. In virtual time (`gw_clock`) this takes no real time.
+    servers are the test's, and live on, unless `between()` does something to them: it is awaited after each
+    crash, before the next runner. In virtual time (`gw_clock`) this takes no real time.
     """
-    undisturbed, boundaries = await _run(mission, arguments, make_node, folder / 'run.db', None)
+    play = partial(_run, mission, arguments, make_node, between)
+    undisturbed, boundaries = await play(folder / 'run.db', None)
     runs = [undisturbed]
     for number in range(len(boundaries)):
-        run, _ = await _run(mission, arguments, make_node, folder / f'crash-{number}.db', number)
+        run, _ = await play(folder / f'crash-{number}.db', number)
         runs.append(run)
     return runs
 
 
 async def _run(
-    mission: Definition, arguments: tuple[Any, ...], make_node: MakeNode, path: Path, crash_at: int | None
+    mission: Definition,
+    arguments: tuple[Any, ...],
+    make_node: MakeNode,
+    between: Between | None,
+    path: Path,
+    crash_at: int | None,
 ) -> tuple[CrashRun, list[str]]:
     sends: list[str] = []
     crashed_at = ''
@@ -118,3 +132,5 @@ async def _run(
             made = CrashRun(path.stem, crashed_at, run.state, run.why, run.result, tuple(sends))
             return made, life.boundaries
         crashed_at, crash_at = life.boundaries[-1], None
+        if between is not None:
+            await between()

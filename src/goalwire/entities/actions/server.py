@@ -9,14 +9,13 @@ the goal handles.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 from goalwire.cdr import codec
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
-from goalwire.entities.actions.client_grace import ClientGrace
-from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints, LostClients
+from goalwire.entities.actions.client_watch import ClientWatch
+from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints
 from goalwire.entities.actions.server_decisions import ServerDecisions
 from goalwire.entities.actions.server_goal import (
     ActionCallbacks,
@@ -101,8 +100,8 @@ class ActionServerCore:
         self.durations = Latencies()
         """How long execute callbacks took."""
         self.steady_clock = node.context.shutdown_signal.clock
-        self.lost_clients: LostClients | None = None
-        self._grace: ClientGrace | None = None
+        self.clients: ClientWatch | None = None
+        """Tells of clients that have gone; None if that makes no difference."""
         self._decisions = ServerDecisions(self)
         self._open(qos or ActionQoS(), group)
 
@@ -112,28 +111,20 @@ class ActionServerCore:
         names = node.resolve_action(self.name)
         self._endpoints = ActionServerEndpoints(node, self.support, names, qos, group)
         if self.reactor.watches_clients:
-            self.lost_clients = LostClients(node.graph, names.send_goal, self._on_client_lost)
-        if self.reactor.client_grace_ns:
-            self._grace = ClientGrace(
-                node,
-                names.get_result,
-                self.reactor.client_grace_ns,
-                self._on_client_lost,
-                self._on_grace_over,
-            )
+            grace_ns = self.reactor.client_grace_ns
+            self.clients = ClientWatch(node, names, grace_ns, self._unfollow, self.end_goals_of)
         try:
             self._endpoints.open(
                 self._decisions.on_goal, self._on_result, self._decisions.on_cancel, self._split_goal
             )
         except BaseException:
-            self._close_watches()
+            if self.clients is not None:
+                self.clients.close()
             raise
         for server in self._endpoints.servers:
             server.entity = self
-        if self.lost_clients is not None:
-            node.remains.add(self.lost_clients.close)
-        if self._grace is not None:
-            node.remains.add(self._grace.close)
+        if self.clients is not None:
+            node.remains.add(self.clients.close)
         node.own(self)
 
     def _split_goal(self, payload: Payload) -> tuple[GoalId, Any]:
@@ -190,7 +181,7 @@ class ActionServerCore:
             self.dispatch(self.reactor.on_time, self.now())
 
     def _on_result(self, request: Request, goal_id: GoalId) -> None:
-        client = request.sample.gid if self._grace is not None else b''
+        client = request.sample.gid
         self.dispatch(self.reactor.on_result_request, goal_id, request, self.now(), client)
 
     # -- what goal handles ask for -------------------------------------------------------------------------
@@ -321,23 +312,8 @@ class ActionServerCore:
                 if goal is not None and goal.handle is not None:  # otherwise the goal has ended meanwhile
                     self.callbacks.stopped_by_server(goal.handle)
 
-    def _on_client_lost(self, client: bytes) -> None:
-        self._later(partial(self._lose_client, client))
-
-    def _lose_client(self, client: bytes) -> None:
-        """Do at once what is to be done about a client that has gone, or give its goals their grace."""
-        if self._grace is None:
-            self.end_goals_of(client)
-        elif not self.destroyed:
-            self.dispatch(self.reactor.on_client_gone, client)
-            self._grace.begin(client)
-
-    def _on_grace_over(self, client: bytes) -> None:
-        """End the goals of a client that has not come back."""
-        assert self.lost_clients is not None
-        assert self._grace is not None
-        if client in self.lost_clients or client in self._grace.followers:
-            self._later(partial(self.end_goals_of, client))
+    def _unfollow(self, client: bytes) -> None:
+        self.dispatch(self.reactor.on_client_gone, client)
 
     def end_goals_of(self, client: bytes) -> None:
         """Refuse, cancel or abort the goals of a client that has gone."""
@@ -375,14 +351,9 @@ class ActionServerCore:
         self.destroyed = True
         self.node.disown(self)
         self._alarm.cancel()
-        self._close_watches()
+        if self.clients is not None:
+            self.node.remains.discard(self.clients.close)
+            self.clients.close()
         self._endpoints.take_result_requests()
         self.dispatch(self.reactor.on_close)
         self._endpoints.close()
-
-    def _close_watches(self) -> None:
-        """Hear of clients no more."""
-        for watch in (self.lost_clients, self._grace):
-            if watch is not None:
-                self.node.remains.discard(watch.close)
-                watch.close()

@@ -21,7 +21,7 @@ from goalwire.rules.goals import effects as effect
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.advice import ActionAdvice
-    from goalwire.entities.actions.endpoints import LostClients
+    from goalwire.entities.actions.client_watch import ClientWatch
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.goals.server import GoalServer
     from goalwire.transport.contract import Request
@@ -33,7 +33,7 @@ class DecidingServer(GoalServing, Protocol):
     callbacks: ActionCallbacks
     reactor: GoalServer[Request, bytes]
     now: Callable[[], int]
-    lost_clients: LostClients | None
+    clients: ClientWatch | None
     """Clients that have gone; None if that makes no difference."""
     advice: ActionAdvice | None
     """Tells what the program's callbacks got wrong."""
@@ -58,8 +58,7 @@ class ServerDecisions:
         client = request.sample.gid
         if not server.dispatch(server.reactor.on_goal_request, goal_id, request, server.now(), client):
             return None
-        has_grace = server.reactor.client_grace_ns > 0
-        if server.lost_clients is not None and client in server.lost_clients and not has_grace:
+        if server.clients is not None and server.clients.has_lost(client):
             server.end_goals_of(client)  # the client has gone while its goal waited for the executor
             return None
         try:

@@ -7,7 +7,7 @@ array of all statuses, the counters, and the results until they expire.
 from __future__ import annotations
 
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Any, Generic, Never
 
 from goalwire.records import record
 from goalwire.rules.goals.effects import RequestT, ResultT
@@ -57,8 +57,8 @@ class ServerGoal(Generic[RequestT, ResultT]):
         self.result: ResultT | None = None
         self.waiting: list[RequestT] = []
         """The requests for its result that are to be answered."""
-        self.followers: set[bytes] | None = None
-        """The clients that asked for its result and are there; None unless the server gives a grace."""
+        self.followers: set[bytes] = set()
+        """The clients that asked for its result and are there, if the server gives them a grace."""
         self.handle: Any = None
         """The caller's handle of the goal, for its callbacks; None once the goal has ended."""
         self.execution: Any = None
@@ -163,6 +163,22 @@ class GoalBook(Generic[RequestT, ResultT]):
         """Discard the goals whose results were kept for long enough."""
         while self.expiring and self.expiring[0][0] <= now:
             self.discard(self.goals[heappop(self.expiring)[1]])
+
+    def unfollow(self, client: bytes) -> list[Never]:
+        """Note that a client has gone, whose goals have their grace: it follows no goal. No effects."""
+        for goal in self.places.unfinished.values():
+            goal.followers.discard(client)
+        return []
+
+    def orphans(self, client: bytes) -> list[ServerGoal[RequestT, ResultT]]:
+        """Return the goals of a lost client that nobody follows; the others now belong to who does."""
+        found = []
+        for goal in self.places.unfinished.values():
+            if goal.client == client and goal.followers:
+                goal.client = next(iter(goal.followers))
+            elif goal.client == client:
+                found.append(goal)
+        return found
 
     def discard(self, goal: ServerGoal[RequestT, ResultT]) -> None:
         """Remove a goal: a handle of it that is left then has the status UNKNOWN."""

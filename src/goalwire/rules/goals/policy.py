@@ -51,6 +51,15 @@ class GoalPolicy:
             raise ValueError(f'at least 0 goals wait for their turn, not {self.waiting}')
 
 
+def check_policies(policy: GoalPolicy, on_client_lost: OnClientLost) -> None:
+    """Raise ValueError for an unknown `on_client_lost`, TypeError for anything but a policy."""
+    if not isinstance(policy, GoalPolicy):
+        raise TypeError(f'policy is what goalwire.single(), preempt(), … return, not {policy!r}')
+    if on_client_lost not in ON_CLIENT_LOST:
+        known = ' or '.join(map(repr, ON_CLIENT_LOST))
+        raise ValueError(f'on_client_lost is {known}, not {on_client_lost!r}')
+
+
 UNLIMITED = GoalPolicy()
 """ROS 2's own: every goal runs at once."""
 

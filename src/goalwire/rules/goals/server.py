@@ -43,7 +43,7 @@ from goalwire.rules.goals.effects import (
     WakeAt,
 )
 from goalwire.rules.goals.goal_book import RESULT_TIMEOUT_NS, GoalBook, ServerGoal
-from goalwire.rules.goals.policy import ON_CLIENT_LOST, UNLIMITED, GoalPolicy
+from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, check_policies
 from goalwire.rules.goals.table import GoalEvent, GoalStatus
 
 if TYPE_CHECKING:
@@ -72,12 +72,7 @@ class GoalServer(Generic[RequestT, ResultT]):
 
         Raises ValueError for an unknown `on_client_lost`, TypeError for anything but a policy.
         """
-        if not isinstance(policy, GoalPolicy):
-            raise TypeError(f'policy is what goalwire.single(), preempt(), … return, not {policy!r}')
-        if on_client_lost not in ON_CLIENT_LOST:
-            raise ValueError(
-                f'on_client_lost is {" or ".join(map(repr, ON_CLIENT_LOST))}, not {on_client_lost!r}'
-            )
+        check_policies(policy, on_client_lost)
         self._lost = on_client_lost
         self.client_grace_ns = client_grace_ns if on_client_lost != 'keep' else 0
         """How long the goals of a lost client have for somebody to take them over; 0: they end at once."""
@@ -88,6 +83,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         # The caller reads these, and changes nothing in them.
         self.deciding, self.goals = self._book.deciding, self._book.goals
         self.status, self.take_status = self._book.status, self._book.take_status
+        self.on_client_gone = self._book.unfollow
         self._cancellations: Cancellations[RequestT] = Cancellations()
         self._closed = False
 
@@ -283,21 +279,9 @@ class GoalServer(Generic[RequestT, ResultT]):
             if goal.client == client:
                 effects += self.on_goal_decision(goal.goal_id, accepted=False, stamp_ns=0)
         end = self._cancel if self._lost == 'cancel' else self._abort
-        for goal in list(self._places.unfinished.values()):
-            if goal.client != client:
-                continue
-            if goal.followers:
-                goal.client = next(iter(goal.followers))  # whoever attached to it answers for it now
-            else:
-                effects += end(goal, now)
+        for goal in self._book.orphans(client):
+            effects += end(goal, now)
         return effects
-
-    def on_client_gone(self, client: bytes) -> ServerEffects[RequestT, ResultT]:
-        """A client has gone, whose goals have their grace: [], and it follows no goal any more."""
-        for goal in self._places.unfinished.values():
-            if goal.followers:
-                goal.followers.discard(client)
-        return []
 
     def _abort(self, goal: ServerGoal[RequestT, ResultT], now: int) -> ServerEffects[RequestT, ResultT]:
         """Abort a goal, whatever it is doing; nothing if it has ended."""
@@ -325,8 +309,8 @@ class GoalServer(Generic[RequestT, ResultT]):
         if goal.ended:
             return [ReplyResult(request, goal.status, goal.result)]
         goal.waiting.append(request)
-        if self.client_grace_ns and client:
-            goal.followers = (goal.followers or set()) | {client}
+        if self.client_grace_ns:
+            goal.followers.add(client)
         return []
 
     def on_time(self, now: int) -> ServerEffects[RequestT, ResultT]:

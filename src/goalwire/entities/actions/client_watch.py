@@ -1,0 +1,84 @@
+"""Tells an action server of clients that have gone: at once, or after a time to take their goals over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from heapq import heappop, heappush
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from goalwire.entities.actions.endpoints import LostClients
+from goalwire.execution.clock import ClockTimerEntry
+from goalwire.execution.ready_queue import CallSoon
+from goalwire.execution.weak_methods import weakly
+
+if TYPE_CHECKING:
+    from goalwire.entities.names import ResolvedAction
+    from goalwire.entities.node import NodeCore
+
+
+class ClientWatch:
+    """Calls the server back, on an executor's thread. It does not keep the server alive."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        names: ResolvedAction,
+        grace_ns: int,
+        gone: Callable[[bytes], object],
+        lost: Callable[[bytes], object],
+    ) -> None:
+        """`lost(client)` is called when a client has gone, and has not come back within the grace.
+
+        With a grace, by the node's clock, `gone(client)` is called before, and those are watched, too, who
+        ask for results: whoever attached to a goal may go.
+        """
+        self._work_queue = node.work_queue
+        self._grace_ns = grace_ns
+        self._gone, self._lost = weakly(gone), weakly(lost)
+        self._now = node.clock.now_ns
+        self._lock = Lock()
+        self._due: list[tuple[int, bytes]] = []
+        """When each client's grace is over: a heap."""
+        self._alarm = ClockTimerEntry(node.work_queue, node.clock, weakly(self._ring))
+        self._alarm.follow()
+        served = (names.send_goal, names.get_result) if grace_ns else (names.send_goal,)
+        self._watches = [LostClients(node.graph, name, self._note) for name in served]
+
+    def has_lost(self, client: bytes) -> bool:
+        """Return whether a client that sends a goal has gone, and its goals have no grace."""
+        return not self._grace_ns and client in self._watches[0]
+
+    def _note(self, client: bytes) -> None:
+        """Note that a client has gone. On the graph's thread."""
+        self._later(self._begin if self._grace_ns else self._lost, client)
+
+    def _begin(self, client: bytes) -> None:
+        """Let the grace of a client begin."""
+        self._gone(client)
+        with self._lock:
+            heappush(self._due, (self._now() + self._grace_ns, client))
+            first = self._due[0][0]
+        self._alarm.set(first)
+
+    def _ring(self) -> None:
+        over: list[bytes] = []
+        with self._lock:
+            while self._due and self._due[0][0] <= self._now():
+                over.append(heappop(self._due)[1])
+            first = self._due[0][0] if self._due else None
+        for client in over:
+            if any(client in watch for watch in self._watches):  # else it came back
+                self._later(self._lost, client)
+        if first is not None:
+            self._alarm.set(first)
+
+    def _later(self, call: Callable[[bytes], object], client: bytes) -> None:
+        self._work_queue.post(CallSoon(self._work_queue, partial(call, client)))
+
+    def close(self) -> None:
+        """Stop watching and waiting. Idempotent."""
+        self._alarm.cancel()
+        for watch in self._watches:
+            watch.close()
