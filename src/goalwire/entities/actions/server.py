@@ -313,7 +313,8 @@ class ActionServerCore:
                     self.callbacks.stopped_by_server(goal.handle)
 
     def _unfollow(self, client: bytes) -> None:
-        self.dispatch(self.reactor.on_client_gone, client)
+        with self._lock:
+            self.reactor.on_client_gone(client)
 
     def end_goals_of(self, client: bytes) -> None:
         """Refuse, cancel or abort the goals of a client that has gone."""

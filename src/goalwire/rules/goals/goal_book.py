@@ -7,7 +7,7 @@ array of all statuses, the counters, and the results until they expire.
 from __future__ import annotations
 
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING, Any, Generic, Never
+from typing import TYPE_CHECKING, Any, Generic
 
 from goalwire.records import record
 from goalwire.rules.goals.effects import RequestT, ResultT
@@ -164,11 +164,10 @@ class GoalBook(Generic[RequestT, ResultT]):
         while self.expiring and self.expiring[0][0] <= now:
             self.discard(self.goals[heappop(self.expiring)[1]])
 
-    def unfollow(self, client: bytes) -> list[Never]:
-        """Note that a client has gone, whose goals have their grace: it follows no goal. No effects."""
+    def unfollow(self, client: bytes) -> None:
+        """Note that a client has gone, whose goals have their grace: it follows no goal."""
         for goal in self.places.unfinished.values():
             goal.followers.discard(client)
-        return []
 
     def orphans(self, client: bytes) -> list[ServerGoal[RequestT, ResultT]]:
         """Return the goals of a lost client that nobody follows; the others now belong to who does."""

@@ -66,11 +66,9 @@ class GoalServer(Generic[RequestT, ResultT]):
         on_client_lost: OnClientLost = 'keep',
         client_grace_ns: int = 0,
     ) -> None:
-        """See GoalBook for `result_timeout_ns`.
+        """See GoalBook for `result_timeout_ns`, check_policies for what is raised.
 
         With `client_grace_ns` the caller tells `on_client_gone` at once, `on_client_lost` that much later.
-
-        Raises ValueError for an unknown `on_client_lost`, TypeError for anything but a policy.
         """
         check_policies(policy, on_client_lost)
         self._lost = on_client_lost
@@ -297,10 +295,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_result_request(
         self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
     ) -> ServerEffects[RequestT, ResultT]:
-        """A client asks for a result: [ReplyResult], or nothing until the goal has ended.
-
-        `client` is what on_client_gone will know it by.
-        """
+        """A client, as on_client_gone knows it, asks for a result: [ReplyResult], or [] until the end."""
         if self._book.expiring:
             self._book.expire(now)
         goal = self.goals.get(goal_id)
