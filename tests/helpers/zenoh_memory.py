@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from helpers.zenoh_sides import Ours
@@ -16,9 +17,15 @@ WITH_ALL = MemorySettings(with_own=True, with_all=True, least=1024, pool_size=16
 OpenPair = Callable[..., tuple[Ours, Ours]]
 
 
-def segments() -> set[Path]:
-    """The segments that there are, of all processes."""
-    return set(Path(FOLDER).glob(f'*{SUFFIX}'))
+def segments_of(process: int) -> set[Path]:
+    """The segments that a process has open."""
+    found = set()
+    for each in Path(f'/proc/{process}/fd').iterdir():
+        with suppress(OSError):  # closed meanwhile
+            target = each.readlink()
+            if target.parent == Path(FOLDER) and target.suffix == SUFFIX:
+                found.add(target)
+    return found
 
 
 def lent(side: Ours) -> int:
