@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import cache, partial
 from typing import Any, TypeVar, cast
 
-from goalwire.cdr import explain
+from goalwire.cdr import explain, reading
 from goalwire.cdr.decoder_source import decoder_source
 from goalwire.cdr.encoder_source import encoder_source
 from goalwire.idl.generated_code import run_source
@@ -42,32 +42,37 @@ def encoder(cls: type) -> Callable[[object], bytes]:
     )
 
 
-def decoder(cls: type) -> Callable[[Data], Any]:
-    """Return `decode(data) -> message` for one message class."""
-    return _decoder(cls, '<', view=False)
+def decoder(cls: type, *, in_place: bool = False) -> Callable[[Data], Any]:
+    """Return `decode(data) -> message` for one message class.
+
+    With `in_place` sequences of numbers are read-only views of the data, not arrays of their own.
+    """
+    return _decoder(cls, '<', view=False, in_place=in_place)
 
 
 @cache
-def _decoder(cls: type, order: str, *, view: bool) -> Callable[[Data], Any]:
+def _decoder(cls: type, order: str, *, view: bool, in_place: bool) -> Callable[[Data], Any]:
     source, names = decoder_source(cls, order, view=view)
     names['explain'] = partial(explain.explain_decode, cls)
-    names['otherwise'] = partial(_decode_otherwise, cls)
-    kind = f'{"big" if order == ">" else "little"} endian{" view" if view else ""}'
+    names['otherwise'] = partial(_decode_otherwise, cls, in_place=in_place)
+    if in_place:
+        names['numbers'] = reading.view_numbers
+    kind = f'{"big" if order == ">" else "little"} endian{" view" if view else ""}{" in place" * in_place}'
     return cast(
         'Callable[[Data], Any]',
         _compile(source, names, f'decoder {type_name(cls)}, {kind}', 'decode'),
     )
 
 
-def _decode_otherwise(cls: type, data: Data) -> object:
+def _decode_otherwise(cls: type, data: Data, *, in_place: bool) -> object:
     """Decode data other than bytes with a little-endian header."""
     if not isinstance(data, (bytes, bytearray, memoryview)):
         raise TypeError(f'expected bytes, got {type(data).__name__}')
     if isinstance(data, bytes):
-        return _decoder(cls, explain.byte_order(cls, data), view=False)(data)
+        return _decoder(cls, explain.byte_order(cls, data), view=False, in_place=in_place)(data)
     view = memoryview(data)
     view = view.cast('B') if view.c_contiguous else memoryview(bytes(view))
-    return _decoder(cls, explain.byte_order(cls, view), view=True)(view)
+    return _decoder(cls, explain.byte_order(cls, view), view=True, in_place=in_place)(view)
 
 
 def _compile(source: str, names: dict[str, object], title: str, function: str) -> object:

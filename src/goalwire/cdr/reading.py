@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 import sys
 from array import array
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import NoReturn
 
 from goalwire.cdr.layout import Item, run_struct
@@ -49,6 +49,15 @@ def numbers(typecode: str, data: Buffer, at: int, end: int, order: str) -> array
     if order == _FOREIGN_ORDER:
         values.byteswap()
     return values
+
+
+def view_numbers(typecode: str, data: Buffer, at: int, end: int, order: str) -> Sequence[float]:
+    """Return data[at:end] as numbers that stay where they are, read-only; in the other byte order copied."""
+    if end > len(data):
+        refuse()
+    if order == _FOREIGN_ORDER:
+        return numbers(typecode, data, at, end, order)
+    return memoryview(data).toreadonly()[at:end].cast(typecode)  # type: ignore[call-overload, no-any-return]
 
 
 def swapped(typecode: str, data: bytes) -> bytes:

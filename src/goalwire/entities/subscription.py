@@ -16,9 +16,10 @@ from goalwire.execution.callbacks import accepts, describe_given
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future, block_on
 from goalwire.execution.monotonic import deadline_after
+from goalwire.records import replace
 from goalwire.reports import log_rejected
 from goalwire.rules.qos import QoS
-from goalwire.transport.contract import EndpointKind, Port, Sample
+from goalwire.transport.contract import EndpointKind, Payload, Port, Sample
 from goalwire.transport.registry import selected_identifier
 
 if TYPE_CHECKING:
@@ -65,7 +66,9 @@ class SubscriptionCore(Generic[MsgT]):
         group: CallbackGroup,
         *,
         raw: bool = False,
+        views: bool = False,
     ) -> None:
+        """With `views` sequences of numbers are read-only views of what came, and `raw` bytes are one."""
         self.node = node
         self.topic = topic
         self.qos = qos
@@ -75,13 +78,15 @@ class SubscriptionCore(Generic[MsgT]):
         self.rejected = 0
         """How many messages could not be decoded; none of them reached the callback."""
         self.support = msg_type if isinstance(msg_type, MessageSupport) else message_support(msg_type)
-        self._decode: Callable[..., Any] = bytes if raw else self.support.decode
+        self._decode: Callable[..., Any] = self._choose_decoder(views=views)
         self.set_callback(callback)
         self.full_name = node.resolve(topic)
         self.event_queue: EventQueue[Sample] = EventQueue(
             node.work_queue, group, self._handle, depth=queue_depth(qos)
         )
         endpoint = describe_endpoint(node, EndpointKind.SUBSCRIPTION, self.full_name, self.support, qos)
+        if views:
+            endpoint = replace(endpoint, takes_views=True)
         self._endpoint = endpoint
         self._events: EndpointEvents | None = None
         self._port: Port | None = node.port.subscription(endpoint, self._receiver())
@@ -91,6 +96,11 @@ class SubscriptionCore(Generic[MsgT]):
     def msg_type(self) -> type[MsgT]:
         """The message class."""
         return self.support.cls
+
+    def _choose_decoder(self, *, views: bool) -> Callable[..., Any]:
+        if self.raw:
+            return _view if views else bytes
+        return self.support.decode_in_place if views else self.support.decode
 
     def set_callback(self, callback: Callable[..., object]) -> None:
         """Take another callback of one argument (message) or two (message, MessageInfo).
@@ -194,6 +204,10 @@ class SubscriptionCore(Generic[MsgT]):
                 self._events.close()
             port.close()
             self.event_queue.close()
+
+
+def _view(payload: Payload) -> memoryview:
+    return memoryview(payload).toreadonly()
 
 
 def queue_depth(qos: QoS) -> int | None:

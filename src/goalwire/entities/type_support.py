@@ -88,6 +88,11 @@ class MessageSupport:
         """Turn CDR into a message; raises DecodeError."""
         return codec.decoder(self.cls)
 
+    @cached_property
+    def decode_in_place(self) -> Callable[[Payload], Any]:
+        """Turn CDR into a message whose sequences of numbers are views of it; raises DecodeError."""
+        return codec.decoder(self.cls, in_place=True)
+
 
 class ServiceSupport:
     """A service class as the wire knows it. Classes and codecs are made when they are first needed."""

@@ -73,6 +73,8 @@ class Endpoint:
     """True if the type holds an unbounded sequence of primitives."""
     ignore_local: bool = False
     """True for a subscription that wants nothing from its own session."""
+    takes_views: bool = False
+    """True for a subscription that reads large payloads in place, where the wire can leave them."""
     waits_for_room: bool | None = None
     """Whether a reliable publisher waits if the wire is full. None: it waits if its history should reach
     all. Publishers of feedback wait, however small their history; those of log lines and service events

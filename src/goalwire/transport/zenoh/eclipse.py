@@ -377,7 +377,12 @@ class EclipseWire(wire.Wire):
         return partial(self._zenoh.put, key, congestion_control=zenoh.CongestionControl.BLOCK)
 
     def declare_subscriber(
-        self, key: str, on_message: wire.OnMessage, *, takes_own: bool = True
+        self,
+        key: str,
+        on_message: wire.OnMessage,
+        *,
+        takes_own: bool = True,
+        takes_views: bool = False,  # noqa: ARG002 - its payloads are copies
     ) -> wire.Subscriber:
         in_flight = self._in_flight
 

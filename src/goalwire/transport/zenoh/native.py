@@ -211,9 +211,11 @@ class NativeWire(wire.Wire):
         return HistoryPublisher(self.session, key, publication, depth, numbers=reliable)
 
     def declare_subscriber(
-        self, key: str, on_message: wire.OnMessage, *, takes_own: bool = True
+        self, key: str, on_message: wire.OnMessage, *, takes_own: bool = True, takes_views: bool = False
     ) -> wire.Subscriber:
-        number = self._protocol.declare_subscriber(key, on_message, takes_own=takes_own)
+        number = self._protocol.declare_subscriber(
+            key, on_message, takes_own=takes_own, takes_views=takes_views
+        )
         return _Declared(self._protocol, number)
 
     def declare_queryable(self, key: str, on_query: Callable[[Query], None]) -> wire.Declared:

@@ -223,7 +223,10 @@ def declare(
     if uses_cpu_channel(endpoint):  # only one of the two gets each message
         keys.append(f'{key}/{CPU_BUFFERS}')
     return [
-        context.wire.declare_subscriber(each, _handler(reject, deliver), takes_own=takes_own) for each in keys
+        context.wire.declare_subscriber(
+            each, _handler(reject, deliver), takes_own=takes_own, takes_views=endpoint.takes_views
+        )
+        for each in keys
     ]
 
 

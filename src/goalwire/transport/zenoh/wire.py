@@ -159,8 +159,13 @@ class Wire(ABC):
         """
 
     @abstractmethod
-    def declare_subscriber(self, key: str, on_message: OnMessage, *, takes_own: bool = True) -> Subscriber:
-        """Declare a callback for messages on matching keys; with `takes_own` also for this session's."""
+    def declare_subscriber(
+        self, key: str, on_message: OnMessage, *, takes_own: bool = True, takes_views: bool = False
+    ) -> Subscriber:
+        """Declare a callback for messages on matching keys; with `takes_own` also for this session's.
+
+        With `takes_views` payloads may stay in shared memory, and are read-only views of it.
+        """
 
     @abstractmethod
     def declare_queryable(self, key: str, on_query: Callable[[Query], None]) -> Declared:

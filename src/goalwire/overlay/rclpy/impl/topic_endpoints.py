@@ -64,6 +64,7 @@ class TopicEndpoints(BaseNode):
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
         raw: Literal[False] = False,
+        views: bool = False,
     ) -> Subscription[MsgT]: ...
     @overload
     def create_subscription(
@@ -77,6 +78,7 @@ class TopicEndpoints(BaseNode):
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
         raw: Literal[False] = False,
+        views: bool = False,
     ) -> Subscription[MsgT]: ...
     @overload
     def create_subscription(
@@ -90,6 +92,7 @@ class TopicEndpoints(BaseNode):
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
         raw: Literal[True],
+        views: Literal[False] = False,
     ) -> Subscription[MsgT]: ...
     @overload
     def create_subscription(
@@ -103,6 +106,7 @@ class TopicEndpoints(BaseNode):
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool,
+        views: bool = False,
     ) -> Subscription[MsgT]: ...
     def create_subscription(
         self,
@@ -115,17 +119,22 @@ class TopicEndpoints(BaseNode):
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool = False,
+        views: bool = False,
     ) -> Subscription[MsgT]:
         """Create a subscription; `callback(message)` or `callback(message, info)`, plain or `async def`.
 
-        With `raw` the callback gets serialized bytes. Raises as create_publisher does.
+        With `raw` the callback gets serialized bytes. With `views` sequences of numbers are read-only
+        memoryviews, which stay in shared memory where the message came through it; serialized bytes are one,
+        too. They are valid as long as they are held. Raises as create_publisher does.
         """
         self.handle.check_open()
         profile = self._ros_overridden(
             QoSProfile.of(qos_profile), 'subscription', topic, qos_overriding_options
         )
         group = self._ros_group(callback_group)
-        subscription = Subscription(self.handle, msg_type, topic, callback, profile.to_core(), group, raw=raw)
+        subscription = Subscription(
+            self.handle, msg_type, topic, callback, profile.to_core(), group, raw=raw, views=views
+        )
         subscription.qos_profile = profile
         subscription.callback_group = group
         group.add_entity(subscription)

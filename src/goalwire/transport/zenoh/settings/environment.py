@@ -118,7 +118,7 @@ def shared_memory(env: Mapping[str, str] = os.environ) -> Settings:
 
 def shares_memory(env: Mapping[str, str] = os.environ) -> bool:
     """Return whether goalwire's own programs share memory, whatever Zenoh's settings say of others."""
-    text = env.get('GOALWIRE_SHARED_MEMORY') or 'off'
+    text = env.get('GOALWIRE_SHARED_MEMORY') or 'on'
     if text not in {'on', 'off'}:
         raise TransportError(f"GOALWIRE_SHARED_MEMORY is '{text}'; set it to on or off")
     return text == 'on'
