@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import cache, partial
 from typing import Any, TypeVar, cast
 
-from goalwire.cdr import explain, reading
+from goalwire.cdr import explain, reading, writing
 from goalwire.cdr.decoder_source import decoder_source
 from goalwire.cdr.encoder_source import encoder_source
 from goalwire.idl.generated_code import run_source
@@ -39,6 +39,21 @@ def encoder(cls: type) -> Callable[[object], bytes]:
     return cast(
         'Callable[[object], bytes]',
         _compile(source, names, f'encoder {type_name(cls)}', 'encode'),
+    )
+
+
+@cache
+def parts_encoder(cls: type) -> Callable[[object], list[Data]]:
+    """Return `encode(message)` for one message class, which leaves memoryviews in its sequences uncopied.
+
+    It returns the bytes of the message in parts.
+    """
+    source, names = encoder_source(cls, in_parts=True)
+    names['explain'] = partial(explain.explain_encode, cls)
+    names['numbers'] = writing.numbers_in_place
+    return cast(
+        'Callable[[object], list[Data]]',
+        _compile(source, names, f'<goalwire encoder {type_name(cls)}, in parts>', 'encode'),
     )
 
 

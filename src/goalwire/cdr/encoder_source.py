@@ -33,10 +33,15 @@ _HELPERS: dict[str, object] = {
 }
 
 
-def encoder_source(cls: type) -> tuple[str, dict[str, object]]:
-    """Return the source of `encode(m0) -> bytes` for a message class, and the names that it needs."""
+def encoder_source(cls: type, *, in_parts: bool = False) -> tuple[str, dict[str, object]]:
+    """Return the source of `encode(m0) -> bytes` for a message class, and the names that it needs.
+
+    With `in_parts` it returns a list of buffers that together are these bytes. A memoryview of the right
+    numbers in a sequence is one of them, uncopied.
+    """
     module = _Module()
-    body = _Body(module, at=0, single=layout.texts_inside(cls) in (0, 1))
+    single = layout.texts_inside(cls) in (0, 1) and not in_parts
+    body = _Body(module, at=0, single=single, in_parts=in_parts)
     body.message(cls, 'm0')
     lines = [
         'def encode(m0):',
@@ -80,11 +85,12 @@ class _Module:
 class _Body:
     """The statements that add one message; `at` is the offset of the next byte, or None if it varies."""
 
-    def __init__(self, module: _Module, at: int | None, *, single: bool) -> None:
+    def __init__(self, module: _Module, at: int | None, *, single: bool, in_parts: bool = False) -> None:
         self.lines: list[str] = []
         self._module = module
         self._first = at is not None
         self._single = single
+        self._in_parts = in_parts
         self._count = 0
         self.items: list[Item] = []
         self._arguments: list[str] = []
@@ -96,7 +102,7 @@ class _Body:
     def finish(self) -> list[str]:
         self.flush()
         if not self._single:
-            self.lines.append("return b''.join(out)")
+            self.lines.append('return out' if self._in_parts else "return b''.join(out)")
         return self.lines
 
     def message(self, cls: type, variable: str) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 from array import array
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, NoReturn
 
 from goalwire.cdr.layout import COUNT, TEXT, Item, run_struct
@@ -105,6 +105,13 @@ def numbers(typecode: str, value: Iterable[float]) -> array[float]:
     if isinstance(value, (bytes, bytearray)) and typecode not in 'bB':
         refuse()  # array would take the bytes for its memory
     return to_array(typecode, value)
+
+
+def numbers_in_place(typecode: str, value: Iterable[float]) -> Sequence[float]:
+    """Return a memoryview of the right numbers as it is, and any other value as an array.array."""
+    if isinstance(value, memoryview) and value.format == typecode and value.c_contiguous and value.ndim == 1:
+        return value
+    return numbers(typecode, value)
 
 
 class NumpyTypes(dict[str, 'np.dtype[np.generic]']):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Generic
@@ -16,6 +17,7 @@ from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
     from goalwire.entities.late_joiners import LateJoiners
+    from goalwire.entities.loans import LoanedMessage
     from goalwire.entities.qos_events import EndpointEvents
     from goalwire.rules.statistics import PublisherStatistics
 
@@ -55,8 +57,8 @@ class PublisherCore(Generic[MsgT]):
     def _encode(self) -> Callable[[object], bytes]:
         return self.support.encode
 
-    def publish(self, msg: MsgT | bytes) -> None:
-        """Send a message, or one that is serialized already.
+    def publish(self, msg: MsgT | bytes | LoanedMessage[MsgT]) -> None:
+        """Send a message, one that is serialized already, or a loaned one, which ends by that.
 
         Raises TypeError for another type, EncodeError if a field cannot go on the wire, InvalidHandle
         once destroyed, ShutDownError after the context's end.
@@ -81,9 +83,36 @@ class PublisherCore(Generic[MsgT]):
             'its node: publish before that'
         )
 
+    def can_loan_messages(self) -> bool:
+        """Whether loaned messages may save a copy: the type has a sequence of numbers, and the wire memory.
+
+        If subscribers cannot read the memory, loaned messages are published all the same, by copying.
+        """
+        from goalwire.entities.loans import loanable_fields
+
+        port = self._port
+        return port is not None and port.can_lend and bool(loanable_fields(self.msg_type))
+
+    def borrow_loaned_message(self, **lengths: int) -> LoanedMessage[MsgT]:
+        """Return a message with one sequence of numbers of this length in memory that subscribers read.
+
+        `borrow_loaned_message(data=1_000_000).get().data` is a writable memoryview, until the message is
+        published or its `with` block ends. Without such memory it is a memoryview as well, and is copied.
+        Raises TypeError for a field that is no sequence of numbers, InvalidHandle once destroyed.
+        """
+        from goalwire.entities.loans import borrow
+
+        if self._port is None:
+            raise self._destroyed_error()
+        return borrow(self._port, self.msg_type, lengths)
+
     def _publish_other(self, msg: object) -> None:
         if self._port is None:
             raise self._destroyed_error()
+        loaned = sys.modules.get('goalwire.entities.loans')  # imported by whoever has a loan
+        if loaned is not None and isinstance(msg, loaned.LoanedMessage):
+            loaned.publish(self._port, msg)
+            return
         if not isinstance(msg, self.msg_type):
             raise TypeError(explain_wrong_message(self.msg_type, msg))
         self._send(self._encode(msg))

@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from enum import Enum
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 from goalwire.concurrency.wire_poller import WirePoller
 from goalwire.records import record
@@ -193,6 +193,20 @@ class Port(ABC):
         """
 
 
+class Loan(Protocol):
+    """Memory of the wire that is lent to a program, to write one message into."""
+
+    @property
+    def view(self) -> memoryview:
+        """The memory, writable. Raises ValueError if it is gone, since its session was closed."""
+
+    def narrow(self, start: int, size: int) -> None:
+        """Make `size` bytes from `start` on the message; the rest is not sent."""
+
+    def end(self) -> None:
+        """Give it back; what was published of it is kept as long as it is read."""
+
+
 class PublisherPort(Port):
     """A declared publisher."""
 
@@ -207,6 +221,17 @@ class PublisherPort(Port):
     @abstractmethod
     def publish(self, payload: bytes) -> None:
         """Hand one message to the wire. Raises ClosedError, ForkedError or TransportError."""
+
+    can_lend = False
+    """Whether `borrow` may ever return something."""
+
+    def borrow(self, size: int) -> Loan | None:  # noqa: ARG002
+        """Return memory that subscribers can read in place; None, as here, where the wire has none."""
+        return None
+
+    def publish_loan(self, loan: Loan) -> None:
+        """Hand over the message that was written into a loan of this port's. Raises as `publish` does."""
+        self.publish(bytes(loan.view))
 
     def assert_liveliness(self) -> None:
         """Show that the publisher is alive, if its QoS leaves that to the user."""

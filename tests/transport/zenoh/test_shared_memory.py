@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 from helpers.isolation import isolated_env
@@ -48,6 +46,7 @@ rclpy.spin(node)
 
 CAMERA = """
 import os
+import sys
 import zlib
 from array import array
 import rclpy
@@ -58,32 +57,42 @@ node = rclpy.create_node('camera')
 publisher = node.create_publisher(Image, 'pictures', 50)
 while not publisher.get_subscription_count():
     rclpy.spin_once(node, timeout_sec=0.05)
-for number in range(40):
-    image = Image(data=array('B', os.urandom(200_000 + number)))
+
+def name(image, number):
     image.header.frame_id = str(number)
     image.height, image.width = zlib.crc32(image.data), len(image.data)
-    publisher.publish(image)
-    image.data[0] ^= 255  # after it was published: the others see what it was before
+
+for number in range(40):
+    if sys.argv[1] == 'loans':
+        with publisher.borrow_loaned_message(data=200_000 + number) as loan:
+            loan.get().data[:] = os.urandom(200_000 + number)
+            name(loan.get(), number)
+            publisher.publish(loan)
+    else:
+        image = Image(data=array('B', os.urandom(200_000 + number)))
+        name(image, number)
+        publisher.publish(image)
+        image.data[0] ^= 255  # after it was published: the others see what it was before
 print('sent', flush=True)
 rclpy.spin(node)
 """
 
 
 @contextmanager
-def programs(kind: str, choice: str) -> Iterator[tuple[Program, Program]]:
+def programs(kind: str, source: str, choice: str) -> Iterator[tuple[Program, Program]]:
     env = isolated_env('rmw_zenoh_cpp') | {'GOALWIRE_SHARED_MEMORY': choice}
     with Program(WATCHER, kind, env=env) as watcher:
         watcher.expect('ready')
-        with Program(CAMERA, env=env, python=Path(sys.executable)) as camera:
+        with Program(CAMERA, source, env=env) as camera:
             yield watcher, camera
 
 
 @pytest.mark.parametrize(('kind', 'of'), [('arrays', 'array'), ('views', 'memoryview')])
-@pytest.mark.parametrize('choice', ['on', 'off'])
+@pytest.mark.parametrize(('source', 'choice'), [('own', 'on'), ('loans', 'on'), ('loans', 'off')])
 def test_pictures_arrive_whole_in_order_and_as_the_program_asks_for_them(
-    kind: str, of: str, choice: str
+    kind: str, of: str, source: str, choice: str
 ) -> None:
-    with programs(kind, choice) as (watcher, camera):
+    with programs(kind, source, choice) as (watcher, camera):
         for number in range(40):
             watcher.expect(f'^{number} {of} True')
         camera.expect('sent')

@@ -26,6 +26,7 @@ from goalwire.zenoh.protocol.primitives import (
 from goalwire.zenoh.protocol.queries import ANY_KEY
 from goalwire.zenoh.protocol.senders import Publication, Querier
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
+from goalwire.zenoh.protocol.shared_memory import Loan
 from goalwire.zenoh.protocol.transport import Role
 
 if TYPE_CHECKING:
@@ -57,16 +58,22 @@ class _Declared:
 class _Publisher:
     """A publisher without history."""
 
-    __slots__ = ('_publication', 'put', 'put_where_free')
+    __slots__ = ('_publication', 'borrow', 'put', 'put_loan', 'put_where_free')
 
-    def __init__(self, publication: Publication) -> None:
+    def __init__(self, publication: Publication, borrow: Callable[[int], Loan | None]) -> None:
         self._publication = publication
+        self.borrow = borrow
+        self.put_loan = publication.put_loan
         self.put: Callable[..., None] = publication.put
         self.put_where_free: Callable[..., Sequence[wire.Left]] = publication.put_where_free
 
     def undeclare(self) -> None:
         """Undeclare the number of its key."""
         self._publication.close()
+
+
+def _no_loan(_size: int) -> Loan | None:
+    return None
 
 
 class HistoryPublisher:
@@ -202,7 +209,9 @@ class NativeWire(wire.Wire):
 
     def declare_publisher(self, key: str, *, reliable: bool, waits: bool) -> wire.Publisher:
         # Best-effort messages go in the reliable channel too, as rmw_zenoh has it: TCP loses nothing.
-        return _Publisher(Publication(self._protocol, key, droppable=not (reliable and waits)))
+        publication = Publication(self._protocol, key, droppable=not (reliable and waits))
+        memory = self._protocol.memory
+        return _Publisher(publication, _no_loan if memory is None else memory.borrow)
 
     def declare_history_publisher(
         self, key: str, *, reliable: bool, waits: bool, depth: int

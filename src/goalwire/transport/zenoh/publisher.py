@@ -13,12 +13,14 @@ from typing import NamedTuple
 
 from goalwire.errors import ClosedError, TransportError
 from goalwire.reports import LOGGER
+from goalwire.transport import contract
 from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.endpoint import EndpointState, OpenPort
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.context import LARGE, Turn, Waiting, ZenohContext
 from goalwire.transport.zenoh.tokens import actual_depth
-from goalwire.transport.zenoh.wire import Left, Publisher, Wire, refuse_use
+from goalwire.transport.zenoh.wire import Left, LoanPublisher, Publisher, Wire, refuse_use
+from goalwire.zenoh.protocol.shared_memory import Loan
 
 LARGEST = 1 << 30
 """Bytes of a message that a Zenoh session receives, by default and in rmw_zenoh's settings."""
@@ -86,6 +88,8 @@ class ZenohPublisher(OpenPort, PublisherPort):
         self._context = context
         self._put: Callable[..., None] = publisher.put
         self._put_where_free: Callable[..., Sequence[Left]] = publisher.put_where_free
+        self._lender: LoanPublisher | None = publisher if isinstance(publisher, LoanPublisher) else None
+        self.can_lend = self._lender is not None
         self._refusals: tuple[type[Exception], ...] = (*context.errors, MemoryError, TransportError)
         self._next_sequence = count(1).__next__
         self._turn = turn
@@ -142,6 +146,32 @@ class ZenohPublisher(OpenPort, PublisherPort):
                     section.release()
                 except RuntimeError:  # a signal's handler raised while this waited for its turn
                     pass
+
+    def borrow(self, size: int) -> contract.Loan | None:
+        """Return a chunk of shared memory to write a message into; None if there is none."""
+        if self._lender is None or self.state.closed or self.state.guard.is_silent:
+            return None
+        return self._lender.borrow(size)
+
+    def publish_loan(self, loan: contract.Loan) -> None:
+        """Put what was written into a loan: uncopied if everybody can read it there."""
+        if self._section.is_entered():  # this interrupts a publish of its own thread: it goes after that
+            self.publish(bytes(loan.view))
+        else:
+            self._section.run(partial(self._put_loan, loan))
+
+    def _put_loan(self, loan: contract.Loan) -> None:
+        self.state.check_sending()
+        lender = self._lender
+        if lender is not None and isinstance(loan, Loan) and not self._turn.is_busy:
+            is_put = lender.put_loan(loan, self._attach)
+        else:
+            is_put = False
+        if not is_put:
+            self._publish_large(bytes(loan.view))
+
+    def _attach(self) -> bytes:
+        return encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid)
 
     def _publish_late(self, payload: bytes) -> None:
         """Publish the messages that a signal's handler has published in the midst of a publish; in the
@@ -207,6 +237,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         """
         cancelled = self._turn.finish(self, LEAVING_S)
         self._put = self._put_where_free = refuse_use
+        self._lender = None
         if cancelled:
             self._note_drop(
                 cancelled, f'{SLOWER}; it had not gone {LEAVING_S} s after the publisher was closed'

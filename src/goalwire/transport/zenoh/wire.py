@@ -9,12 +9,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Never, Protocol, TypeAlias
+from typing import Never, Protocol, TypeAlias, runtime_checkable
 
 from goalwire.concurrency.wire_poller import WirePoller
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Payload, ReplyError
 from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp
+from goalwire.zenoh.protocol.shared_memory import Loan
 
 HISTORY_S = 10.0
 """How long what a publisher sends waits for what it keeps. Its answers are taken as long as they come."""
@@ -72,6 +73,18 @@ def undeclare(declared: Declared) -> None:
 def refuse_use(*_: object, **__: object) -> Never:
     """Stand in for a method of something undeclared; its owner turns this into ClosedError."""
     raise RuntimeError('undeclared')
+
+
+@runtime_checkable
+class LoanPublisher(Protocol):
+    """A declared publisher that can put what was written into shared memory."""
+
+    @property
+    def put_loan(self) -> Callable[[Loan, Callable[[], bytes]], bool]:
+        """Called with a loan and what makes the attachment; False: nothing was put, as some need bytes."""
+
+    def borrow(self, size: int) -> Loan | None:
+        """Return a chunk of shared memory; None if there is no room, or nobody who could read it."""
 
 
 class Subscriber(Declared, Protocol):

@@ -50,7 +50,7 @@ from goalwire.zenoh.protocol.primitives import (
 from goalwire.zenoh.protocol.queries import ANY_KEY, Answer, PendingQuery
 from goalwire.zenoh.protocol.routes import Queryable
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
-from goalwire.zenoh.protocol.shared_memory import Pointer, encode_pointer
+from goalwire.zenoh.protocol.shared_memory import Loan, Pointer, encode_pointer
 
 FLOOD = 32
 """So many messages put in a row are a flood (see `Stamps.burst`): those that follow may wait a moment, to go
@@ -140,13 +140,38 @@ class Publication:
                     lent.append((link, head, pointer))
             if lent and not loan.write(payload):
                 return links  # the session is closing, and has taken all loans back
-            for link, head, pointer in lent:
-                message = b''.join((head, begin, encode_pointer(pointer)))
-                if not link.send(self._channel, message, self._droppable) and link.memory is not None:
-                    link.memory.take_back(pointer)
+            self._send_pointers(lent, begin)
         finally:
             loan.end()
         return tuple(left)
+
+    def put_loan(self, loan: Loan, attach: Callable[[], bytes]) -> bool:
+        """Put a message that was written into a loan; `attach` makes its attachment.
+
+        False if it cannot go through shared memory to all who want it: then nothing was put.
+        """
+        if self._version != self._routes.version:
+            self._aim()
+        lent: list[tuple[Outgoing, bytes, Pointer]] = []
+        for link, head in self._links:
+            pointer = None if link.memory is None else link.memory.lend(loan)
+            if pointer is None:
+                for other, _, given in lent:
+                    if other.memory is not None:
+                        other.memory.take_back(given)
+                return False
+            lent.append((link, head, pointer))
+        attachment, stamp = attach(), self._session.stamp()
+        self._send_pointers(lent, shared_put_head(attachment, stamp, None))
+        if self._own:
+            self._deliver(new_sample((self._key, bytes(loan.view), attachment, stamp, None)))
+        return True
+
+    def _send_pointers(self, lent: list[tuple[Outgoing, bytes, Pointer]], begin: bytes) -> None:
+        for link, head, pointer in lent:
+            message = b''.join((head, begin, encode_pointer(pointer)))
+            if not link.send(self._channel, message, self._droppable) and link.memory is not None:
+                link.memory.take_back(pointer)
 
     def _put_large(self, payload: bytes, begin: bytes, links: Links) -> None:
         """Send a PUT without copying its large payload: fresh memory of 1 MB costs over a millisecond."""

@@ -15,7 +15,7 @@ wire carries. Source: eclipse-zenoh 1.9.0 and 1.10.2, commons/zenoh-codec/src/ze
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 from goalwire.zenoh.protocol.primitives import (
     MANDATORY,
@@ -53,11 +53,19 @@ class Pointer(NamedTuple):
 Slices: TypeAlias = Sequence[bytes | Pointer]
 
 
+@runtime_checkable
 class Loan(Protocol):
     """A chunk of this session's pool that is being published."""
 
     def write(self, payload: bytes | memoryview) -> bool:
         """Copy the payload into the chunk; False if the pool was closed meanwhile."""
+
+    def narrow(self, start: int, size: int) -> None:
+        """Make `size` bytes from `start` on all of the payload; the rest is not sent."""
+
+    @property
+    def view(self) -> memoryview:
+        """The payload, which may be written to until it is published."""
 
     def end(self) -> None:
         """Let go of it: it is free once nobody reads it any more."""

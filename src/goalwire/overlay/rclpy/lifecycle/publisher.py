@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.lifecycle.managed_entity import SimpleManagedEntity
 from goalwire.entities.type_support import MsgT
 from rclpy._reexports import reexport
 from rclpy.publisher import Publisher
+
+if TYPE_CHECKING:
+    from goalwire.entities.loans import LoanedMessage
 
 
 class LifecyclePublisher(SimpleManagedEntity, Publisher[MsgT]):
@@ -18,7 +21,7 @@ class LifecyclePublisher(SimpleManagedEntity, Publisher[MsgT]):
         Publisher.__init__(self, *args, **kwargs)
 
     @SimpleManagedEntity.when_enabled
-    def publish(self, msg: MsgT | bytes) -> None:
+    def publish(self, msg: MsgT | bytes | LoanedMessage[MsgT]) -> None:
         """Publish while the node is active; otherwise do nothing. Raises as Publisher.publish does."""
         Publisher.publish(self, msg)
 

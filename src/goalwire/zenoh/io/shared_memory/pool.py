@@ -57,12 +57,12 @@ class DataSegment:
 class Chunk:
     """A part of a data segment. It is free once nobody holds it."""
 
-    __slots__ = ('_pool', 'holders', 'offset', 'room', 'segment', 'size')
+    __slots__ = ('_pool', '_start', 'holders', 'offset', 'room', 'segment', 'size')
 
     def __init__(self, pool: MemoryPool, segment: DataSegment, offset: int, size: int) -> None:
         self._pool = pool
         self.segment = segment
-        self.offset = offset
+        self._start = self.offset = offset
         self.room = size
         """Bytes that were taken from the segment."""
         self.size = size
@@ -75,6 +75,19 @@ class Chunk:
         except ValueError:  # the view was released
             return False
         return True
+
+    def narrow(self, start: int, size: int) -> None:
+        """Make `size` bytes from `start` on all of the payload."""
+        self.offset, self.size = self._start + start, size
+
+    @property
+    def view(self) -> memoryview:
+        """The payload. Raises ValueError once the session is closed."""
+        return self.segment.view[self.offset : self.offset + self.size]
+
+    def give_back(self) -> None:
+        """Return it to its segment."""
+        self.segment.places.give(self._start, self.room)
 
     def end(self) -> None:
         """Let go of it: the publisher needs it no more."""
@@ -184,7 +197,7 @@ class MemoryPool:
     def _drop(self, chunk: Chunk) -> None:
         chunk.holders -= 1
         if not chunk.holders and self._is_open:
-            chunk.segment.places.give(chunk.offset, chunk.room)
+            chunk.give_back()
 
     # ---- what links ask for
 
