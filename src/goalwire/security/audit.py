@@ -2,6 +2,9 @@
 
 Each line holds the SHA-256 of the line before it. So a line that was changed, taken out, or put in is found,
 unless all that follow it are written anew, or it was the last. Against that a copy elsewhere helps.
+
+A log that has grown large is put aside as NAME.log.1, the next one as NAME.log.2, and so on. The first line
+of each holds the hash of the last line of the one before it. Beyond KEPT of them the oldest is deleted.
 """
 
 from __future__ import annotations
@@ -20,8 +23,12 @@ from goalwire.security.storage import FOLDER, PRIVATE
 
 BEGIN = '0' * 64
 """Stands in the first line for the hash of the line before it."""
-LARGEST = 1 << 26
-"""The largest size of a log: nothing more is written beyond it, nor read."""
+PUT_ASIDE_AT = 1 << 22
+"""The size at which a log is put aside, in bytes: some 15,000 entries."""
+KEPT = 15
+"""How many logs that were put aside are kept: with the one that is written, 64 MiB for each identity."""
+_LARGEST = 1 << 26
+"""Bytes that one file may have: entries that are written at once are not spread over two."""
 _TAIL = 1 << 16
 """Bytes at the end of a file in which its last line begins."""
 
@@ -31,41 +38,83 @@ def log_path(folder: Path, name: str) -> Path:
     return folder / 'audit' / f'{name}.log'
 
 
+def put_aside(path: Path) -> dict[int, Path]:
+    """Return the logs that were put aside, by number, the oldest first."""
+    found = {
+        int(each.suffix[1:]): each
+        for each in path.parent.glob(f'{path.name}.*')
+        if each.suffix[1:].isascii() and each.suffix[1:].isdigit()
+    }
+    return dict(sorted(found.items()))
+
+
 @contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO]:
-    """Open a log and lock out other processes: several programs may have one identity."""
+    """Open a log for this process alone: several programs may have one identity."""
     path.parent.mkdir(FOLDER, exist_ok=True)
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, PRIVATE)
-    with os.fdopen(descriptor, 'r+b') as stream:
-        try:
-            import fcntl
-        except ImportError:  # Windows
-            pass
-        else:
-            fcntl.flock(stream, fcntl.LOCK_EX)  # the end of the file is the end of the lock
-        yield stream
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, PRIVATE)
+        with os.fdopen(descriptor, 'r+b') as stream:
+            try:
+                import fcntl
+            except ImportError:  # Windows
+                pass
+            else:
+                fcntl.flock(stream, fcntl.LOCK_EX)  # the end of the file is the end of the lock
+                if not _is_at(stream, path):  # another process has put it aside meanwhile
+                    continue
+            yield stream
+            return
+
+
+def _is_at(stream: BinaryIO, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(stream.fileno()), path.stat())
+    except FileNotFoundError:
+        return False
 
 
 def append(path: Path, *entries: Mapping[str, str]) -> None:
-    """Write entries, each with the hash of the line before it, and bring them to the disk.
+    """Write entries, each with the hash of the line before it, and bring them to the disk. Raises OSError."""
+    while True:
+        with _opened(path) as log:
+            if log.seek(0, os.SEEK_END) < PUT_ASIDE_AT:
+                _write(log, path, entries)
+                return
+            _put_aside(path)
 
-    Raises OSError, also if the log is full.
-    """
-    with _opened(path) as log:
-        size = log.seek(0, os.SEEK_END)
-        if size > LARGEST - _TAIL:
-            raise OSError(None, f"'{path}' is full: move it elsewhere")
-        log.seek(max(0, size - _TAIL))
-        lines = log.read().splitlines(keepends=True)
-        torn = b'' if not lines or lines[-1].endswith(b'\n') else b'\n'  # lost power: its rest is kept
-        before = _hash(lines[-1].rstrip(b'\n')) if lines else BEGIN
-        log.write(torn)
-        for entry in entries:
-            line = json.dumps({**entry, 'before': before}).encode()
-            log.write(line + b'\n')
-            before = _hash(line)
-        log.flush()
-        os.fsync(log.fileno())
+
+def _write(log: BinaryIO, path: Path, entries: tuple[Mapping[str, str], ...]) -> None:
+    last = _last_line(log)
+    if not last:
+        before = BEGIN
+        for each in list(put_aside(path).values())[-1:]:
+            with each.open('rb') as full:
+                before = _hash(_last_line(full).rstrip(b'\n'))
+    else:
+        before = _hash(last.rstrip(b'\n'))
+        if not last.endswith(b'\n'):  # lost power: its rest is kept
+            log.write(b'\n')
+    for entry in entries:
+        line = json.dumps({**entry, 'before': before}).encode()
+        log.write(line + b'\n')
+        before = _hash(line)
+    log.flush()
+    os.fsync(log.fileno())
+
+
+def _last_line(log: BinaryIO) -> bytes:
+    """Return the last line of a log, empty if it has none."""
+    log.seek(max(0, log.seek(0, os.SEEK_END) - _TAIL))
+    return (log.read().splitlines(keepends=True) or [b''])[-1]
+
+
+def _put_aside(path: Path) -> None:
+    """Give a log the next number, and delete those that are too old."""
+    before = put_aside(path)
+    path.rename(path.with_name(f'{path.name}.{max(before, default=0) + 1}'))
+    for number in list(before)[: max(0, len(before) + 1 - KEPT)]:
+        before[number].unlink()
 
 
 def _hash(line: bytes) -> str:
@@ -73,22 +122,35 @@ def _hash(line: bytes) -> str:
 
 
 def read(path: Path) -> Iterator[dict[str, str]]:
-    """Yield the entries of a log, oldest first. Raises SecurityError at the first line that does not fit."""
+    """Yield the entries of a log and of those that were put aside, oldest first.
+
+    Raises SecurityError at the first line that does not fit.
+    """
+    aside = put_aside(path)
+    # The first entries that are kept follow those that were deleted, and nobody knows the hash of these.
+    before = '' if aside and min(aside) > 1 else BEGIN
+    for file in [*aside.values(), *([path] if path.exists() or not aside else [])]:
+        for number, line in enumerate(_content(file).splitlines(), 1):
+            yield _entry(line, before, f'{file}:{number}')
+            before = _hash(line)
+
+
+def _content(file: Path) -> bytes:
     try:
-        content = read_regular(os.fspath(path), LARGEST)
+        return read_regular(os.fspath(file), _LARGEST)
     except OSError as error:
-        raise SecurityError(f"'{path}' cannot be read: {error.strerror or error}") from None
-    before = BEGIN
-    for number, line in enumerate(content.splitlines(), 1):
-        try:
-            entry = json.loads(line)
-        except ValueError:
-            entry = None
-        if not isinstance(entry, dict):
-            raise SecurityError(f'{path}:{number}: this line is damaged')
-        if entry.pop('before', None) != before:
-            raise SecurityError(
-                f'{path}:{number}: the line before this one was changed, taken out, or put in'
-            )
-        yield {str(name): str(value) for name, value in entry.items()}
-        before = _hash(line)
+        raise SecurityError(f"'{file}' cannot be read: {error.strerror or error}") from None
+
+
+def _entry(line: bytes, before: str, place: str) -> dict[str, str]:
+    """Return an entry; `before` is the hash of the line before it, empty if that is not known."""
+    try:
+        entry = json.loads(line)
+    except ValueError:
+        entry = None
+    if not isinstance(entry, dict):
+        raise SecurityError(f'{place}: this line is damaged')
+    found = entry.pop('before', None)
+    if before and found != before:
+        raise SecurityError(f'{place}: the line before this one was changed, taken out, or put in')
+    return {str(name): str(value) for name, value in entry.items()}

@@ -20,10 +20,13 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace, output: Output) -> None:
     """Print the entries. Raises SecurityError at the first line that does not follow the one before it."""
-    from goalwire.security.audit import log_path, read
+    from goalwire.security.audit import log_path, put_aside, read
 
     path = log_path(find_folder(arguments), arguments.name)
-    if not path.exists():
+    aside = put_aside(path)
+    if aside and min(aside) > 1:
+        tell(f'entries before those in {next(iter(aside.values()))} were deleted with the oldest files')
+    if not path.exists() and not aside:
         tell(f"{arguments.name} has refused nothing: there is no '{path}'")
         return
     for entry in read(path):
