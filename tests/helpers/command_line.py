@@ -7,8 +7,10 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TypeAlias
 
+from helpers.forking import ForkServer
 from helpers.patience import COMMAND
 from helpers.processes import Program
 
@@ -41,6 +43,8 @@ class CommandLine:
 
     env: Mapping[str, str]
     cwd: Path | None = None
+    server: ForkServer | None = None
+    """Forks commands, where the start of an interpreter is not what is tested."""
 
     def __call__(
         self,
@@ -50,19 +54,49 @@ class CommandLine:
         **variables: str,
     ) -> Ended:
         """Run a command to its end."""
-        done = subprocess.run(
-            [executable(program), *arguments],
-            env={**self.env, 'PYTHONIOENCODING': 'utf-8', **variables},
-            cwd=self.cwd,
-            input=stdin,
-            capture_output=True,
-            text=True,
-            encoding='utf-8',
-            timeout=COMMAND,
-            check=False,
-        )
-        assert 'Traceback' not in done.stderr, done.stderr
-        return Ended(done.returncode, done.stdout, done.stderr)
+        environment = {**self.env, 'PYTHONIOENCODING': 'utf-8', **variables}
+        if self.server is not None:
+            ended = self._forked(self.server, executable(program), arguments, environment, stdin)
+        else:
+            done = subprocess.run(
+                [executable(program), *arguments],
+                env=environment,
+                cwd=self.cwd,
+                input=stdin,
+                capture_output=True,
+                text=True,
+                encoding='utf-8',
+                timeout=COMMAND,
+                check=False,
+            )
+            ended = Ended(done.returncode, done.stdout, done.stderr)
+        assert 'Traceback' not in ended.err, ended.err
+        return ended
+
+    def _forked(
+        self,
+        server: ForkServer,
+        program: Path,
+        arguments: tuple[str, ...],
+        environment: Mapping[str, str],
+        stdin: str,
+    ) -> Ended:
+        with TemporaryFile() as typed, TemporaryFile() as printed, TemporaryFile() as complained:
+            typed.write(stdin.encode())
+            typed.seek(0)
+            streams = (typed.fileno(), printed.fileno(), complained.fileno())
+            forked = server.start(
+                program, arguments, environment=environment, folder=self.cwd, streams=streams
+            )
+            try:
+                code = forked.wait(COMMAND)
+            except subprocess.TimeoutExpired:
+                forked.kill()
+                forked.wait()
+                raise
+            printed.seek(0)
+            complained.seek(0)
+            return Ended(code, printed.read().decode(), complained.read().decode())
 
     def ok(self, *arguments: str, stdin: str = '', program: str = 'ros2', **variables: str) -> str:
         """Run a command that succeeds without a complaint; what it prints."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -31,9 +32,11 @@ class Forked:
         self.stdout = None if stdout is None else os.fdopen(stdout, 'rb')
         self._ended: IO[str] = os.fdopen(ended)
 
-    def wait(self) -> int:
-        """Wait for the end; return the exit code (negative: the signal)."""
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for the end; return the exit code (negative: the signal). Raises TimeoutExpired."""
         if self.returncode is None:
+            if timeout is not None and not select.select([self._ended], [], [], timeout)[0]:
+                raise subprocess.TimeoutExpired(str(self.pid), timeout)
             with self._ended:
                 self.returncode = int(self._ended.read())
         return self.returncode

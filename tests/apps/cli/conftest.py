@@ -8,12 +8,14 @@ from pathlib import Path
 
 import pytest
 from helpers.command_line import Begin, CommandLine, executable
+from helpers.forking import ForkServer
 from helpers.isolation import isolated_env
 from helpers.processes import Program
 from helpers.programs import Start, programs_in
 from helpers.wires import DDS, require
 
 PROGRAMS = Path(__file__).parent / 'programs'
+_OF_COMMANDS = ('goalwire.apps.cli.main', 'goalwire.aio', 'goalwire.observe', 'rclpy')
 
 
 @pytest.fixture(scope='module', params=['rmw_zenoh_cpp', DDS])
@@ -41,10 +43,17 @@ def sensor(world: dict[str, str]) -> Iterator[Program]:
         yield program
 
 
+@pytest.fixture(scope='session')
+def commands() -> Iterator[ForkServer]:
+    """The process that forks the commands of all tests: it has imported what they import."""
+    with ForkServer(_OF_COMMANDS, isolated_env('rmw_zenoh_cpp')) as server:
+        yield server
+
+
 @pytest.fixture
-def ros2(world: dict[str, str], workshop: Program) -> CommandLine:
+def ros2(world: dict[str, str], workshop: Program, commands: ForkServer) -> CommandLine:
     """`ros2` beside the workshop."""
-    return CommandLine(world)
+    return CommandLine(world, server=commands)
 
 
 @pytest.fixture
