@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from random import Random
 
 import pytest
 from helpers.rtps_network import Collector, Network, Publisher
@@ -383,3 +384,27 @@ def test_fragments_to_another_host_grow_when_much_has_arrived() -> None:
 
 def test_fragments_to_another_host_stay_small_where_packets_are_lost() -> None:
     assert max(_sizes_to_a_far_reader(loses=True)) < 1472
+
+
+class Steady(Random):
+    """Lets every packet take the same time."""
+
+    def random(self) -> float:
+        return 0.5
+
+
+def test_fragments_that_cross_with_what_asks_for_them_are_not_lost() -> None:
+    network = Network(delay_s=0.002)
+    network.random = Steady()
+    one, _ = network.participant(same_host=True)
+    other, _ = network.participant(same_host=True)
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', Qos(reliability=RELIABLE, depth=10), publisher)
+    other.create_reader('t', 'T', Qos(reliability=RELIABLE, depth=10), collector)
+    assert network.run(1, lambda: publisher.matched and collector.answered)
+    network.keeps = True
+    for number in range(1, 6):
+        writer.write(bytes(1_000_000))
+        assert network.run(1, lambda number=number: len(collector.samples) == number)  # type: ignore[misc]
+    large = [packet for _, _, _, packet in network.packets if len(packet) > 30_000]
+    assert len(large) == 5 * 17

@@ -6,9 +6,12 @@ been sent, the next one is twice as large; after a loss it is halved for good.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
-from goalwire.rtps.protocol.fragments import cut, fragment_count
+from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol.fragments import ON_THE_WAY_S, cut, fragment_count
 from goalwire.rtps.protocol.history import Change
 from goalwire.rtps.protocol.messages import HeartbeatFrag, NackFrag, info_ts
 from goalwire.rtps.protocol.primitives import UNKNOWN_ENTITY, encode_time
@@ -22,6 +25,19 @@ buffer on Linux takes three packets of 60,000 bytes, or twelve of 8,000."""
 WINDOW_S = 0.0005
 LARGEST_WINDOW = 1 << 20
 """Bytes of a window to readers that have taken smaller ones without a loss, each time twice as many."""
+WINDOWS_KEPT = 16
+"""Windows of which it is known when they were sent."""
+
+
+class _Window(NamedTuple):
+    """Fragments of one sample that were sent together."""
+
+    number: int
+    """The sample's."""
+    first: int
+    end: int
+    """Behind the last fragment."""
+    when: float
 
 
 def _fragments_of(window: int, change: Change) -> int:
@@ -42,6 +58,8 @@ class FragmentWindows:
         self._next_fragment = 1
         self._window, self._largest_window = WINDOW, LARGEST_WINDOW
         self._timer: Timer | None = None
+        self._sent: deque[_Window] = deque(maxlen=WINDOWS_KEPT)
+        """The last windows of fragments."""
 
     def queue(self, change: Change) -> None:
         """Have a sample sent in its turn, behind those that are being sent."""
@@ -114,6 +132,7 @@ class FragmentWindows:
                 for address in output.addresses:
                     output.wire.send(packet, address)
         self._next_fragment = end
+        self._sent.append(_Window(change.number, first, end, output.wire.clock()))
         return (end - first) * change.fragment_size
 
     def _tell_fragments(self, change: Change) -> None:
@@ -143,11 +162,25 @@ class FragmentWindows:
                 self._send_window()
             missing = [fragment for fragment in missing if fragment < sent]
         change = output.history.changes.get(nack.number)
+        if missing and self._is_on_the_way(nack.number, missing):
+            return
         if change is not None and change.fragment_size and missing:
             self._window = self._largest_window = max(WINDOW, self._window // 2)
             output.note_loss()
             self.send_some(proxy, change, missing)
             output.send_to(proxy, output.heartbeat(proxy))
+
+    def _is_on_the_way(self, number: int, missing: list[int]) -> bool:
+        """Whether a reader lacks all of a window that was sent a moment ago: the two have crossed.
+
+        A full buffer loses the end of a window, or some of it. What is lost as a whole is asked for again.
+        """
+        long_ago = self._output.wire.clock() - ON_THE_WAY_S
+        for window in self._sent:
+            if (window.number, window.first) == (number, missing[0]) and window.when > long_ago:
+                size = min(window.end - window.first, bounds.SET_BITS)
+                return len(missing) >= size and missing[size - 1] == window.first + size - 1
+        return False
 
     def _grow(self) -> None:
         """Take note that a reader has all of a window, and asks for the next one."""
