@@ -12,8 +12,9 @@ def copy_of(items: deque[T]) -> deque[T]:
     """Return a copy of a deque.
 
     Under the GIL that is one step. Without it, up to Python 3.14, `copy` goes through the deque without its
-    lock, and raises RuntimeError if another thread appends or takes something meanwhile; it is tried again
-    then. Source: cpython issue 144809.
+    lock, and raises RuntimeError if another thread appends or takes something meanwhile. It is tried again
+    then, until nobody changes the deque for the few microseconds that a copy takes. Source: cpython issue
+    144809.
     """
     while True:
         try:
