@@ -46,7 +46,7 @@ TOPICS = {
 HEAD = '| mistake | goalwire says | where | within | rclpy 9.1.2 says |'
 NOTHING = 'nothing'
 NO_PART = '—'
-"""What the wheels have no part for: interfaces made from definitions, launch files, the command line."""
+"""What the wheels have no part for: own definitions, launch files, the command line, asyncio."""
 _RUNS_S = 15.0
 """How long a program may go on before it gets Ctrl-C, as from a user who waits in vain."""
 _ERROR = re.compile(r'^(?!KeyboardInterrupt|.*ExternalShutdown)[\w.]*(Error|Exception|Handle|Warning)\b')
@@ -66,6 +66,8 @@ def ask_rclpy(mistake: Mistake, python: Path) -> str:
         else:
             place.mkdir()
         text = mistake.file.read_text(encoding='utf-8')
+        if 'import goalwire' in text:
+            return NO_PART
         text = text.replace('example_interfaces.action', 'test_msgs.action')
         (place / mistake.file.name).write_text(text, encoding='utf-8')
         domain = str(1 + hash(mistake.name) % 100)
@@ -102,17 +104,31 @@ def _run(command: list[str], folder: Path, domain: str) -> tuple[str, bool]:
 
 
 def _last_words(output: str, *, waited: bool) -> str:
-    """Return the error or the log line that an output ends with; of a program that hangs, that it does."""
+    """Return the error that ended a program, else its last log line; of one that hangs, that it does."""
     lines = [line for line in output.splitlines() if line.strip()]
     errors = [line for line in lines if _ERROR.match(line)]
-    logged = [_LOG_HEAD.sub('', line) for line in lines if _LOG_HEAD.match(line)]
+    logged = [line for line in lines if _LOG_HEAD.match(line)]
     warned = [line.partition('Warning: ')[2] for line in lines if 'Warning: ' in line]
     if waited and not (errors or logged):
         return 'nothing, it goes on until Ctrl-C'
     if 'Segmentation' in output:
         return 'Segmentation fault'
-    found = (logged if any('[ERROR]' in line for line in lines) else errors) or errors or logged or warned
-    return re.sub(r'ID: \[[\d ]+\]', 'ID: […]', found[-1]) if found else NOTHING
+    last = next((line for line in reversed(lines) if line in errors or line in logged), '')
+    if last in errors:
+        return _masked(last)
+    told = [line for line in logged if '[ERROR]' in line] or logged or errors or warned
+    return _masked(_told(told[-1], *errors)) if told else NOTHING
+
+
+def _told(line: str, *errors: str) -> str:
+    """Return a line without its head, and with the error that it leaves out."""
+    text = _LOG_HEAD.sub('', line)
+    return f'{text.rstrip()} {errors[-1]}' if errors and text.rstrip().endswith(':') else text
+
+
+def _masked(text: str) -> str:
+    """Return a text without what differs in each run."""
+    return re.sub(r'0x[0-9a-f]{6,}', '0x…', re.sub(r'ID: \[[\d ]+\]', 'ID: […]', text))
 
 
 def page_with(rclpy_says: dict[str, str]) -> str:

@@ -16,7 +16,10 @@ from helpers.markdown import DOCS, ROOT, blocks
 pytestmark = [pytest.mark.slow, pytest.mark.long, pytest.mark.timeout(600)]
 
 ENOUGH = {'pylsp': 35, 'pyright': 38}
-"""jedi does not know what a service answers: it looks for no types behind a protocol."""
+"""jedi looks for no types behind a protocol. So it knows neither what a service answers (`response.`,
+`future.result().`) nor what a goal's result is (`answer.result.`), and it shows no text for `answer.result`
+and `.value`.
+"""
 
 
 class Place(NamedTuple):

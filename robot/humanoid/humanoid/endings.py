@@ -6,7 +6,7 @@ the way ends this one goal: it is refused, or aborted with the reason, and the s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
@@ -84,7 +84,7 @@ class GoalFailed(Exception):
 
 
 @contextmanager
-def or_abort(node: Node, end: Callable[[Ending], None]) -> Iterator[None]:
+def or_abort(node: Node, end: Callable[[Ending], None]) -> Generator[None, None, None]:
     """Where the block fails, `end` is told to abort the goal, with the reason as its message."""
     try:
         yield

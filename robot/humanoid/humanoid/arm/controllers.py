@@ -60,7 +60,7 @@ class Controller:
         self._running: Run | None = None
         self._server: ActionServer | None = None
 
-    def offer(self, type_: type, name: str) -> None:
+    def offer(self, type_: type[Any], name: str) -> None:
         self._server = ActionServer(
             self._node,
             type_,

@@ -36,7 +36,7 @@ class MotorDriver(Protocol):
     again in the next period, so a driver that lost its line opens it anew in one of them.
     """
 
-    def write(self, targets: Mapping[str, float]) -> None:
+    def write(self, targets: Mapping[str, float], /) -> None:
         """Send positions (rad or m) to go to; without any, ask only for the states."""
 
     def read(self) -> Mapping[str, JointSample]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from types import TracebackType
@@ -150,7 +150,7 @@ class Robot:
         return response
 
     @contextmanager
-    def joint_states(self) -> Iterator[SimpleQueue[JointState]]:
+    def joint_states(self) -> Generator[SimpleQueue[JointState], None, None]:
         """The joint states that come while the block runs."""
         came: SimpleQueue[JointState] = SimpleQueue()
         subscription = self.node.create_subscription(JointState, 'joint_states', came.put, 10)

@@ -80,7 +80,7 @@ class MobileBase(Protocol):
     def distance_to(self, target: Pose2D) -> float:
         """How far the target is, in m."""
 
-    def step(self, elapsed: float) -> None:
+    def step(self, elapsed: float, /) -> None:
         """Move for `elapsed` s, where that is not done by itself."""
 
 
