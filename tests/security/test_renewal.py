@@ -203,7 +203,7 @@ def test_a_certificate_is_shown_by_who_has_its_key_to_whom_it_is_meant_for(keyst
     with pytest.raises(SecurityError, match='has not its key'):
         succession.read_shown(shown, 'c3', keystore.trust())
     with pytest.raises(SecurityError, match='has not its key'):
-        succession.read_shown(shown.replace(b'a1', b'c3'), 'b2', keystore.trust())
+        succession.read_shown(shown.replace(b'"session": "a1"', b'"session": "c3"'), 'b2', keystore.trust())
     forged = certificates.Pair(certificates.make_key(), pair.chain)
     with pytest.raises(SecurityError, match='has not its key'):
         succession.read_shown(succession.show(forged, 'a1', 'b2'), 'b2', keystore.trust())
