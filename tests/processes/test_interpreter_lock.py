@@ -1,22 +1,29 @@
-"""An extension in C holds the interpreter's lock for 20 s: its program is slow meanwhile, and not dead."""
+"""An extension in C holds the interpreter's lock for seconds: its program is slow meanwhile, and not dead."""
 
 from __future__ import annotations
 
 import pytest
+from helpers.isolation import lease_variables
 from helpers.programs import Start
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
 
-HELD_S = 20
-"""More than the time after which a link says that it lives, 15 s of the lease of 60 s."""
 
-
-def test_who_holds_the_interpreters_lock_loses_nothing_and_is_lost_to_nobody(start: Start) -> None:
-    holder = start('holds_interpreter', 'holder', HELD_S)
+@pytest.mark.parametrize(
+    ('held_s', 'lease_s'),
+    [(3, 8.0), pytest.param(20, 60.0, marks=pytest.mark.long)],
+    ids=['a short lease', 'the lease that programs have'],
+)
+def test_who_holds_the_interpreters_lock_loses_nothing_and_is_lost_to_nobody(
+    start: Start, held_s: int, lease_s: float
+) -> None:
+    """It is held for longer than a link may be silent: a quarter of its lease."""
+    lease = lease_variables(lease_s)
+    holder = start('holds_interpreter', 'holder', held_s, **lease)
     holder.expect('ready')
-    talker = start('holds_interpreter', 'talker', HELD_S)
+    talker = start('holds_interpreter', 'talker', held_s, **lease)
     holder.expect('holds')
-    talker.expect(r'answers \[21, 1\]', timeout=100.0)
+    talker.expect(rf'answers \[{held_s + 1}, 1\]', timeout=100.0)
     talker.expect('lost 0 times')
     talker.succeed()
     holder.expect('heard all in order: True')

@@ -81,10 +81,13 @@ def test_it_drives_home_from_where_it_is(env: dict[str, str]) -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures('up')
 def test_a_mission_drives_home_first(env: dict[str, str]) -> None:
-    said(env, 'move', '-3.0', '1.0')
-    output = said(env, 'mission')
-    assert output.startswith('the base is 3.16 m from home: it drives there first\n')
-    assert '10 of 10 steps ended as they should' in output
+    said(env, 'move', '-0.6', '0.8')
+    with humanoid('mission', env=env) as mission:
+        mission.expect('^the base is 1.00 m from home: it drives there first$')
+        mission.expect(r'^\[3/10\] raise the left arm')
+        mission.send_signal(signal.SIGINT)
+        assert mission.wait() == 130
+    assert 'FAILED' not in mission.output
 
 
 @pytest.mark.usefixtures('up')
