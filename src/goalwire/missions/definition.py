@@ -36,7 +36,7 @@ class Definition:
 
     @property
     def fingerprint(self) -> str:
-        """A hash of the function's source; '' if there is no source."""
+        """A hash of the function's source; '' if its source cannot be read."""
         try:
             source = inspect.getsource(self.function)
         except (OSError, TypeError):

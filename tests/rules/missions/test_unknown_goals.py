@@ -132,7 +132,7 @@ def test_no_goal_that_ran_counts_as_one_that_never_arrived(
 
 
 @pytest.mark.long
-@pytest.mark.timeout(1800)
+@pytest.mark.timeout(3600)
 @settings(max_examples=100_000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @HISTORIES
 def test_none_does_in_a_hundred_thousand_histories(
