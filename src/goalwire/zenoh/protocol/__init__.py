@@ -45,6 +45,13 @@ One session:
     senders           publications and queriers, each for one key
     session_protocol  the session itself: what is declared here and there, kept in step
 
+A router for one machine:
+
+    introductions     each peer is told where the others listen
+    relayed_entities  the entities of the router's links, and the links that have been told of them
+    router_link       a link of the router, which hands messages on as they came
+    router_protocol   the router itself: it introduces peers, and serves clients
+
 Threads. Every method may be called on any thread, but what one link receives is handed to it by one thread
 at a time. `SessionProtocol.section` is over the tables of a session and of what its links have declared;
 `Outgoing.section` over what a link sends: the number of a frame, its place in the queue, the write. Whoever
