@@ -19,7 +19,8 @@ from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future
 from goalwire.execution.monotonic import STEADY
-from goalwire.execution.multi_threaded import MultiThreadedExecutor, WorkerPool
+from goalwire.execution.multi_threaded import DrainTracker, MultiThreadedExecutor, WorkerPool
+from goalwire.execution.ready_queue import CallbackSource, ReadyQueue
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 
 COUNT = 20
@@ -185,6 +186,44 @@ def test_what_a_late_callback_raises_comes_out_of_that_spin(executor: Executor, 
     future.set_result(None)
     with pytest.raises(ValueError, match='late'):
         executor.spin_until_future_complete(future, PATIENCE)
+
+
+def test_a_callback_between_the_queue_and_its_worker_belongs_to_that_spin(
+    node: SmallNode, context: SmallContext, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    future: Future[None] = Future()
+    looked = threading.Event()
+
+    class HoldsWork(MultiThreadedExecutor):
+        """A worker that has taken the work keeps it until the ending spin has looked at all workers."""
+
+        def _next(self) -> CallbackSource | None:
+            source = super()._next()
+            if source is event_queue:
+                future.set_result(None)
+                assert soon(looked)
+            return source
+
+    def gather(drain: DrainTracker, ready: ReadyQueue, pool: WorkerPool) -> None:
+        original(drain, ready, pool)
+        looked.set()
+
+    def fail(_: int) -> None:
+        raise ValueError('late')
+
+    original = DrainTracker.gather
+    monkeypatch.setattr(DrainTracker, 'gather', gather)
+    monkeypatch.setattr('goalwire.execution.multi_threaded._PATIENCE', int(PATIENCE * 1e9))
+    event_queue: EventQueue[int] = EventQueue(node.work_queue, None, fail)
+    executor = HoldsWork(2, context=context)
+    executor.add_node(node)
+    event_queue.deliver(1)
+    try:
+        with pytest.raises(ValueError, match='late'):
+            executor.spin_until_future_complete(future, PATIENCE)
+    finally:
+        looked.set()
+        executor.shutdown()
 
 
 def test_a_callback_that_blocks_on_another_thread_does_not_hold_up_the_spin(

@@ -26,7 +26,7 @@ from goalwire.execution.spinning import (
 from goalwire.execution.waiting import StopCondition, Waiter, wake_all
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable
     from threading import Thread
 
     from goalwire.execution.future import Future
@@ -35,11 +35,13 @@ if TYPE_CHECKING:
 
 
 class DrainTracker:
-    """The events that have come by the time a spin's future is settled.
+    """The work that is ready when a spin's future is settled, and that the spin still waits for.
 
-    Workers tell of each callback, after they have noted it as theirs, when it begins and when it has ended;
-    `done` is called once the last one has. Callbacks of tasks and timers that run already are not waited
-    for: they may be meant to run on.
+    Each worker reports the begin and the end of its callbacks. `done` is called after the last callback.
+    Tasks and timers whose callbacks run already are not waited for, since such a callback may run for long.
+
+    Work goes from the ready queue to a worker in three steps: the worker enters `taking`, takes the work, and
+    enters itself with the work in `busy`. `gather` looks in the same order, so it misses no work.
     """
 
     def __init__(self, done: Callable[[], None]) -> None:
@@ -49,16 +51,15 @@ class DrainTracker:
         self._lock = allocate_lock()
         self._events: dict[CallbackSource, int] = {}  # events whose callbacks have not begun
         self._running: set[Thread] = set()
-        self._seen: set[Thread] = set()
+        self._taking: set[Thread] = set()  # workers that may have taken work, which is not known yet
 
-    def gather(self, ready: Iterable[CallbackSource], busy: dict[Thread, CallbackSource]) -> None:
-        """Count the `ready` work, the work that waits for the groups of `busy` workers, and their running
-        callbacks.
-        """
+    def gather(self, ready: ReadyQueue, pool: WorkerPool) -> None:
+        """Count the work in `ready`, the work of the workers of `pool`, and what waits for their groups."""
         with self._lock:
-            for source in ready:
+            for source in copy_of(ready.items):
                 self._count(source)
-            for thread, source in busy.items():
+            self._taking |= pool.taking.copy()
+            for thread, source in pool.busy.copy().items():
                 if source.group is not None:
                     for parked in source.group.parked:
                         self._count(parked)
@@ -69,20 +70,28 @@ class DrainTracker:
     @property
     def over(self) -> bool:
         """True if all gathered work has been run."""
-        return not self._running and not self._events
+        return not self._taking and not self._running and not self._events
 
     def begun(self, thread: Thread, source: CallbackSource) -> None:
         """Note that `thread` begins a callback of `source`."""
         with self._lock:
-            if thread in self._running:
-                return  # gathered, and not run since
-            # A worker's first callback may have left the queue just before that was looked at.
-            if source not in self._events and thread not in self._seen and isinstance(source, EventQueue):
-                self._count(source)
-            self._seen.add(thread)
-            if source in self._events:
-                self._running.add(thread)
-                self._take_one(source)
+            if thread not in self._running:
+                if thread in self._taking and source not in self._events:
+                    self._count(source)  # it was taken just before `gather` looked at the queue
+                if source in self._events:
+                    self._running.add(thread)
+                    self._take_one(source)
+        self.has_taken(thread)  # last: `over` is read without the lock
+
+    def has_taken(self, thread: Thread) -> None:
+        """Note that `thread` has taken its work, or has found none."""
+        with self._lock:
+            if thread not in self._taking:
+                return
+            self._taking.discard(thread)
+            over = self.over
+        if over:
+            self._done()
 
     def has_ended(self, thread: Thread, source: CallbackSource, *, performed: bool) -> None:
         """Note that `thread` is through with `source`; not `performed`: its group was busy."""
@@ -132,6 +141,7 @@ class WorkerPool:
         'closed',
         'limit',
         'serving',
+        'taking',
     )
 
     def __init__(self, limit: int, serve: Callable[[], None], wake_all: Callable[[], None]) -> None:
@@ -139,6 +149,8 @@ class WorkerPool:
         self.closed = False
         self.busy: dict[threading.Thread, CallbackSource] = {}
         """The workers in user code, each with its callback."""
+        self.taking: set[threading.Thread] = set()
+        """The workers that take work now. A worker leaves this set after it has entered `busy`."""
         self._serve = serve
         self._wake_all = wake_all
         self._lock = threading.Lock()
@@ -191,7 +203,7 @@ class WorkerPool:
     def reset_in_child(self) -> None:
         """In a forked child, forget the threads: they are the parent's."""
         self._lock = threading.Lock()
-        for threads in (self.busy, self._threads, self.serving):
+        for threads in (self.busy, self.taking, self._threads, self.serving):
             threads.clear()
 
     def await_end(self, deadline: int | None) -> bool:
@@ -209,6 +221,7 @@ class WorkerPool:
         finally:
             with self._lock:
                 self.serving.discard(threading.current_thread())
+            self.taking.discard(threading.current_thread())
             self._threads.discard(threading.current_thread())
 
 
@@ -353,12 +366,10 @@ class MultiThreadedExecutor(Executor):
 
     def _await_drain(self, waiter: Waiter, deadline: int | None) -> None:
         """Let the workers run the work that has come by now, but do not wait for callbacks that block."""
-        if not self._ready.items and not self._pool.busy:
-            return
         drain = DrainTracker(waiter.wake)
         self._drains.append(drain)
         try:
-            drain.gather(copy_of(self._ready.items), self._pool.busy.copy())
+            drain.gather(self._ready, self._pool)
             while not (drain.over or self._is_shutdown or self._is_past(deadline)):
                 if not self._shutdown_signal.alive:
                     return
@@ -368,6 +379,7 @@ class MultiThreadedExecutor(Executor):
                 if not self._clock.wait(waiter, until) and drain.ended == ended:
                     return
                 self._raise_failure()
+            self._raise_failure()  # of a callback that ended before the first wait
         finally:
             self._drains.remove(drain)
 
@@ -410,14 +422,20 @@ class MultiThreadedExecutor(Executor):
     def _serve(self) -> None:
         """A worker's loop: run ready work until the worker has to end."""
         waiter, thread, handed_over = self._new_waiter(), threading.current_thread(), self._handed_over
+        taking = self._pool.taking
         active_executors.executors.append(self)
         while not (self._retires() and self._leaves()):
+            taking.add(thread)  # first: see DrainTracker
             source = handed_over.pop() if handed_over.items else None
             if source is None and self._spins:
                 source = self._next()
             if source is not None:
                 self._ensure_polled(source, thread)
-            elif self._spins:
+                continue
+            taking.discard(thread)
+            if self._drains:
+                self._tell_none_taken(thread)
+            if self._spins:
                 self._sleep_at_queue(waiter)
             else:
                 handed_over.park(waiter, self._clock, self._wanted, None)
@@ -439,6 +457,7 @@ class MultiThreadedExecutor(Executor):
     def _ensure_polled(self, source: CallbackSource, thread: threading.Thread) -> None:
         busy = self._pool.busy
         busy[thread] = source
+        self._pool.taking.discard(thread)
         if self._drains:
             self._tell_begun(thread, source)
         performed = True
@@ -451,6 +470,10 @@ class MultiThreadedExecutor(Executor):
             del busy[thread]
             if self._drains:
                 self._tell_ended(thread, source, performed=performed)
+
+    def _tell_none_taken(self, thread: threading.Thread) -> None:
+        for drain in tuple(self._drains):
+            drain.has_taken(thread)
 
     def _tell_begun(self, thread: threading.Thread, source: CallbackSource) -> None:
         for drain in tuple(self._drains):
