@@ -1,4 +1,4 @@
-"""Threads that wait until the other side of a link has taken what waits for it."""
+"""Threads that wait until the other side of a link has taken the queued bytes."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.zenoh.protocol.primitives import UNRESPONSIVE
 
 ROOM_S = 60.0
-"""How long a message waits for room, before its link is given up."""
+"""How long a message waits for room before its link is closed."""
 
 
 class Backpressure:
     """Lets the threads of one session wait for room on its links."""
 
     def __init__(self, wire_poller: LeaderFollowers, section: CriticalSection, poller: Poller) -> None:
-        """`section` is over the session's tables."""
+        """`section` guards the session's tables."""
         self._wire_poller = wire_poller
         self._section = section
         self._poller = poller
 
     def may_block(self) -> bool:
-        """Whether the calling thread may wait: not if it reads, or is changing the session's tables."""
+        """True if the calling thread may wait: it neither reads sockets nor changes the session's tables."""
         return not (self._wire_poller.leads() or self._section.is_entered())
 
     def wait_for_room(self, socket_link: SocketLink, is_answer: bool) -> None:
         """Wait until a link has room. The thread that reads does not wait, as only reading makes room.
 
-        A message may wait for ROOM_S. An answer waits only as long as whoever asked for it goes on reading.
+        A message may wait for ROOM_S. An answer waits only as long as the asking side goes on reading.
         """
         if not self.may_block():
             return
@@ -60,7 +60,7 @@ class Backpressure:
         socket_link.end(f'nothing was taken for {patience:g} s', UNRESPONSIVE, is_fault=True)
 
     def drain(self, socket_links: list[SocketLink], patience_s: float) -> None:
-        """Wait until the others have taken what was sent, or for a while."""
+        """Wait until the other sides have taken all queued bytes, but at most for a given time."""
         deadline = monotonic() + patience_s
         sleeper = SleepingThread()
         for each in socket_links:

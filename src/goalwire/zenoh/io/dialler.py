@@ -1,8 +1,8 @@
 """Connecting, without waiting: to configured addresses for ever, to nodes of gossip for a while.
 
-A connection is begun and looked at again when its socket can be written. Names that must be asked for are
-looked up on a thread of their own, which ends with the answer. After a failure the next address has its turn,
-and after the last one a pause, which doubles from one round to the next.
+A connection is started, and checked again when its socket is writable. A host name that needs DNS is looked
+up on a thread of its own, which ends with the answer. After a failure the next address is tried, and after
+the last address comes a pause, which doubles from one round to the next.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from goalwire.zenoh.io.endpoints import Endpoint, is_quickly_resolved, parse, re
 from goalwire.zenoh.protocol.bounds import GOSSIP_CONNECT_S
 
 CONNECT_S = 10.0
-"""How long one address may leave a connection unanswered."""
+"""How long a connection to one address may stay unanswered."""
 _UNDER_WAY = {errno.EINPROGRESS, errno.EWOULDBLOCK, getattr(errno, 'WSAEWOULDBLOCK', errno.EWOULDBLOCK)}
 
 
 @record
 class Retry:
-    """Pauses between rounds, in s; `rounds` None: for ever."""
+    """The pauses between rounds of dialling, in s, and the number of `rounds`; None: no limit."""
 
     first_s: float = 1.0
     most_s: float = 4.0
@@ -38,7 +38,7 @@ class Retry:
 
 
 class DialSlots:
-    """How many nodes of gossip are dialled at one time; more wait for their turn.
+    """Limits how many nodes of gossip are dialled at one time; the others wait for their turn.
 
     Only the thread that reads uses it.
     """
@@ -56,7 +56,7 @@ class DialSlots:
             self._waiting.append(start)
 
     def give(self) -> None:
-        """Give a slot to the next."""
+        """Give a slot back, or pass it to the next node that waits."""
         if self._waiting:
             self._waiting.popleft()()
         else:
@@ -64,7 +64,7 @@ class DialSlots:
 
 
 class LookUps:
-    """Names that are looked up by a few threads, which end when no name is left."""
+    """Looks names up on a few threads, which end when no name is left."""
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -91,7 +91,7 @@ class LookUps:
             ask()
 
     def clear(self) -> None:
-        """Stop looking names up."""
+        """Drop the names that still wait to be looked up."""
         self._waiting.clear()
 
 
@@ -112,7 +112,7 @@ class Dial:
     ) -> None:
         """`when_failed` is called after each failed round; `expected` is the id that must answer, if known.
 
-        `slots` and `look_ups` are shared with others that are dialled because gossip told of them.
+        All dials of nodes that gossip has told of share `slots` and `look_ups`.
         """
         self._slots = slots
         self._has_slot = self._awaits_slot = False
@@ -122,11 +122,11 @@ class Dial:
         self.locators = locators
         self.failed_rounds = 0
         self.is_up = False
-        """Whether there is a link that came of it."""
+        """True while the link that this dial led to is up."""
         self.is_over = False
         self.error = ''
         self.address = ''
-        """The one that was dialled last, as it was given."""
+        """The address that was dialled last, as it was given."""
         self._poller = poller
         self._retry = retry
         self._when_connected = when_connected
@@ -135,7 +135,7 @@ class Dial:
         self._endpoints: list[tuple[str, Endpoint]] = []
         self._addresses: list[tuple[socket.AddressFamily, Any]] = []
         self._lock = RLock()
-        """Over the socket: a session is closed on any thread, and dials on the one that waits."""
+        """Guards the socket: any thread may close the session while the reading thread dials."""
         self._socket: socket.socket | None = None
         self._timer: Timer | None = None
 
@@ -276,7 +276,7 @@ class Dial:
         self._when_failed(self)
 
     def try_again(self) -> None:
-        """The link that came of it has ended: begin anew, after a pause."""
+        """Begin anew after a pause, since the link that this dial led to has ended."""
         self.is_up = False
         if not self.is_over:
             self._pause = self._retry.first_s
@@ -289,7 +289,7 @@ class Dial:
             self._pause_after_round()
 
     def worked(self) -> None:
-        """The link is up: the next failure counts from the beginning."""
+        """Take note that the link is up: failures are counted from 0 again."""
         self.is_up = True
         self._give_slot()
         self.failed_rounds = 0
@@ -306,7 +306,7 @@ class Dial:
 
 
 def _is_own_end(sock: socket.socket) -> bool:
-    """Whether a connection to a free port of this machine has met itself, as TCP allows it."""
+    """True if a socket is connected to itself, which TCP allows for a free port of this machine."""
     try:
         return bool(sock.getsockname() == sock.getpeername())
     except OSError:

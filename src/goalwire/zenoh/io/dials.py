@@ -1,4 +1,4 @@
-"""Whom a session connects to: the addresses that it was given, and nodes of which routers told."""
+"""The connections that a session opens: to configured addresses, and to nodes that routers told of."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TO_NODES = Retry(first_s=0.1, most_s=4.0, rounds=10)
 
 
 class Dials:
-    """One session's dials, and the links that came of them."""
+    """One session's dials, and the links that they have led to."""
 
     def __init__(
         self,
@@ -33,7 +33,7 @@ class Dials:
         self._take = take
         self._note_failure = note_failure
         self._dials: dict[object, Dial] = {}
-        """By their addresses, or by the id of the node."""
+        """The dials by their configured addresses, or by the id of a node of gossip."""
         self._dialled: dict[Link, Dial] = {}
         self._slots = DialSlots(bounds.MOST_DIALS)
         self._look_ups = LookUps(bounds.MOST_LOOK_UPS)
@@ -45,11 +45,11 @@ class Dials:
             self._poller.call(dial.start)
 
     def meet(self, node: Node) -> None:
-        """Connect to a node of gossip. On the thread that reads."""
+        """Connect to a node of gossip. Only the thread that reads calls this."""
         self._add(node.zid, node.locators, _TO_NODES, node.zid).start()
 
     def is_meeting(self, zid: bytes) -> bool:
-        """Whether a node of gossip is being dialled, or was and is linked."""
+        """True while a node of gossip is dialled, or linked because it was dialled."""
         return zid in self._dials
 
     def _add(
@@ -77,11 +77,11 @@ class Dials:
     # ---- the links that come of them
 
     def keep(self, dial: Dial, link: Link) -> None:
-        """Take note of which dial a link came of."""
+        """Remember which dial has led to a link."""
         self._dialled[link] = dial
 
     def is_shaking_hands(self, zid: bytes) -> bool:
-        """Whether a link that was begun here to a session is in its handshake."""
+        """True if this side has dialled the session, and the handshake with it is under way."""
         return any(dial.expected == zid and not link.is_up for link, dial in list(self._dialled.items()))
 
     def note_up(self, link: Link) -> None:
@@ -95,11 +95,11 @@ class Dials:
             self._dials.pop(link.zid, None)
 
     def forget(self, link: Link) -> Dial | None:
-        """Return the dial that a link came of, which has ended; None if the other side has opened it."""
+        """Forget an ended link. Return the dial that had led to it; None if the other side opened it."""
         return self._dialled.pop(link, None)
 
     def dial_again(self, dial: Dial, link: Link, why: str, *, is_linked: bool) -> None:
-        """Connect again after the end of a link that came of a dial, unless the session is linked anyhow."""
+        """Connect again after the end of a link that `dial` had led to, unless the node is linked again."""
         if is_linked and dial.expected is not None:
             dial.close()
             self._dials.pop(dial.expected, None)
@@ -111,7 +111,7 @@ class Dials:
             dial.refused()
 
     def node_to_meet(self, zid: bytes) -> Node | None:
-        """Return a node that has gone, if it is this side that connects to it; else forget it."""
+        """Return a lost node that this side has to dial again. Forget a node that dials us; return None."""
         node = self._gossip.nodes.get(zid)
         if node is not None and not connects_to(self._own_zid, node):
             self._gossip.forget(zid)
@@ -126,11 +126,11 @@ class Dials:
     # ---- how far they are
 
     def is_connected(self) -> bool:
-        """Whether somebody has answered at one of the configured addresses, and the link is up."""
+        """True if the link to at least one of the configured addresses is up."""
         return any(dial.is_up for dial in list(self._dials.values()) if dial.expected is None)
 
     def have_settled(self, *, go_on: bool) -> bool:
-        """Whether each is connected or, unless they are to `go_on`, has failed once."""
+        """True if each dial is connected or has failed once; with `go_on`, a failed dial does not count."""
         return all(dial.is_up or (dial.failed_rounds and not go_on) for dial in list(self._dials.values()))
 
     def missing(self) -> list[Dial]:

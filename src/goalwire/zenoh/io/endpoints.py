@@ -10,14 +10,14 @@ from goalwire.errors import TransportError
 from goalwire.records import record
 
 LOOPBACK = '127.0.0.1'
-"""localhost, whatever this machine knows of names."""
+"""localhost as a number, which works without a hosts file or DNS."""
 
 PROTOCOLS = ('tcp', 'tls')
-"""The protocols of links that sessions of goalwire's own speak."""
+"""The link protocols that goalwire's own sessions speak."""
 
 
 class Endpoint(NamedTuple):
-    """Where to listen, or to connect to."""
+    """An address to listen at, or to connect to."""
 
     protocol: str
     host: str
@@ -26,7 +26,7 @@ class Endpoint(NamedTuple):
 
 @record
 class TlsFiles:
-    """Paths of PEM files, and what is checked: `transport/link/tls` of a Zenoh configuration."""
+    """Paths of PEM files, and checks of certificates: `transport/link/tls` of a Zenoh configuration."""
 
     root_ca_certificate: str = ''
     """The authorities that sign the certificates of others. If empty, the authorities that this system
@@ -36,9 +36,9 @@ class TlsFiles:
     connect_certificate: str = ''
     connect_private_key: str = ''
     enable_mtls: bool = False
-    """Whether those who connect must show a certificate as well."""
+    """True if sides that connect must show a certificate, too."""
     verify_name_on_connect: bool = True
-    """Whether the certificate must name the host that was dialled."""
+    """True if the certificate must name the host that was dialled."""
 
 
 def as_port(text: str) -> int | None:
@@ -62,13 +62,13 @@ def parse(text: str) -> Endpoint:
 def _plain(host: str) -> str | bytes:
     """Return an ASCII name as bytes.
 
-    For a str Python would import tables of other alphabets, 1 MB of them.
+    Given a str, the socket functions would import the IDNA tables, which take 1 MB.
     """
     return host.encode() if host.isascii() and host.isprintable() else host
 
 
 def is_quickly_resolved(host: str) -> bool:
-    """Whether a host's addresses are known without asking the network."""
+    """True if a host's addresses are known without asking the network."""
     if host == 'localhost':
         return True
     try:
@@ -79,16 +79,16 @@ def is_quickly_resolved(host: str) -> bool:
 
 
 def _look_up(host: str, port: int, flags: int) -> list[tuple[socket.AddressFamily, Any]]:
-    """Return families and socket addresses. Raises OSError, also for a name that cannot be one."""
+    """Return families and socket addresses. Raises OSError, also for a malformed name."""
     try:
         found = socket.getaddrinfo(_plain(host), port, type=socket.SOCK_STREAM, flags=flags)
-    except ValueError:  # a NUL in it, or a part of more than 63 signs
+    except ValueError:  # the name has a NUL, or a label of more than 63 characters
         raise OSError(f'{reprlib.repr(host)} cannot be the name of a host') from None
     return [(family, address) for family, _, _, _, address in found]
 
 
 def is_localhost_known() -> bool:
-    """Whether this machine finds the name: it is in the hosts file, which small containers lack."""
+    """True if this machine resolves localhost; small containers have no hosts file that names it."""
     try:
         _look_up('localhost', 0, 0)
     except OSError:
@@ -103,16 +103,16 @@ def resolve(endpoint: Endpoint, *, passive: bool = False) -> list[tuple[socket.A
         return _look_up(endpoint.host, endpoint.port, flags)
     try:
         found = _look_up(endpoint.host, endpoint.port, flags)
-    except OSError:  # this machine has no hosts file: the name is its own all the same (RFC 6761)
+    except OSError:  # without a hosts file, localhost still means this machine (RFC 6761)
         return _look_up(LOOPBACK, endpoint.port, flags)
-    # 127.0.0.1 first, where the rendezvous listens: else each connection is refused once.
+    # 127.0.0.1 comes first: the rendezvous listens there, and ::1 would refuse each connection once.
     return sorted(found, key=lambda each: each[0] != socket.AF_INET)
 
 
 def locators_of(listener: socket.socket, protocol: str = 'tcp') -> list[str]:
     """Return the addresses at which others reach a listening socket.
 
-    If it listens on all addresses, these are all of this machine.
+    For a socket that listens on all addresses, these are all addresses of this machine.
     """
     host, port = listener.getsockname()[:2]
     hosts = _own_addresses(listener.family) if host in {'0.0.0.0', '::'} else [host]  # noqa: S104
@@ -129,11 +129,11 @@ def _own_addresses(family: int) -> list[str]:
                 found[probe.getsockname()[0]] = None
             except OSError:
                 continue
-    # A robot's network may have no route to anywhere else: then only its interfaces tell.
+    # A robot's network may have no route to other networks: then only the interfaces give its addresses.
     from goalwire.host_addresses import choose, find_interfaces
 
     own = choose(find_interfaces(ipv6=family == socket.AF_INET6))
     found |= dict.fromkeys(each.address for each in own if not each.is_of_link)
-    if family == socket.AF_INET6:  # a socket for IPv6 mostly takes IPv4 as well
+    if family == socket.AF_INET6:  # a listening socket for IPv6 usually accepts IPv4 as well
         found |= dict.fromkeys(_own_addresses(socket.AF_INET))
     return list(found) or (['127.0.0.1'] if family == socket.AF_INET else ['::1'])

@@ -1,4 +1,4 @@
-"""Log lines about links that were closed since their other side broke the rules."""
+"""Log lines about links that were closed because their other side broke the protocol."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from goalwire.zenoh.protocol.primitives import show_id
 
 
 class FaultLog:
-    """One session's. Of each reason the first is logged, then the tenth, the hundredth."""
+    """The fault log of one session. It logs the first fault of each kind, then the tenth, the hundredth."""
 
     def __init__(self, session: str) -> None:
         """`session` is the id that log lines begin with."""
@@ -33,6 +33,6 @@ class FaultLog:
 
     def warn(self, text: str) -> None:
         """Log a warning of this session's."""
-        from goalwire.logging import get_logger  # needed only when something is broken
+        from goalwire.logging import get_logger  # imported here, since it is needed only after a fault
 
         get_logger(LOGGER).warning(f'Zenoh session {self._session}: {text}')

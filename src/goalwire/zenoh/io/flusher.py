@@ -1,8 +1,8 @@
-"""Sends what links hold back in a flood within milliseconds, whatever their publishers do next.
+"""Sends held-back messages within milliseconds, even if their publisher does nothing more.
 
-Mostly it goes out before: with the messages that follow, or when the publishing thread goes to sleep in an
-executor. A thread of the session's sees to the rest, as Zenoh's own does; it is started with the first flood.
-Only what holds the interpreter's lock all the time delays it longer.
+In a flood, links hold small messages back to send them together. Most go out with the messages that follow,
+or when the publishing thread goes to sleep in an executor. A thread of the session's sends the rest, as
+Zenoh's own does; it is started with the first flood. Only code that keeps the GIL can delay it longer.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from goalwire.concurrency.threads import join_begun
 from goalwire.zenoh.protocol.outgoing import Outgoing
 
 HOLD_S = 0.001
-"""As long as Zenoh holds back what it collects, by default."""
+"""How long messages are held back at most; Zenoh's own default."""
 LONGEST_HOLD_S = 0.005
-"""The same while a flood goes on, which sends all that it holds back itself: to look costs 20 µs each time.
-Whoever wants the interpreter's lock waits as long."""
+"""The same while a flood goes on: its own messages push the held ones out. Each check costs 20 µs, and other
+threads wait as long for the GIL."""
 
 
 class Flusher:
-    """One session's. `held` are the links that hold something back."""
+    """The flusher of one session. `held` are the links that hold messages back."""
 
     def __init__(self, name: str) -> None:
         """`name` is that of the thread."""
@@ -38,7 +38,8 @@ class Flusher:
     def hold(self, link: Outgoing) -> None:
         """Have `link` soon send what it holds back. The link's lock is held."""
         self._holds += 1
-        self.held.append(link)  # then look who sleeps; who goes to sleep looks here after having said so
+        self.held.append(link)
+        # Only now look whether the thread sleeps: it sets `_sleeps` first, and looks at `held` after that.
         if self._sleeps:
             self._wake()
         elif self._thread is None:
@@ -62,7 +63,7 @@ class Flusher:
             try:
                 link = self.held.pop()
             except IndexError:
-                return  # another thread sends it
+                return  # another thread sends this link's messages
             link.release()
 
     def _run(self) -> None:
@@ -74,7 +75,7 @@ class Flusher:
             self._follow_flood()
 
     def _follow_flood(self) -> None:
-        """Look again and again, until a look finds nothing held back."""
+        """Send held-back messages repeatedly, until a check finds none."""
         period, holds = HOLD_S, -1
         while holds != self._holds and not self._is_closed:
             holds = self._holds
@@ -83,7 +84,7 @@ class Flusher:
             period = min(2 * period, LONGEST_HOLD_S)
 
     def close(self) -> None:
-        """Send what is held back, then end the thread."""
+        """Send the held-back messages, then end the thread."""
         self.flush()
         self._is_closed = True
         self._wake()

@@ -19,7 +19,7 @@ class PeerCertificate:
     kind: str
     """The certificate's organizational unit (OU)."""
     begins: float
-    """The time from which on it is valid, in s since the epoch."""
+    """The start of its validity, in s since the epoch."""
     ends: float
 
 
@@ -29,7 +29,7 @@ Identify: TypeAlias = Callable[[PeerCertificate], Guard | None]
 
 def read_peer_certificate(found: Mapping[str, Any] | None) -> PeerCertificate:
     """Read the other side's certificate in the form of `ssl`. Raises SecurityError if there is none."""
-    import ssl  # a session without TLS does without
+    import ssl  # imported here, since only sessions with TLS need it
 
     if not found:
         raise SecurityError('the other side shows no certificate')

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class LinkMaker:
-    """Makes the links of one session."""
+    """Makes the links of one session's connections."""
 
     def __init__(
         self, owner: SocketLinkOwner, poller: Poller, files: TlsFiles, identify: Identify | None
@@ -72,7 +72,7 @@ class LinkMaker:
         return self._tls
 
     def _refreshed(self) -> Tls:
-        """Return the session's TLS with the certificate that is in the files now."""
+        """Return the session's TLS after reading certificate files that have changed."""
         tls = self._secured()
         try:
             tls.refresh()

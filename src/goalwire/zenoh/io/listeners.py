@@ -12,7 +12,7 @@ from goalwire.errors import TransportError
 from goalwire.zenoh.io.endpoints import Endpoint, locators_of, resolve
 
 AGAIN_S = 1.0
-"""How long nothing is accepted once this process has no descriptor left."""
+"""The pause in accepting connections after this process has run out of file descriptors."""
 
 
 class AddressTakenError(TransportError):
@@ -20,7 +20,7 @@ class AddressTakenError(TransportError):
 
 
 class Listeners:
-    """One session's. Connections are taken on the thread that reads."""
+    """The listening sockets of one session. The thread that reads accepts their connections."""
 
     def __init__(
         self, poller: Poller, take: Callable[[socket.socket, str], None], warn: Callable[[str], None]
@@ -61,7 +61,7 @@ class Listeners:
                 sock = open_privately(lambda: listener.accept()[0])
             except (BlockingIOError, InterruptedError, ConnectionAbortedError):
                 return
-            except OSError as error:  # too many open files: others may end soon
+            except OSError as error:  # too many open files: some may be closed soon
                 self._warn(f'no connection can be taken: {error.strerror}; tried again each second')
                 self._poller.unregister(listener.fileno())
                 self._poller.call_later(AGAIN_S, lambda: self._accept_again(listener, protocol))

@@ -1,9 +1,9 @@
-"""Large messages leave free memory behind: when the allocator keeps it, and when it gives it back.
+"""Tells the allocator when to keep the memory of large messages, and when to return it to the system.
 
 glibc gives the memory of a freed message of 1 MB back to the system, and takes it anew, page by page, for the
 next one. On a virtual machine that costs some 5 µs a page: an image of 1 MB took 3.4-9 ms from publisher to
-acknowledgement, and takes 0.5-0.8 ms where the allocator keeps 64 MiB. So it is told to, with the first large
-message of a process. Whoever sets MALLOC_TRIM_THRESHOLD_ or MALLOC_MMAP_THRESHOLD_ decides otherwise.
+acknowledgement, and takes 0.5-0.8 ms if the allocator keeps 64 MiB. So the first large message of a process
+sets the allocator to that. MALLOC_TRIM_THRESHOLD_ and MALLOC_MMAP_THRESHOLD_ in the environment override it.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ _done: list[bool] = []
 
 
 MUCH = 16 << 20
-"""Bytes of thrown away pieces from which it pays to return them: to look for free pages takes
-milliseconds."""
+"""Bytes of discarded pieces from which returning them is worth the milliseconds that it takes."""
 
 
 def return_freed_memory() -> None:

@@ -36,7 +36,7 @@ from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.transport import Role
 
 CONNECTING_S = 1.0
-"""How long opening waits for an address that neither answers nor refuses."""
+"""How long opening waits for an address that neither accepts nor refuses."""
 OTHERS_S = 0.1
 """How long opening waits for nodes that are to connect to this one."""
 CLOSING_S = 1.0
@@ -54,7 +54,7 @@ def _most_descriptors() -> int:
 
 
 def _explain_missing(missing: Sequence[Dial], settings: Settings) -> str:
-    """Say who does not answer, and what to do about it."""
+    """Return an error text: the addresses that do not answer, and the user's remedies."""
     errors = ', '.join(dial.error for dial in missing if dial.error)
     who = 'router' if settings.role is Role.CLIENT else 'peer or router'
     where = ', '.join(address for dial in missing for address in dial.locators)
@@ -70,22 +70,22 @@ class LinkWatch:
         watches.add(self)
 
     def undeclare(self) -> None:
-        """Stop telling of links."""
+        """Stop calling the function."""
         self._watches.discard(self)
 
 
 class NativeSession:
-    """One open session. `protocol` declares, puts and asks; in `wire_poller` idle threads may wait.
+    """One open session. `protocol` declares, publishes and queries; idle threads may wait in `wire_poller`.
 
-    It owns the protocol and the sockets (`SessionOwner`, `SocketLinkOwner`): it does what they ask for.
+    It owns the protocol and the sockets, and serves both as their `SessionOwner` and `SocketLinkOwner`.
     """
 
     def __init__(self, settings: Settings) -> None:
-        """Open it, and wait until the nodes it meets have told all they know. Raises TransportError."""
+        """Open the session, and wait until its nodes have sent their declarations. Raises TransportError."""
         zid = settings.zid or os.urandom(15) + bytes((1 + os.urandom(1)[0] % 255,))
         self.guard = ForkGuard()
         self.rejects = RejectCounters()
-        """How many messages of peers this session ignored, by kind."""
+        """Counts the messages of peers that this session ignored, by kind."""
         self.lease_ms = settings.lease_ms
         self.protocol = protocol = self._make_protocol(
             Identity(zid, settings.role, settings.lease_ms), settings
@@ -136,7 +136,7 @@ class NativeSession:
     def _make_protocol(self, identity: Identity, settings: Settings) -> SessionProtocol:
         if identity.role is not Role.ROUTER:
             return SessionProtocol(identity, self, clock=monotonic, wall_clock_ns=time_ns)
-        # Imported here, since only one process of a machine is its router
+        # imported here, since only one process of a machine is its router
         from goalwire.zenoh.protocol.router_protocol import RouterProtocol
 
         return RouterProtocol(
@@ -159,7 +159,7 @@ class NativeSession:
         self._wait_until_settled()
 
     def _wait_until_settled(self) -> None:
-        """Wait until the nodes to meet are linked, and have told what they have."""
+        """Wait until the nodes to connect to are linked, and have sent all their declarations."""
         must_connect = self._settings.fails_unconnected
         goes_on_s = self._settings.connecting_s if must_connect else 0.0
         self.wait_until(self._has_settled, max(goes_on_s, CONNECTING_S))
@@ -191,7 +191,7 @@ class NativeSession:
         try:
             new = self._maker.make_inbound(sock, protocol, self._handshake(sock, protocol))
             self._links[new.link] = self._greetings[new.link] = new
-        # Raised by a signal's handler: nobody else has the socket, and its other end waits
+        # A signal's handler may raise here. No other code knows the socket yet, and its other end waits.
         except BaseException:
             sock.close()
             raise
@@ -223,19 +223,19 @@ class NativeSession:
         )
 
     def _is_met(self, zid: bytes) -> bool:
-        """Whether there is a link to a session, or one that was begun here is in its handshake.
+        """True if a session is linked, or if this side has dialled it and is in the handshake.
 
-        So links that two sessions open to each other at once do not cross: eclipse-zenoh (1.10.2) may tell
-        nothing any more over the one that stays.
+        This prevents two sessions that dial each other at once from ending up with two links: eclipse-zenoh
+        (1.10.2) may send nothing more over the link that stays.
         """
         return self.protocol.is_linked(zid) or self._dials.is_shaking_hands(zid)
 
     def take_end(self, socket_link: SocketLink, why: str, is_fault: bool) -> None:
-        """Take note that a connection has ended; connect again, if this side is to do that."""
+        """Take note that a connection has ended; connect again, if this side is the one that dials."""
         link = socket_link.link
         self._links.pop(link, None)
         self._greetings.pop(link, None)
-        # Before queries end below: a caller that asks again at once then waits for this link to come back.
+        # Before the queries end below, so that a caller who asks again at once waits for the link to return.
         self._relinking.note_lost(link.zid)
         if is_fault and not self._is_closing:
             self._faults.tell(link, why)
@@ -245,7 +245,7 @@ class NativeSession:
         dial = self._dials.forget(link)
         if self._is_closing:
             return
-        # The session at the other end may be linked all the same, by a link that has replaced this one.
+        # The session at the other end may still be linked, by a link that has replaced this one.
         is_linked = bool(link.zid) and self.protocol.is_linked(link.zid)
         if dial is not None:
             self._dials.dial_again(dial, link, why, is_linked=is_linked)
@@ -255,20 +255,21 @@ class NativeSession:
                 self.meet(node)
 
     def note_running(self, now: float) -> None:
-        """Take note that this process runs, and was not stopped since the last time; `now` in s."""
+        """Take note that this process runs. A long gap since the last call shows a stop; `now` in s."""
         self._relinking.note_running(now)
 
     def wait_for_room(self, socket_link: SocketLink, is_answer: bool) -> None:
-        """Block until less waits for a connection, if this thread may."""
+        """Block until fewer bytes wait for a connection, if this thread may block."""
         self._backpressure.wait_for_room(socket_link, is_answer)
 
     # ---- what the protocol asks for
 
     def meet(self, node: Node) -> None:
-        """Connect to a node that a router told of. On the thread that reads."""
+        """Connect to a node that a router told of. Only the thread that reads calls this."""
         if not self._settings.meets_peers or self._is_closing or self._dials.is_meeting(node.zid):
             return
-        if self._settings.identify is not None:  # no stranger's gossip leads to a link without TLS
+        # gossip is not trusted: it may not lead to a link without TLS
+        if self._settings.identify is not None:
             safe = tuple(each for each in node.locators if each.startswith('tls/'))
             node = Node(node.zid, node.role, safe)
         if len(self._links) >= self._most_links:
@@ -278,7 +279,7 @@ class NativeSession:
             self._dials.meet(node)
 
     def welcome(self, link: Link) -> None:
-        """Take note that a link is up. Another thread may have ended it since, by closing the session."""
+        """Take note that a link is up. Another thread may have closed the session and the link already."""
         self._greetings.pop(link, None)
         socket_link = self._links.get(link)
         if socket_link is None:
@@ -308,11 +309,11 @@ class NativeSession:
         self._query_timer.set_for(self.protocol.queries)
 
     def refuse(self, kind: str, reason: object) -> None:
-        """Count something that came and is ignored."""
+        """Count a received message that is ignored."""
         self.rejects.add(kind, reason)
 
     def relink(self) -> None:
-        """Wait for the links that may have ended unseen, if this thread may wait."""
+        """Wait until links that the peers may have closed unnoticed are back, if this thread may wait."""
         if self._backpressure.may_block():
             self._relinking.wait()
 
@@ -323,32 +324,32 @@ class NativeSession:
     # ---- what its user asks for
 
     def is_connected(self) -> bool:
-        """Whether somebody has answered at one of the configured addresses, and the link is up."""
+        """True if the link to at least one of the configured addresses is up."""
         return self._dials.is_connected()
 
     def watch_links(self, on_link: Callable[[Link, str], None]) -> LinkWatch:
-        """Tell of each link that is up or comes up, and the address that was dialled for it, if any."""
+        """Call `on_link` with each link that is up or comes up, and its dialled address ('' if none)."""
         watch = LinkWatch(self._watches, on_link)
         for link in self.protocol.links:
             on_link(link, self._dials.address_of(link))
         return watch
 
     def call_later(self, seconds: float, function: Callable[[], None]) -> Timer:
-        """Call a function later, on the thread that reads."""
+        """Call a function after some seconds, on the thread that reads."""
         return self._poller.call_later(seconds, function)
 
     def wait_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        """Wait until links have come, gone or told all so that `condition` holds; False if not in time."""
+        """Wait until `condition` holds; False after the timeout. It is checked at each change of a link."""
         return self._waiters.wait_until(condition, timeout_s)
 
     def statistics(self) -> dict[str, int]:
-        """Return how many messages found no room on the links there are."""
+        """Return how many messages the present links have dropped for lack of room."""
         return {'dropped': sum(link.outgoing.dropped for link in list(self._links))}
 
     # ---- the end
 
     def close(self) -> None:
-        """Send what waits, tell the others, and close everything. Idempotent."""
+        """Send the queued messages, tell the other sides, and close everything. Idempotent."""
         with self._lock:
             if self._is_closing:
                 return
@@ -365,7 +366,7 @@ class NativeSession:
             each.end('the session is closed', GENERIC)
         self.wire_poller.close()
         self._listeners.close()
-        for each in list(self._links.values()):  # links that were taken at the last moment
+        for each in list(self._links.values()):  # links that were accepted at the last moment
             each.end('the session is closed', GENERIC)
         self._poller.close()
         self._memory.close()

@@ -21,14 +21,14 @@ class QueryTimer:
         self._timer: Timer | None = None
 
     def set_for(self, queries: PendingQueries) -> None:
-        """Expire queries in time, if that is earlier than the timer is set for. Any thread."""
+        """Set the timer for the next timeout of `queries`, if that is earlier than now set. Any thread."""
         when = queries.next_timeout
         with self._lock:
             if when >= self._when:
                 return
             timer = self._poller.call_later(when - monotonic(), lambda: self._expire(queries))
             later, self._timer, self._when = self._timer, timer, when
-        if later is not None:  # otherwise each timer that fires would set another one, without end
+        if later is not None:  # otherwise each timer that fires would set a new one for ever
             later.cancel()
 
     def _expire(self, queries: PendingQueries) -> None:

@@ -1,9 +1,8 @@
 """Makes a session whole again after its process was stopped: others have closed their links meanwhile.
 
-A process that is stopped (SIGSTOP, a debugger, a laptop that sleeps) says nothing, so the others give its
-links up after its lease. When it goes on, its own links look alive until their ends are read, and what is
-sent over them is lost. So a query waits until every link has been read, and until those that have ended are
-there again.
+A process that is stopped (SIGSTOP, a debugger, a laptop that sleeps) sends nothing, so its peers close its
+links after its lease. When it goes on, its own links look alive until it reads their ends, and messages sent
+over them are lost. So a query waits until every link has been read, and until the ended links are back.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from goalwire.concurrency.waiters import Waiters
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 
 READING_TURNS = 64
-"""How often every link is read before its end is believed to have been seen. Each time takes up to 64 KiB."""
+"""How often a link is read before it counts as alive. Each read takes up to 64 KiB."""
 RELINK_S = 3.0
 """How long links may take to come back after this process was stopped and the others closed them."""
 
@@ -32,7 +31,7 @@ class Relinking:
         has_settled: Callable[[], bool],
         lease_s: float,
     ) -> None:
-        """`has_settled` tells whether all nodes that were to be met are linked; `lease_s` is this side's own
+        """`has_settled` returns True if all nodes to connect to are linked; `lease_s` is this side's own
         lease.
         """
         self._protocol = protocol
@@ -43,10 +42,10 @@ class Relinking:
         self._lost: set[bytes] = set()
         """The sessions whose links have ended since the stop."""
         self._timer: Timer | None = None
-        """Runs from the end of a stop until the links that are left are believed again."""
+        """The timer that runs from the end of a stop until the remaining links count as alive."""
 
     def note_running(self, now: float) -> None:
-        """Take note that this process runs. If it slept for its lease, the others have closed their links.
+        """Take note that this process runs. If it was stopped for a lease, its peers have closed their links.
 
         Then queries wait until these links are there again (`wait`), for RELINK_S from now at most.
         """

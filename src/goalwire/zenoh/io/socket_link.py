@@ -1,4 +1,4 @@
-"""One connection: reads bytes for its link, writes those of its link, and ends both."""
+"""One connection: reads bytes for its link, writes the bytes of its link, and closes both."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ READ_SIZE = 65536
 READ_SIZE_LARGE = 1 << 18
 """Bytes to read at once in the midst of a large message."""
 _MANY = 8
-"""Pieces of a message from which it counts as large."""
+"""A message of more pieces than this counts as large."""
 _READS_AT_ONCE = 8
 """How many reads in a row a connection gets in the midst of a large message, before other connections are
 read."""
@@ -70,16 +70,16 @@ class SocketLinkOwner(Protocol):
         """How long this side may be silent before the others close the link."""
 
     def take_end(self, socket_link: SocketLink, why: str, is_fault: bool) -> None:
-        """Take note that a connection has ended, why, and whether the other side broke the rules."""
+        """Take note that a connection has ended, why, and whether the other side broke the protocol."""
 
     def wait_for_room(self, socket_link: SocketLink, is_answer: bool) -> None:
-        """Block until less waits for a connection, if this thread may."""
+        """Block until fewer bytes wait for a connection, if this thread may block."""
 
     def hold(self, outgoing: Outgoing) -> None:
-        """Have a link soon send what it holds back."""
+        """Have a link send its held-back messages soon."""
 
     def refuse(self, kind: str, reason: object) -> None:
-        """Count something that is ignored."""
+        """Count a received message that is ignored."""
 
     def note_running(self, now: float) -> None:
         """Take note that this process runs; `now` in s."""
@@ -118,24 +118,23 @@ class SocketLink:
         self._timer = poller.call_later(HANDSHAKE_S, self._check_handshake)
 
     def start(self) -> None:
-        """Begin to talk and to listen; nothing if the session was closed meanwhile."""
+        """Begin to read and write; do nothing if the session was closed meanwhile."""
         with self.outgoing.lock:
-            if self._has_ended:  # another thread's file may have the descriptor by now
+            if self._has_ended:  # the descriptor may be another file's by now
                 return
             self._poller.register(self._fd, IN, self.on_ready)
         self.link.start()
 
     # ---- writing: under the link's lock
-    #
-    # A signal's handler runs where a function of C's has returned to one of Python's, before its result
-    # is kept, and may raise. `map` and the unpacking of its one result are a single step: it is kept.
+    # A signal's handler may raise after a C function has returned, before Python has stored the result, which
+    # would be lost. `map` and the unpacking of its one result are a single step, so the result is kept.
 
     def wait_for_room(self, is_answer: bool) -> None:
-        """Block until less waits, if this thread may."""
+        """Block until fewer bytes wait, if this thread may block."""
         self._owner.wait_for_room(self, is_answer)
 
     def hold(self, outgoing: Outgoing) -> None:
-        """Have the link soon send what it holds back."""
+        """Have the link send its held-back messages soon."""
         self._owner.hold(outgoing)
 
     def write(self, data: Buffer) -> int:
@@ -163,7 +162,7 @@ class SocketLink:
             return sum(map(len, buffers))
 
     def _fail(self, error: OSError) -> None:
-        """End a broken connection, on the thread that reads, which holds none of the writer's locks."""
+        """End a broken connection later, on the thread that reads: the caller holds the link's lock."""
         reason = error.strerror or str(error)
         self._poller.call(lambda: self.end(f'the connection broke: {reason}'))
 
@@ -171,12 +170,12 @@ class SocketLink:
         """Have the queued data written once the socket has room. The caller holds the link's lock."""
         if not self._wants_room:
             self._poller.modify(self._fd, IN | OUT)
-            self._wants_room = True  # last: a signal's handler may raise
+            self._wants_room = True  # set last: a signal's handler may raise in the line above
         if self.outgoing.overflowed:
             self._poller.call(self._check)
 
     def watch_room(self) -> None:
-        """Have the threads that wait for room woken once there is some."""
+        """Wake the threads that wait for room once there is some."""
         with self.outgoing.lock:
             if not self._has_ended:
                 self.request_flush()
@@ -184,7 +183,7 @@ class SocketLink:
     # ---- what the poller says
 
     def on_ready(self, events: int) -> None:
-        """Read if there is something to read; write if there is room for what waits."""
+        """Read if bytes have come; write queued bytes if the socket has room."""
         if events & OUT and self._wants_room:
             outgoing = self.outgoing
             if outgoing.flush():
@@ -215,8 +214,8 @@ class SocketLink:
                     self.end('the other side has hung up')
                     return
                 self._receive(data)
-                # Small messages have their callbacks run before more are read: a subscription keeps only so
-                # many; whatever comes beyond them waits in the socket, so that the publisher notices.
+                # The callbacks of small messages run before more is read. A subscription keeps only a limited
+                # number of messages; the rest waits in the socket, so that the publisher notices.
                 if len(data) < size or not frames.in_pieces or self._has_ended:
                     return
                 keep_freed_memory()
@@ -230,7 +229,8 @@ class SocketLink:
         except ZenohProtocolError as error:
             self.end(str(error), error.reason, is_fault=error.reason not in {MAX_LINKS, TO_SELF})
         except BaseException:
-            if frames.reads != reads:  # a signal's handler raised between the two: bytes are lost
+            # a signal's handler raised between `_recv` and `_receive`: bytes are lost
+            if frames.reads != reads:
                 self.end('its reader was interrupted')
             raise
 
@@ -256,7 +256,7 @@ class SocketLink:
     def _check(self) -> None:
         if self._has_ended:
             return
-        self._timer.cancel()  # before all else: a signal's handler may raise
+        self._timer.cancel()  # done first: a signal's handler may raise
         self._timer = self._poller.call_later(self._period, self._check)
         self.outgoing.tick()
         now = monotonic()
@@ -280,7 +280,7 @@ class SocketLink:
         self.link.close(reason)
         self._say_goodbye()
         self._poller.unregister(self._fd)
-        with suppress(OSError):  # the connection broke before
+        with suppress(OSError):  # the connection was broken already
             self._socket.shutdown(socket.SHUT_RDWR if reason is None else socket.SHUT_WR)
         self._socket.close()
         freed = self.link.frames.discard_pieces()
@@ -289,4 +289,4 @@ class SocketLink:
             return_freed_memory()
 
     def _say_goodbye(self) -> None:
-        """Say goodbye below the link, which has said its own: a plain socket has nothing to say."""
+        """End the layer below the link, for example TLS. A plain socket has nothing to send here."""

@@ -1,7 +1,7 @@
 """TLS (`tls/HOST:PORT`): the same bytes inside OpenSSL's records, over sockets that never block.
 
-OpenSSL works on memory here and never sees the socket. So what it has encrypted waits in one place until the
-socket takes it, and a message that OpenSSL has begun is not mixed with one of a higher priority.
+OpenSSL works on memory here and never sees the socket. So all encrypted bytes wait in one place until the
+socket takes them, and a message of a higher priority cannot cut into a half-encrypted one.
 """
 
 from __future__ import annotations
@@ -52,14 +52,14 @@ def server_context(files: TlsFiles) -> ssl.SSLContext:
     _show(context, files.listen_certificate, files.listen_private_key, 'listen')
     if files.enable_mtls:
         context.verify_mode = ssl.CERT_REQUIRED
-        context.num_tickets = 0  # nobody resumes a session: each link has a certificate shown anew
+        context.num_tickets = 0  # no resumed sessions: each new link must show its certificate again
         _insist_on_tls_1_3(context)
         _trust(context, files)
     return context
 
 
 def _insist_on_tls_1_3(context: ssl.SSLContext) -> None:
-    """Speak nothing older, which would show certificates in plain text, and keep sessions to resume."""
+    """Require TLS 1.3: older versions send certificates in plain text, and can resume sessions."""
     context.minimum_version = ssl.TLSVersion.TLSv1_3
 
 
@@ -74,7 +74,7 @@ def _trust(context: ssl.SSLContext, files: TlsFiles) -> None:
 
 
 def _show(context: ssl.SSLContext, certificate: str, key: str, use: str) -> None:
-    """Have the certificate shown to the other side. A key that needs a password is refused, not asked for."""
+    """Load the certificate that is shown to the other side. A key with a password is refused."""
     for name, path in ((f'{use}_certificate', certificate), (f'{use}_private_key', key)):
         if not path:
             raise TransportError(f'TLS needs transport/link/tls/{name}: set it to the path of a PEM file')
@@ -124,13 +124,13 @@ def explain(error: OSError) -> str:
 
 
 class TlsStream:
-    """A connected socket with TLS on it. Reads, writes and says whether there is more, as a socket does.
+    """A connected socket with TLS on it. Its methods read and write as a socket's do.
 
     Any thread may use it: OpenSSL does one thing at a time.
     """
 
     def __init__(self, sock: socket.socket, context: ssl.SSLContext, server_name: str | None) -> None:
-        """`server_name` is whom a client dialled; None for a server."""
+        """`server_name` is the host that a client dialled; None for a server."""
         self._socket = sock
         self._incoming, self._outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
         self._tls = context.wrap_bio(
@@ -138,14 +138,14 @@ class TlsStream:
         )
         self._unsent = memoryview(b'')
         self._is_sending = False
-        """Whether bytes are on their way to the socket: a signal's handler puts nothing between them."""
+        """True while bytes go to the socket: then a signal's handler may not send others in between."""
         self._is_over = False
-        # Reentrant: a signal's handler may publish while its thread is in here.
+        # Reentrant: a signal's handler may publish while its thread holds this lock.
         self._lock = RLock()
 
     @property
     def has_unsent(self) -> bool:
-        """Whether encrypted bytes wait for the socket."""
+        """True while encrypted bytes wait for the socket."""
         return len(self._unsent) > 0 or self._outgoing.pending > 0
 
     def shake_hands(self) -> bool:
@@ -161,7 +161,7 @@ class TlsStream:
             return True
 
     def peer_certificate(self) -> Mapping[str, Any] | None:
-        """Return the other side's certificate, as `ssl` tells of it; empty or None if it shows none."""
+        """Return the other side's certificate in the form of `ssl`; empty or None if it shows none."""
         return self._tls.getpeercert()
 
     def _fill(self) -> None:
@@ -175,7 +175,7 @@ class TlsStream:
                 self._is_over = True
 
     def recv(self, size: int) -> bytes:
-        """Return all that has come, empty at its end. Raises BlockingIOError if nothing has."""
+        """Return all bytes that have come, b'' at the stream's end. Raises BlockingIOError if none came."""
         with self._lock:
             self._fill()
             parts: list[bytes] = []
@@ -234,7 +234,7 @@ class TlsStream:
             if not self._unsent:
                 self._unsent = memoryview(self._outgoing.read())
             try:
-                # In one step, as in SocketLink.write.
+                # a single step for Python, as in SocketLink.write
                 (sent,) = map(self._socket.send, (self._unsent,), (NO_SIGPIPE,))
                 self._unsent = self._unsent[sent:]
             except (BlockingIOError, InterruptedError):
@@ -242,7 +242,7 @@ class TlsStream:
         return True
 
     def end(self) -> None:
-        """Tell the other side that nothing more comes, if the socket takes that at once."""
+        """Tell the other side that the stream ends, if the socket takes that message at once."""
         with self._lock, suppress(OSError, ValueError):
             with suppress(ssl.SSLWantReadError):
                 self._tls.unwrap()
@@ -250,7 +250,7 @@ class TlsStream:
 
 
 class TlsSocketLink(SocketLink):
-    """A connected socket with TLS on it, and its link, which begins once TLS has shaken hands."""
+    """A connected socket with TLS on it, and its link, which starts after the handshake of TLS."""
 
     def __init__(
         self,
@@ -262,7 +262,7 @@ class TlsSocketLink(SocketLink):
         tls: TlsStream,
         identify: Identify | None,
     ) -> None:
-        """`tls` is the stream on `sock`; `identify` names the other side by its certificate."""
+        """`tls` is the stream on `sock`; `identify` identifies the other side by its certificate."""
         super().__init__(owner, sock, handshake, poller)
         self._tls = tls
         self._identify = identify
@@ -291,7 +291,7 @@ class TlsSocketLink(SocketLink):
         self._watch_unsent()
 
     def _know_other_side(self) -> bool:
-        """Identify the other side; False if it is refused, and the link closed."""
+        """Identify the other side; close the link and return False if it is refused."""
         if self._identify is not None:
             try:
                 self.link.guard = self._identify(read_peer_certificate(self._tls.peer_certificate()))
@@ -304,7 +304,7 @@ class TlsSocketLink(SocketLink):
     def _decrypt(self, size: int) -> bytes:
         try:
             return self._tls.recv(size)
-        except ssl.SSLError as error:  # a certificate that is refused shows here, with TLS 1.3
+        except ssl.SSLError as error:  # in TLS 1.3, the other side's refusal of our certificate arrives here
             self.end(f'TLS: {explain(error)}', is_fault=True)
             raise BlockingIOError from None
 
@@ -326,7 +326,7 @@ class TlsSocketLink(SocketLink):
         try:
             taken = write(data)
             self._watch_unsent()
-        except BaseException:  # raised by a signal's handler: how much OpenSSL has taken is unknown
+        except BaseException:  # A signal's handler has raised: how many bytes OpenSSL has taken is unknown.
             self._poller.call(lambda: self.end('its writer was interrupted'))
             raise
         return taken
@@ -344,7 +344,7 @@ class TlsSocketLink(SocketLink):
             super().on_ready(events)
             with self.outgoing.lock:
                 if not self._has_ended:
-                    self._watch_unsent()  # reading may have to answer
+                    self._watch_unsent()  # reading may have made OpenSSL write an answer
 
     def _say_goodbye(self) -> None:
         self._tls.end()
@@ -369,7 +369,7 @@ class Tls:
         self._seen = self._look()
 
     def refresh(self) -> None:
-        """Read the files again if one has changed. If that fails, what was read before stays."""
+        """Read the files again if one has changed. If that fails, the old certificates stay in use."""
         seen = self._look()
         if seen == self._seen:
             return

@@ -23,15 +23,15 @@ from goalwire.zenoh.protocol.primitives import Reader, ZenohProtocolError, encod
 from goalwire.zenoh.protocol.shared_memory import LinkMemory
 
 _NO_COUNTERS = b'\0'
-"""In OPEN: this side lends no counters. It needs none, as its headers tell what was read."""
+"""In OPEN: this side lends no counters. It needs none, as the counts in its headers show what was read."""
 PRIORITIES = 8
 
 
 class OwnAuth:
-    """This session's segment of the handshake: who reads it shows that it can."""
+    """This session's segment for the handshake: a side that returns its challenge can read our memory."""
 
     def __init__(self, random: Callable[[int], bytes], *, reads_all: bool) -> None:
-        """`reads_all` if this side takes pointers of any writer. Raises OSError."""
+        """With `reads_all` this side accepts pointers of any writer. Raises OSError."""
         self.segment = OwnSegment(layout.AUTH_SIZE, 32)
         self.number = self.segment.number
         self.challenge = int.from_bytes(random(8), 'little')
@@ -48,12 +48,12 @@ class Partner(NamedTuple):
     version: int
     challenge: int
     reads_all: bool
-    """Whether it takes any pointer to a segment in /dev/shm."""
+    """True if it accepts pointers of any writer to segments in /dev/shm."""
     is_goalwire: bool
 
     @property
     def number(self) -> int:
-        """The number of its segment."""
+        """The number of its segment for the handshake."""
         return self.segment.number
 
 
@@ -90,7 +90,7 @@ def _read(segment: ForeignSegment) -> Partner:
 
 
 class Agreement:
-    """One link's; see `handshake.MemoryAgreement`."""
+    """The agreement of one link; see `handshake.MemoryAgreement`."""
 
     def __init__(
         self,
@@ -98,7 +98,7 @@ class Agreement:
         admits: Callable[[Partner], bool],
         make: Callable[[Partner, tuple[int, ...], Callable[[bytes], object]], LinkMemory],
     ) -> None:
-        """`admits` tells who may share memory; `make` makes the memory of a link."""
+        """`admits` returns True if a partner may share memory; `make` makes the memory of a link."""
         self._own = own
         self._admits = admits
         self._make = make
@@ -135,7 +135,7 @@ class Agreement:
         return encode_z(partner.challenge) + _NO_COUNTERS
 
     def accept(self, proof: int | bytes | None) -> int | bytes | None:
-        """Agree if the connector has read our segment."""
+        """Return our acceptance if the proof shows that the connector has read our segment."""
         partner = self._partner
         if partner is None:
             return None
@@ -151,7 +151,7 @@ class Agreement:
         return _NO_COUNTERS if self._is_agreed else None
 
     def conclude(self, accepted: int | bytes | None) -> None:
-        """Take the acceptance."""
+        """Read the acceptor's acceptance."""
         partner = self._partner
         if partner is None or accepted is None:
             return
@@ -174,7 +174,7 @@ class Agreement:
         return self._memory
 
     def close(self) -> None:
-        """Give the other side's segment up: the link has ended, or carries bytes."""
+        """Close the other side's segment: the link has ended, or carries bytes."""
         partner, self._partner = self._partner, None
         if self._memory is not None:
             self._memory.close()

@@ -1,7 +1,7 @@
-"""Where a data segment is free: first fit, neighbours joined.
+"""Finds free places in a data segment: first fit, and adjacent free places are joined.
 
-The lowest place that fits is taken, so that a publisher of one size uses the same pages again and again:
-they are in the processor's cache and in both sides' page tables.
+The lowest place that fits is taken. So a publisher of messages of one size uses the same pages again and
+again, and these are in the processor's cache and in both sides' page tables.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ ALIGNMENT = 64
 
 
 class Allocator:
-    """The free places of one segment."""
+    """The table of the free places of one segment."""
 
     def __init__(self, size: int) -> None:
         self._starts = [0]
@@ -24,7 +24,7 @@ class Allocator:
         return max(self._sizes, default=0)
 
     def take(self, size: int) -> int | None:
-        """Return where `size` bytes are, from now on taken; None if there is no such place."""
+        """Reserve `size` bytes and return their offset; None if no free place is large enough."""
         size = rounded(size)
         for at, free in enumerate(self._sizes):
             if free >= size:
@@ -38,7 +38,7 @@ class Allocator:
         return None
 
     def give(self, start: int, size: int) -> None:
-        """Return a place that `take` has given for `size` bytes."""
+        """Free the `size` bytes at an offset that `take` has returned."""
         size = rounded(size)
         at = bisect_left(self._starts, start)
         self._starts.insert(at, start)
@@ -52,5 +52,5 @@ class Allocator:
 
 
 def rounded(size: int) -> int:
-    """Return the bytes that a chunk of `size` takes."""
+    """Return how many bytes a chunk of `size` occupies."""
     return -(-size // ALIGNMENT) * ALIGNMENT

@@ -1,11 +1,11 @@
-"""What the segments hold, byte for byte: the same in Zenoh 1.2.3 to 1.10, but for the handshake's segment.
+"""The layout of the segments, byte for byte: equal in Zenoh 1.2.3 to 1.10, except the handshake's segment.
 
 All numbers are in the machine's own byte order, and each is aligned.
 
 The handshake's segment until Zenoh 1.9: three numbers of 64 bits (how many protocols, the inverted challenge,
 version 1), and the protocols, of 64 bits. Since 1.10: the same three (the challenge as it is, version 2), 256
-protocols of 32 bits, and counters that senders lend to readers. A segment in the newer form serves both, as
-its owner learns from the echo of its challenge how it was read.
+protocols of 32 bits, and counters that senders lend to readers. A segment in the newer form serves both: from
+the returned challenge its owner learns which form the reader knows.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ MOST_PROTOCOLS = 256
 POSIX = 0
 """The protocol of segments in /dev/shm."""
 MARK_AT = PROTOCOLS_AT + 4 * 252
-"""Where goalwire's mark stands, in places for protocols that nobody uses."""
+"""The offset of goalwire's mark, in unused entries of the table of protocols."""
 MARK = Struct('=QII')
 MAGIC = 0x67_6F_61_6C_77_69_72_65
-"""Names a segment of goalwire's: it says 'goalwire'."""
+"""Marks a segment of goalwire's: the bytes of 'goalwire'."""
 READS_OWN_HEADERS = 1
-"""In the mark: the owner reads pointers whose header is lent to it alone, without atomic instructions."""
+"""In the mark: the owner can read goalwire's pointers, each with a header for one reader only."""
 COUNTERS_AT = 1048
 COUNTERS = 2810
 
@@ -42,7 +42,7 @@ HEADERS = 32_768
 WATCHDOGS_AT = HEADERS * HEADER.size
 METADATA_SIZE = WATCHDOGS_AT + HEADERS * 8
 OWNER_AT = METADATA_SIZE - 16
-"""Where goalwire's mark stands in words for watchdogs that nobody uses: who owns the segment."""
+"""The offset of goalwire's mark, which names the segment's owner, in unused words of the watchdogs."""
 OWNER = Struct('=QQ')
 """MAGIC, and the number of the owner's segment of the handshake."""
 

@@ -1,4 +1,4 @@
-"""The writer's side of one link: what its reader has shown that it can read, and what is lent to it."""
+"""The writer's side of one link: tests which segments the reader can read, and lends chunks to it."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from goalwire.zenoh.protocol.network import push_head, shared_put_head, wire_key
 from goalwire.zenoh.protocol.shared_memory import Pointer, encode_pointer
 
 PROBE_KEY = '@goalwire/probe'
-"""Nobody subscribes to it: the chunk that begins with @ is met by no wildcard."""
+"""No subscriber gets it: wildcards do not match a part of a key that begins with @."""
 PATIENCE_S = 5.0
-"""How long a probe may be out until its reader is said not to read."""
+"""How long a probe may stay unreturned before the log warns that the reader does not read."""
 
 
 class _Probe:
@@ -28,7 +28,7 @@ class Lender:
     """Lends chunks over one link. A data segment is used only after the reader has returned a probe of it.
 
     A C++ reader locks each segment in memory. If its limit is too low, it agrees to shared memory and then
-    drops every message in silence. The probe finds that out before a message is lost.
+    drops every message silently. The probe detects this before a message is lost.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Lender:
         """The probe of each data segment; None once it has come back."""
 
     def lend(self, chunk: Chunk) -> Pointer | None:
-        """Return a pointer to a chunk; None if the reader gets bytes this time."""
+        """Return a pointer to a chunk; None if this message must go as bytes."""
         number = chunk.segment.file.number
         if number not in self._probes:
             self._begin_probe(chunk.segment.probe, number)
@@ -56,7 +56,7 @@ class Lender:
         return self._pool.lend(chunk, self._lent)
 
     def take_back(self, pointer: Pointer) -> None:
-        """Take a pointer back that was not sent."""
+        """Take back a pointer that was not sent."""
         self._pool.take_back(pointer, self._lent)
 
     def _begin_probe(self, chunk: Chunk, number: int) -> None:
@@ -79,5 +79,5 @@ class Lender:
             )
 
     def close(self) -> None:
-        """The link has ended."""
+        """Give the lent chunks up: the link has ended."""
         self._pool.give_up(self._lent)

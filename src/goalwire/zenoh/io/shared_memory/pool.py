@@ -1,11 +1,11 @@
-"""The writer: the memory from which a session publishes, and who holds which part of it.
+"""The writer: the memory from which a session publishes, and which readers hold which part of it.
 
 A chunk is borrowed, filled once, and lent to each link that takes it. Each loan has a header of its own with
-a count of 1, which its reader lowers. So the writer never changes a header that is out, and needs no atomic
+a count of 1, which its reader lowers. So the writer never changes a header that is lent, and needs no atomic
 instruction. The pool looks at the headers when it needs room, and finds what has come back.
 
-The writer believes nothing that stands in a segment but the count: where chunks lie, how large they are and
-who holds them it knows from its own tables.
+Of all data in a segment, the writer trusts only the count. The places, sizes and holders of chunks stand in
+tables of its own.
 """
 
 from __future__ import annotations
@@ -26,26 +26,26 @@ from goalwire.zenoh.protocol.shared_memory import Pointer
 FIRST_SEGMENT = 4 << 20
 """Bytes of the first data segment. C++ readers lock it in memory, where 8 MiB is the usual limit."""
 MOST_LENT = 4096
-"""Headers that are out at one time, of all links."""
+"""Headers that are lent at one time, of all links."""
 PROBE_SIZE = 64
 PAUSE_S = 1.0
-"""How long the pool does not try to grow after it could not."""
+"""How long the pool does not try to grow again after a failure."""
 GRACE_S = 1.0
-"""How long a chunk is kept whose reader's process is gone: others may have had it from there."""
+"""How long a chunk is kept after its reader's process has ended: that process may have passed it on."""
 MUCH = 1 << 17
-"""Bytes of a payload from which the allocator is told to keep freed memory for the next one."""
+"""The size of a payload, in bytes, from which the allocator keeps freed memory for the next one."""
 _COUNT = layout.HEADER.size // 4
 
 
 class DataSegment:
-    """A data segment of the pool, and where it is free."""
+    """A data segment of the pool, and the table of its free places."""
 
     def __init__(self, pool: MemoryPool, size: int) -> None:
         self.file = OwnSegment(size, 32)
         self.places = Allocator(size)
         self.view = memoryview(self.file.map)
         self.probe = Chunk(pool, self, self.places.take(PROBE_SIZE) or 0, PROBE_SIZE)
-        """A chunk that is lent to show who can open the segment. It is always held."""
+        """A chunk that is lent to test whether a reader can open the segment. It is never freed."""
 
     def close(self) -> None:
         """Remove it."""
@@ -55,7 +55,7 @@ class DataSegment:
 
 
 class Chunk:
-    """A part of a data segment. It is free once nobody holds it."""
+    """A part of a data segment. It is free when neither the publisher nor a reader holds it."""
 
     __slots__ = ('_pool', '_start', 'holders', 'offset', 'room', 'segment', 'size')
 
@@ -77,7 +77,7 @@ class Chunk:
         return True
 
     def narrow(self, start: int, size: int) -> None:
-        """Make `size` bytes from `start` on all of the payload."""
+        """Shorten the payload to `size` bytes from `start` on."""
         self.offset, self.size = self._start + start, size
 
     @property
@@ -86,11 +86,11 @@ class Chunk:
         return self.segment.view[self.offset : self.offset + self.size]
 
     def give_back(self) -> None:
-        """Return it to its segment."""
+        """Return the chunk's bytes to its segment."""
         self.segment.places.give(self._start, self.room)
 
     def end(self) -> None:
-        """Let go of it: the publisher needs it no more."""
+        """Give the chunk up: the publisher does not need it any more."""
         self._pool.let_go(self)
 
 
@@ -98,24 +98,26 @@ class Lent:
     """The headers that one reader holds."""
 
     def __init__(self, reader: ForeignSegment) -> None:
-        """`reader` is its segment of the handshake, by whose lock is seen whether it lives."""
+        """`reader` is the reader's segment of the handshake. Its lock shows whether the process lives."""
         self.reader = reader
         self.chunks: dict[int, Chunk] = {}
-        """By the header's index."""
+        """The lent chunks by the index of their header."""
         self.size = 0
         self.given_up_at: float | None = None
-        """When the link ended; the reader may still hold views."""
+        """When the link ended, or None; the reader may hold views after that."""
 
 
 class MemoryPool:
-    """One session's pool; any thread may use it, and none waits longer than another one counts."""
+    """The pool of one session. Any thread may use it; the lock is held only while the tables are changed."""
 
     def __init__(self, size: int, least: int, owner: int, warn: Callable[[str], None]) -> None:
-        """`size` in bytes, `least` of a payload; `owner` is the session's segment of the handshake."""
+        """`size` is the pool's and `least` the smallest payload's, in bytes; `owner` is the number of the
+        session's segment for the handshake.
+        """
         self.size = size
         self.least = least
         self.share = size // 2
-        """Bytes that one reader holds at most, beside one chunk of any size."""
+        """Bytes that one reader may hold. A reader that holds nothing may get one chunk of any size."""
         self._owner = owner
         self._warn = warn
         self._section = CriticalSection()
@@ -191,7 +193,7 @@ class MemoryPool:
         self._metadata = metadata
 
     def let_go(self, chunk: Chunk) -> None:
-        """Free a chunk unless somebody else holds it."""
+        """End the caller's hold on a chunk; free it if nobody else holds it."""
         self._section.run(partial(self._drop, chunk))
 
     def _drop(self, chunk: Chunk) -> None:
@@ -202,13 +204,13 @@ class MemoryPool:
     # ---- what links ask for
 
     def add_reader(self, reader: ForeignSegment) -> Lent:
-        """Return the table of what a new link's other side holds."""
+        """Return a new table of the chunks that a link's other side holds."""
         lent = Lent(reader)
         self._section.run(partial(self._readers.append, lent))
         return lent
 
     def lend(self, chunk: Chunk, lent: Lent) -> Pointer | None:
-        """Lend a chunk to a reader; None if it holds its share already."""
+        """Lend a chunk to a reader; None if the reader has used up its share, or no header is free."""
         if self._section.is_entered():
             return None
         found: list[Pointer] = []
@@ -240,18 +242,18 @@ class MemoryPool:
         found.append(Pointer(chunk.size, metadata.number, index, generation))
 
     def take_back(self, pointer: Pointer, lent: Lent) -> None:
-        """Take a loan back that the reader never heard of."""
+        """Take back a loan whose pointer was not sent."""
         self._section.run(partial(self._end_loan, pointer.header, lent))
 
     def is_back(self, pointer: Pointer) -> bool:
-        """Whether the reader has lowered the count of a loan."""
+        """True if the reader has lowered the count of a loan."""
         try:
             return not self._counts[pointer.header * _COUNT]
         except ValueError:  # the session was closed meanwhile
             return False
 
     def give_up(self, lent: Lent) -> None:
-        """Take note that a reader's link has ended. What it still holds is kept while its process lives."""
+        """Take note that a reader's link has ended. Its chunks are kept while its process lives."""
         self._section.run(partial(self._give_up, lent))
 
     def _give_up(self, lent: Lent) -> None:
@@ -276,7 +278,7 @@ class MemoryPool:
             self._drop(chunk)
 
     def _collect(self) -> None:
-        """Find the loans that have come back."""
+        """End the loans that readers have given back."""
         if not self._is_open:
             return
         counts = self._counts
@@ -287,7 +289,7 @@ class MemoryPool:
                 self._forget(lent)
 
     def _collect_orphans(self) -> bool:
-        """Take back what processes held that are gone; whether there was any."""
+        """Take back the chunks of processes that have ended; True if there were any."""
         now = monotonic()
         found = False
         for lent in list(self._readers):
@@ -303,7 +305,7 @@ class MemoryPool:
     # ---- the end
 
     def close(self) -> None:
-        """Remove the segments. Readers that have them open keep what is in them."""
+        """Remove the segments. Readers that have them open can still read them."""
         self._section.run(self._close)
 
     def _close(self) -> None:

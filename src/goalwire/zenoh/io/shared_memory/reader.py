@@ -1,8 +1,8 @@
 """The reader's side of one link: payloads are copied out of the writer's segments, or viewed in place.
 
-All that stands in another process's segment may be nonsense, and may change at any time. So a header is read
-once, into memory of our own, and what it says is checked against the sizes of the segments. After the copy it
-is read again: the same generation means that the writer had not reused the chunk meanwhile.
+The content of another process's segment may be nonsense, and may change at any time. So a header is copied
+into memory of our own, and its values are checked against the sizes of the segments. After the payload is
+copied, the header is read again: an equal generation means that the chunk was not reused meanwhile.
 
 A writer of goalwire's lends each header to one link alone and waits for it. Its chunks may be viewed in
 place. Chunks of any other writer are copied at once, since it may take them back by time.
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from atomicshm import AtomicView
 
 MOST_SEGMENTS = 64
-"""Segments of one link that are open at one time; beyond, the one that was opened first is closed."""
+"""Segments that one link keeps open. One more closes the segment that was opened first."""
 MOST_VIEWS = 64
-"""Views of one link's chunks at one time; each has a mapping. Beyond, payloads are copied."""
+"""Views of chunks that one link keeps at a time, each with a mapping. Further payloads are copied."""
 _HEADER = layout.HEADER
 _COUNT = _HEADER.size // 4
 
@@ -38,9 +38,9 @@ MakeAtomic: TypeAlias = 'Callable[[mmap], AtomicView]'
 
 
 def find_atomics() -> MakeAtomic | None:
-    """Return what makes atomic instructions on a mapping, if the package for them is installed.
+    """Return the class that does atomic operations on a mapping; None if its package is not installed.
 
-    Only pointers of other writers than goalwire's need them: there several processes count in one header.
+    Only pointers of writers other than goalwire's need it: there several processes count in one header.
     """
     try:
         from atomicshm import AtomicView
@@ -50,10 +50,10 @@ def find_atomics() -> MakeAtomic | None:
 
 
 class Metadata:
-    """A metadata segment of a writer's."""
+    """A metadata segment of a writer."""
 
     def __init__(self, number: int, partner: Partner) -> None:
-        """Raises OSError or ValueError."""
+        """Open segment `number`. Raises OSError or ValueError."""
         self.file = ForeignSegment(number, writable=True)
         if self.file.size != layout.METADATA_SIZE:
             self.file.close()
@@ -62,23 +62,23 @@ class Metadata:
         self.counts = memoryview(self.map).cast('I')
         magic, owner = layout.OWNER.unpack_from(self.map, layout.OWNER_AT)
         self.is_ours_alone = partner.is_goalwire and (magic, owner) == (layout.MAGIC, partner.number)
-        """Whether its headers are lent to this link alone, by a writer that waits."""
+        """True if each header is lent to this link only, and the writer waits until it is given back."""
         self.has_views = False
-        """Whether there were views of chunks, which may still be alive."""
+        """True if views of chunks were made; they may still be alive."""
         self._atomic: AtomicView | None = None
 
     def atomic(self, make: MakeAtomic) -> AtomicView:
-        """Return the segment for atomic instructions."""
+        """Return the segment as the target of atomic operations."""
         if self._atomic is None:
             self._atomic = make(self.map)
         return self._atomic
 
     def lower(self, index: int) -> None:
-        """Give a header back that was lent to this link alone."""
+        """Give back a header that was lent to this link only."""
         self.counts[index * _COUNT] = 0
 
     def close(self) -> None:
-        """Close it. Views that are alive can still give their headers back."""
+        """Close the segment. Views that are alive can still give their headers back."""
         if self._atomic is not None:
             self._atomic.close()
         if not self.has_views:
@@ -87,7 +87,7 @@ class Metadata:
 
 
 class MemoryReader:
-    """Takes pointers that came over one link, on the thread that reads it."""
+    """Reads the payloads of pointers that came over one link, on the thread that reads the link."""
 
     def __init__(
         self,
@@ -101,8 +101,7 @@ class MemoryReader:
     ) -> None:
         """`counters` are what the other side has lent; `largest` is the size of a message in bytes.
 
-        Views keep `own`, which is locked as long as it lives. `note_odd` is told if the other side has shared
-        what cannot be.
+        Views keep `own` alive, and so locked. `note_odd` is called for an invalid pointer or header.
         """
         self._partner = partner
         self._own = own
@@ -146,11 +145,11 @@ class MemoryReader:
         return parts[0] if len(parts) == 1 else b''.join(parts)
 
     def has_views(self) -> bool:
-        """Whether somebody still uses a view of the writer's chunks."""
+        """True while a view of the writer's chunks is in use."""
         return bool(self._views)
 
     def _follow(self, pointer: Pointer, priority: int, *, as_view: bool) -> bytes | memoryview | None:
-        """Return what one pointer leads to. Its header is given back, whatever happens."""
+        """Return the bytes that a pointer leads to, None if they are lost. Lowers a counter that was lent."""
         try:
             metadata = self._open_metadata(pointer.segment)
             if metadata.is_ours_alone:
@@ -165,7 +164,7 @@ class MemoryReader:
                 self._lent_counters.fetch_sub_u32(layout.COUNTERS_AT + 4 * self._counters[priority], 1)
 
     def _take_own(self, metadata: Metadata, pointer: Pointer, *, as_view: bool) -> bytes | memoryview | None:
-        """Take a chunk of a writer that waits until we give its header back."""
+        """Read a chunk of a writer that waits until its header is given back."""
         index = pointer.header
         chunk = _check(metadata, pointer)
         if chunk is None:
@@ -182,7 +181,7 @@ class MemoryReader:
     def _view(self, metadata: Metadata, segment: ForeignSegment, offset: int, pointer: Pointer) -> memoryview:
         """Return a view that gives the header back when nobody uses it any more.
 
-        It has a mapping of its own, which lives as long as the view, also when the link is gone.
+        The view has a mapping of its own, which lives as long as the view, even after the link has ended.
         """
         start = offset // ALLOCATIONGRANULARITY * ALLOCATIONGRANULARITY
         end = offset + pointer.size
@@ -193,7 +192,7 @@ class MemoryReader:
         return memoryview(mapped)[offset - start :]
 
     def _take_foreign(self, metadata: Metadata, atomic: AtomicView, pointer: Pointer) -> bytes | None:
-        """Copy a chunk of a writer that may take it back by time; say before that it is being read."""
+        """Copy a chunk of a writer that reuses chunks after a timeout. The watchdog bit delays that."""
         if pointer.header >= layout.HEADERS:
             raise ValueError(f'header {pointer.header} of {layout.HEADERS}')
         atomic.fetch_or_u64(layout.WATCHDOGS_AT + pointer.header // 64 * 8, 1 << pointer.header % 64)
@@ -232,7 +231,7 @@ class MemoryReader:
         return segment
 
     def close(self) -> None:
-        """Close what is open. Views stay as they are."""
+        """Close the open segments. Views stay valid."""
         if self._lent_counters is not None:
             self._lent_counters.close()
             self._lent_counters = None
@@ -247,15 +246,15 @@ class MemoryReader:
 def _give_back(
     metadata: Metadata, index: int, is_forked: Callable[[], bool], _locked: OwnAuth | None
 ) -> None:
-    """Give a header back whose view is gone; in a forked child it is still the parent's."""
+    """Give a header back after its view has ended; not in a forked child, where it is the parent's."""
     if not is_forked():
         metadata.lower(index)
 
 
 def _check(metadata: Metadata, pointer: Pointer) -> tuple[int, int] | None:
-    """Return the data segment and offset that a header names; None if it has another life by now.
+    """Return the data segment and offset that a header names; None if the chunk was reused meanwhile.
 
-    Raises ValueError for a header that cannot be.
+    Raises ValueError for an impossible header.
     """
     if pointer.header >= layout.HEADERS:
         raise ValueError(f'header {pointer.header} of {layout.HEADERS}')

@@ -1,8 +1,8 @@
 """Segments: files in /dev/shm that their owner locks as long as it lives.
 
-A segment is called by a random number, '1234.zenoh', and only its user may open it. The owner holds a shared
-lock. Whoever can lock the file alone knows that its owner is gone: so do all Zenoh processes, which sweep
-such files away when they start.
+The file of a segment is named by a random number, '1234.zenoh', and only its user may open it. The owner
+holds a shared lock. A process that gets the exclusive lock knows that the owner has ended. All Zenoh
+processes remove such files when they start.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from weakref import finalize
 FOLDER = '/dev/shm'  # noqa: S108 - where POSIX has it
 SUFFIX = '.zenoh'
 IS_SUPPORTED = sys.platform == 'linux' and os.path.isdir(FOLDER)  # noqa: PTH112 - pathlib costs 4 ms of a start
-"""Whether this system has segments that are files with locks. Elsewhere only bytes are sent."""
+"""True if this system supports segments: locked files in /dev/shm. Other systems send bytes only."""
 MOST_SWEPT = 10_000
-"""Files that are looked at when a process sweeps."""
+"""The file names that a sweep checks."""
 _TRIES = 100
 
 
@@ -29,13 +29,13 @@ def path_of(number: int) -> str:
 
 
 class OwnSegment:
-    """A segment of this session's, mapped and locked. Raises OSError if there is no room or no right.
+    """A segment of this session's, mapped and locked. Raises OSError without room or permission.
 
-    It is unlocked when it is closed, or when nobody refers to it any more.
+    It is unlocked when it is closed or garbage collected.
     """
 
     def __init__(self, size: int, bits: int) -> None:
-        """`bits` is the size of its number; all its pages are there, so that writing never fails."""
+        """`bits` is the size of its number. All its pages are allocated, so that writing never fails."""
         self.size = size
         self.number, fd = _create(bits)
         self._inode = os.fstat(fd).st_ino
@@ -50,7 +50,7 @@ class OwnSegment:
             raise
 
     def close(self) -> None:
-        """Remove it. Readers that have it open keep what is in it."""
+        """Remove the segment. Readers that have it open can still read it."""
         self.unlink()
         self.abandon()
 
@@ -82,14 +82,14 @@ def _create(bits: int) -> tuple[int, int]:
             fcntl.flock(fd, fcntl.LOCK_SH | fcntl.LOCK_NB)
             if os.fstat(fd).st_nlink:
                 return number, fd
-        except BlockingIOError:  # somebody sweeps just now, and takes it for an orphan
+        except BlockingIOError:  # another process sweeps now, and takes the new file for an orphan
             pass
         os.close(fd)
     raise OSError(f'no free name for shared memory after {_TRIES} tries')
 
 
 class ForeignSegment:
-    """A segment of another process's, opened; what is in it may change at any time. Raises OSError."""
+    """An open segment of another process; its content may change at any time. Raises OSError."""
 
     def __init__(self, number: int, *, writable: bool = False) -> None:
         flags = (os.O_RDWR if writable else os.O_RDONLY) | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
@@ -106,24 +106,24 @@ class ForeignSegment:
 
     @property
     def map(self) -> mmap:
-        """The whole segment, mapped when it is first needed."""
+        """The mapping of the whole segment, made at its first use."""
         if self._map is None:
             self._map = mmap(self.fd, self.size, access=ACCESS_WRITE if self._is_writable else ACCESS_READ)
         return self._map
 
     def read(self, size: int, offset: int) -> bytes:
-        """Return a copy of some bytes, fewer where the segment ends."""
+        """Return a copy of `size` bytes at `offset`, fewer at the segment's end."""
         return os.pread(self.fd, size, offset)
 
     def is_current(self) -> bool:
-        """Whether its name still means it; also if the name is gone, as its owner has ended."""
+        """True if the name still leads to this file, or to none because the owner has ended."""
         try:
             return os.stat(path_of(self.number)).st_ino == self._inode  # noqa: PTH116
         except OSError:
             return True
 
     def has_owner(self) -> bool:
-        """Whether a process lives that made it or has locked it."""
+        """True while a process holds the lock: the owner or another one."""
         import fcntl
 
         try:
@@ -136,7 +136,7 @@ class ForeignSegment:
         return False
 
     def close(self) -> None:
-        """Close it. Views of it stay."""
+        """Close the segment. Views of it stay valid."""
         if self._map is not None:
             _unmap(self._map)
             self._map = None
@@ -146,7 +146,7 @@ class ForeignSegment:
 
 
 def _unmap(mapped: mmap) -> None:
-    with suppress(BufferError):  # somebody has a view of it: it is unmapped with the last one
+    with suppress(BufferError):  # a view exists: the mapping ends with the last view
         mapped.close()
 
 
@@ -168,7 +168,7 @@ def sweep() -> int:
                 continue
             try:
                 fcntl.flock(segment.fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                # Under the lock: nobody else can make the file theirs before it is gone.
+                # under the lock, so that no other process can take the file over before it is removed
                 if segment.is_current():
                     os.unlink(entry.path)  # noqa: PTH108
                     swept += 1

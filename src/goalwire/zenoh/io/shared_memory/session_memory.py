@@ -1,4 +1,4 @@
-"""The shared memory of one session: with whom it is offered, its segments, and their end."""
+"""The shared memory of one session: the links it is offered on, its segments, and their end."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ class LinkMemory:
     """The shared memory of one link; see `protocol.shared_memory.LinkMemory`."""
 
     def __init__(self, lender: Lender | None, reader: MemoryReader, partner: Partner) -> None:
-        """Without a lender the other side gets bytes."""
+        """If `lender` is None, the other side gets bytes."""
         self._lender = lender
         self._reader = reader
         self._partner = partner
         self.take = reader.take
 
     def lend(self, loan: Loan) -> Pointer | None:
-        """Return a pointer for the other side; None if it gets bytes this time."""
+        """Return a pointer for the other side; None if this message must go as bytes."""
         if self._lender is None or not isinstance(loan, Chunk):
             return None
         return self._lender.lend(loan)
 
     def take_back(self, pointer: Pointer) -> None:
-        """Take a pointer back that was not sent."""
+        """Take back a pointer that was not sent."""
         if self._lender is not None:
             self._lender.take_back(pointer)
 
     def close(self) -> None:
-        """The link has ended."""
+        """Close both directions: the link has ended."""
         self._reader.close()
         if self._lender is not None:
             self._lender.close()
@@ -56,12 +56,12 @@ in_child(_swept.clear)
 
 
 class SessionMemory:
-    """One session's. It makes its segments when a link first can use them."""
+    """The shared memory of one session. It makes its segments when the first link can use them."""
 
     def __init__(self, settings: MemorySettings, session: str, guard: ForkGuard) -> None:
         """`session` is the id that log lines begin with."""
         self.least = settings.least
-        """Bytes of the smallest payload that goes through it."""
+        """Bytes of the smallest payload that goes through shared memory."""
         self._settings = settings
         self._session = session
         self._guard = guard
@@ -72,15 +72,15 @@ class SessionMemory:
         """The memory from which the session publishes; None as long as no link could use it."""
         self._readers: WeakSet[MemoryReader] = WeakSet()
         self._odd: set[int] = set()
-        """The segments of those whose memory held what cannot be: they get bytes from then on."""
+        """The handshake segments of partners that have shared invalid memory: they get bytes from then on."""
         self._is_on = IS_SUPPORTED and (settings.with_own or settings.with_all)
         reset_in_children(self)
 
     def agreement(self, sock: socket.socket, protocol: str) -> Agreement | None:
-        """Return what a new link says of shared memory; None: it carries bytes.
+        """Return the agreement that a new link negotiates; None if the link is to carry bytes only.
 
-        A link with TLS does: what others must not read is not put where they could. Without `with_all`
-        memory is offered on this machine alone.
+        A link with TLS carries bytes: other processes could read shared memory. Without `with_all`, memory is
+        offered only to peers with the same address.
         """
         if not self._is_on or protocol != 'tcp' or not (self._settings.with_all or _is_local(sock)):
             return None
@@ -136,7 +136,7 @@ class SessionMemory:
         return LinkMemory(lender, reader, partner)
 
     def _warn(self, text: str) -> None:
-        from goalwire.logging import get_logger  # needed only when something is odd
+        from goalwire.logging import get_logger  # imported here, since it is needed only after a fault
 
         get_logger(LOGGER).warning(f'Zenoh session {self._session}: shared memory: {text}')
 
@@ -150,7 +150,8 @@ class SessionMemory:
         if own is None:
             return
         if any(reader.has_views() for reader in self._readers):
-            own.segment.unlink()  # the views keep it locked, so that the writers leave their chunks alone
+            # the views keep the segment locked, so that the writers do not reuse their chunks
+            own.segment.unlink()
         else:
             own.segment.close()
 
@@ -164,7 +165,7 @@ class SessionMemory:
 
 
 def _is_local(sock: socket.socket) -> bool:
-    """Whether both ends of a connection have the same address."""
+    """True if both ends of a connection have the same address."""
     try:
         return bool(sock.getsockname()[0] == sock.getpeername()[0])
     except OSError:
