@@ -1,4 +1,4 @@
-"""Threads beside each other: critical sections, ordered delivery, waiting on a wire, forks and exits.
+"""Tools for threads: critical sections, ordered delivery, waiting on sockets, forks and exits.
 
-Each session that has sockets of its own is built on this, whatever it speaks.
+Each session that has sockets of its own is built on them, whatever its protocol.
 """

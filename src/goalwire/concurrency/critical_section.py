@@ -1,10 +1,10 @@
-"""A lock for code that something on its own thread may interrupt: a signal's handler, or a finalizer.
+"""A lock for code that a signal's handler or a finalizer may interrupt on the same thread.
 
 Python runs a signal's handler on the main thread between any two of its steps, and a finalizer on whichever
-thread has dropped or collected the last reference. Both may publish while their thread is just publishing. A
-plain lock would then wait for itself. A re-entrant one lets them in, and two messages change places. So
-whoever finds its own thread in here leaves what it wants done, and the thread does that on its way out, in
-order, before any other thread comes in.
+thread has dropped or collected the last reference. Both may publish while the interrupted code is publishing.
+A plain lock would then wait for its own thread for ever. A re-entrant lock would let them in, and two
+messages would change places. So a call that finds its own thread in the section leaves its work in a list.
+The thread does that work in order when it leaves, before any other thread enters.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from threading import RLock
 
 
 class CriticalSection:
-    """One lock, and what waits for the thread that has it.
+    """A lock, and the calls that its holder has left for later.
 
-    Hot paths do what `run` does in their own code, to save its calls:
+    Hot paths write out the steps of `run` in their own code, to save its calls:
 
         entered = False
         try:
@@ -52,21 +52,21 @@ class CriticalSection:
         self.lock = RLock()
         self.acquire, self.release = self.lock.acquire, self.lock.release
         self.is_busy = False
-        """Whether the thread that has the lock is in the midst of something. Only that thread may ask."""
+        """True while the lock's holder is doing work. Only the holder may read this."""
         self.late: deque[Callable[[], object]] = deque()
-        """The calls that the same thread has asked for meanwhile."""
+        """The calls that the same thread has made meanwhile; they are done on the way out."""
 
     def run(self, do: Callable[[], object]) -> bool:
-        """Do something while no other thread is in the section. Return False if this call interrupts the
-        thread's own work in the section; it is done after that.
+        """Call `do` while no other thread is in the section. If this call interrupts work of the same thread
+        in the section, return False: `do` is called after that work.
 
-        What `do` raises is raised here in the first case only.
+        An error of `do` is raised here in the first case only.
         """
         with self.lock:
             if self.is_busy:
                 self.late.append(do)
                 return False
-            if self.late:  # this interrupts the code that was about to do that, on its way out
+            if self.late:  # this call interrupts the code on its way out, which was about to do the late work
                 self.run_late()
             try:
                 self.is_busy = True
@@ -81,7 +81,7 @@ class CriticalSection:
         return True
 
     def run_late(self) -> None:
-        """Do the work that was left for later; under the lock, on the way out or before other work."""
+        """Do the work that was left for later. The caller holds the lock, and has no work half done."""
         late = self.late
         while late:
             try:
@@ -95,7 +95,7 @@ class CriticalSection:
                 self.is_busy = False
 
     def is_entered(self) -> bool:
-        """Whether the calling thread is in the midst of something in here."""
+        """True if the calling thread is doing work in this section."""
         if not self.lock.acquire(blocking=False):
             return False
         try:

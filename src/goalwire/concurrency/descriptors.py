@@ -1,7 +1,7 @@
-"""The descriptors of this process: whether enough are free, and which sockets a library of C's has opened.
+"""The file descriptors of this process: checks that enough are free, and finds the sockets of a C library.
 
-A library of C's may end the whole process if it cannot open a socket. And its sockets stay open in programs
-that this process executes and in children that it forks, if the library does not see to that.
+A C library may end the whole process if it cannot open a socket. And its sockets stay open in executed
+programs and forked children unless the library prevents it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from goalwire.concurrency.forks import reset_in_children
 from goalwire.errors import TransportError
 
 OF_A_SESSION = 32
-"""Descriptors that opening a session may take: with three threads of Zenoh's and a router 20 are too few."""
+"""The descriptors that opening a session may take: three threads of Zenoh's and a router need over 20."""
 
 
 def require_free(title: str, count: int = OF_A_SESSION) -> None:
@@ -53,7 +53,7 @@ def _limit() -> str:
 
 
 class LibrarysSockets:
-    """The sockets that are opened in the block, all of them a library's.
+    """Finds the sockets that a C library opens within a `with` block.
 
     After the block, programs that this process executes do not inherit them. A forked child closes its
     copies, if their numbers are still those of the same sockets.
@@ -77,7 +77,7 @@ class LibrarysSockets:
         reset_in_children(self)
 
     def reset_in_child(self) -> None:
-        """In a forked child: close its copies, once."""
+        """In a forked child: close the child's copies, once."""
         opened, self._opened = self._opened, {}
         for descriptor, inode in opened.items():
             if _inode_of_socket(descriptor) == inode:
@@ -85,7 +85,7 @@ class LibrarysSockets:
 
 
 def _sockets() -> dict[int, int]:
-    """Return this process's sockets that a child inherits, with their inodes; none if that is unknown."""
+    """Return the sockets that a child would inherit, with their inodes; empty if that is unknown."""
     found = {}
     try:
         names = os.listdir('/dev/fd')  # noqa: PTH208 - pathlib takes 5 ms to import
@@ -101,7 +101,7 @@ def _sockets() -> dict[int, int]:
 
 
 def _inode_of_socket(descriptor: int) -> int | None:
-    """Return the inode of a socket; None if the descriptor is another thing's, or closed."""
+    """Return the inode of a socket; None if the descriptor is closed, or not a socket's."""
     try:
         status = os.fstat(descriptor)
     except OSError:

@@ -1,11 +1,11 @@
-"""The interpreter's exit: open things are closed in order, each by itself, even if Ctrl-C comes.
+"""The interpreter's exit: closes open objects in order, each by its own step, even if Ctrl-C comes.
 
 A program need not shut anything down. Python calls the functions of `atexit` once its non-daemon threads have
 ended; its daemon threads still run, and may spin. So contexts end first: spins return, and callbacks that
-come too late to send anything are told so. Then sessions leave their wires, and threads and coroutines end.
+still try to send get an error. Then sessions close, and threads and coroutines end.
 
-Functions that a program registers with `atexit` run before all this, if it does so after it has imported
-rclpy: they find everything open.
+Functions that a program registers with `atexit` after it has imported rclpy run before all this: they find
+everything open.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def at_exit(stage: Stage, step: Callable[[], object]) -> None:
 
 
 def has_begun() -> bool:
-    """Whether the interpreter's exit has begun to close things."""
+    """True if the interpreter's exit has begun to close things."""
     return bool(_begun)
 
 
@@ -64,9 +64,9 @@ def _close_all() -> None:
 
 
 def _ignore_ctrl_c_once() -> None:
-    """Have Ctrl-C change nothing, as the program ends anyway; the second one kills it.
+    """Ignore the first Ctrl-C, as the program ends anyway. The second one kills it.
 
-    That is for Python's own handler, which ours equals. A program's own stays.
+    This replaces only Python's own handler and ours. A handler of the program's stays.
     """
     if current_thread() is main_thread() and signal.getsignal(signal.SIGINT) == signal.default_int_handler:
         signal.signal(signal.SIGINT, _kill_next_time)
@@ -75,12 +75,14 @@ def _ignore_ctrl_c_once() -> None:
 def _forget_caught_ctrl_c() -> None:
     """Have a program that has caught Ctrl-C end with its own exit status.
 
-    Python takes note of a KeyboardInterrupt that leaves source which was run as text, and ends the process
-    as Ctrl-C would, although the program has caught the exception since (`run_eval_code_obj` of CPython's
-    pythonrun.c). Named tuples and our own generated code are run as text, some of it within the first spin.
+    CPython sets a flag if a KeyboardInterrupt leaves code that `exec` or `eval` has compiled from text. With
+    that flag the process ends as if by Ctrl-C, even if the program has caught the exception since
+    (`run_eval_code_obj` of CPython's pythonrun.c). Named tuples and our own generated code are compiled from
+    text, some of it within the first spin.
     """
-    if getattr(sys, 'last_type', None) is not KeyboardInterrupt:  # which is set by one that nobody caught
-        exec('')  # noqa: S102 - clears the note
+    # Python sets `last_type` only for an exception that nobody caught
+    if getattr(sys, 'last_type', None) is not KeyboardInterrupt:
+        exec('')  # noqa: S102 - clears the flag
 
 
 def _kill_next_time(number: int, _frame: FrameType | None) -> None:

@@ -1,16 +1,16 @@
-"""Forked children: objects that know what they have inherited, and reset it or leak it.
+"""Forked children: resets the objects that a child inherits, or leaks them.
 
-A fork copies a process's memory and descriptors, but not its threads. So in the child a lock may be held for
-ever, by a thread that is not there, and whoever waits for one of the parent's threads waits for ever. Sockets
-and epolls are the parent's, too: what the child closes is its own copy, and what it changes is changed for
-both.
+A fork copies a process's memory and descriptors, but not its threads. So in the child a lock may stay held
+for ever by a thread that does not exist there, and waiting for one of the parent's threads never ends.
+Sockets and epolls are shared with the parent: closing one closes only the child's copy, but other changes
+affect both processes.
 
-Another thread may open a socket at the moment of a fork. The child would have a copy that nothing of the
-child's knows, and the other end would never see that the parent has gone. So sockets are opened by
-`open_privately`, and a fork waits until one that is being opened is known.
+Another thread may open a socket at the moment of a fork. The child would have a copy that none of its objects
+knows, and the other end would never see that the parent has gone. So sockets are opened by `open_privately`,
+and a fork waits until a socket that is being opened is registered.
 
-Each reset is on its own: one that fails is told by Python, as an exception in a finalizer is, and the others
-are done all the same.
+Resets are independent: if a reset fails, Python reports its exception as it does for finalizers, and the
+other resets still run.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from goalwire.errors import ForkedError
 
 
 class Inherited(Protocol):
-    """An object that knows what to do in a forked child."""
+    """An object that resets itself in a forked child."""
 
     def reset_in_child(self) -> None:
-        """Give up everything that is the parent's.
+        """Give up everything that belongs to the parent.
 
         Called in the child, once for each fork, before any other code.
         """
@@ -45,7 +45,7 @@ class Closable(Protocol):
 C = TypeVar('C', bound=Closable)
 
 forks_wait = RLock()
-"""Held while something private is opened, and by a fork: also for a socket that is open for a moment only.
+"""Held while a private descriptor is opened, and during a fork, even for a short-lived socket.
 
 Reentrant: a signal's handler may open or fork, too.
 """
@@ -56,7 +56,7 @@ _inherited: WeakSet[Inherited] = WeakSet()
 
 
 def _end_fork() -> None:
-    with suppress(RuntimeError):  # a signal's handler raised before the fork had the lock
+    with suppress(RuntimeError):  # a signal's handler raised before the fork got the lock
         forks_wait.release()
 
 
@@ -81,9 +81,9 @@ if hasattr(os, 'register_at_fork'):
 
 
 def open_privately(open_it: Callable[[], C]) -> C:
-    """Return what `open_it` opens. A child that is forked while it lives closes its copy at once.
+    """Return the object that `open_it` opens. A child that is forked while the object lives closes its copy.
 
-    `open_it` must not wait: forks wait for its end. What it returns is held weakly.
+    `open_it` must not wait, since forks wait for its end. The object is held weakly.
     """
     with forks_wait:
         opened = open_it()
@@ -97,19 +97,19 @@ def in_child(reset: Callable[[], None]) -> None:
 
 
 def reset_in_children(thing: Inherited) -> None:
-    """Have `thing.reset_in_child()` called in every child that is forked while it lives. Held weakly."""
+    """Have `thing.reset_in_child()` called in every child forked while `thing` lives. Held weakly."""
     _inherited.add(thing)
 
 
 def leak(thing: object) -> None:
-    """Keep a thing for ever, past the interpreter's end: dropping it in a forked child could hang."""
+    """Keep an object for ever, past the interpreter's end: freeing it in a forked child could hang."""
     from ctypes import py_object, pythonapi
 
     pythonapi.Py_IncRef(py_object(thing))
 
 
 class ForkGuard:
-    """Remembers in which process something was opened; `is_forked` is True in a child forked since."""
+    """Remembers the process that opened something; `is_forked` is True in a child forked since."""
 
     __slots__ = ('__weakref__', 'is_forked', 'is_silent')
 
@@ -120,7 +120,7 @@ class ForkGuard:
         _guards.add(self)
 
     def silence(self) -> None:
-        """Refuse to send from now on. Any thread, signal handlers too; takes no lock."""
+        """Refuse to send from now on. Takes no lock: any thread and signal handlers may call it."""
         self.is_silent = True
 
     def check(self, what: str) -> None:

@@ -1,11 +1,12 @@
 """Decides which thread waits for a session's messages: an idle thread of the program, or the session's own.
 
-The pattern is Leader/Followers. An idle thread takes the lead if nobody has it, waits in the waitset and
-delivers what comes. It leaves when there is work for it, and wakes another idle thread to lead. If there is
-none, the session's own thread takes over, after a short while: the thread that has left usually comes back
-soon. So a message wakes only the thread that wants it.
+The pattern is Leader/Followers. An idle thread takes the lead if no thread has it, waits in the waitset and
+delivers the messages that come. It leaves when there is work for it, and wakes another idle thread to lead.
+If there is no idle thread, the session's own thread takes over after a short while, since the thread that has
+left usually comes back soon. So a message wakes only the thread that wants it.
 
-Before it sleeps, the leader may look at the wire for a moment: what comes by then needs no wake-up (`Look`).
+Before it sleeps, the leader may spin on the wire for a moment: a message that comes then needs no wake-up
+(`Look`).
 """
 
 from __future__ import annotations
@@ -25,25 +26,26 @@ from goalwire.concurrency.wire_poller import Sleeper, WirePoller
 from goalwire.errors import TransportError
 
 AWAY_S = 0.05
-"""How long nobody leads before the session's own thread does; it may be twice that. Each look costs it some
-15 us, so this costs 20 looks a second while leaders come and go. Who waits for something is not delayed by
-it: an idle thread takes the lead itself, and for dependants the own thread leads at once."""
+"""How long nobody leads before the session's own thread does; it may be twice that. Each check costs it some
+15 us, so this costs 20 checks a second while leaders come and go. Threads that wait are not delayed: an idle
+thread takes the lead itself, and for external sleepers the own thread leads at once."""
 LOOPS_IDLE_S = 1.0
-"""As AWAY_S, while asyncio loops read the wire and nothing comes."""
+"""The longest pause between the own thread's checks while asyncio loops read the wire and nothing comes."""
 CLOSING_S = 5.0
-"""How long closing waits for the leader, which only delivers."""
+"""How long closing waits for the leader to finish a delivery."""
 FOREVER = 2**63 - 1
-"""So many ns are waited for without limit."""
+"""A timeout of this many ns means no limit."""
 LOOK_VARIABLE = 'GOALWIRE_LOOK_US'
-"""How long to look at the wire before a sleep, at most; 0: not at all."""
+"""The environment variable for the longest spin on the wire before a sleep, in µs; 0: no spin."""
 DEFAULT_LOOK_US = 200
-"""Longer than another process needs to wake up and answer: so one side that looks finds its answer."""
+"""Longer than another process needs to wake up and answer: so a side that spins gets its answer."""
 LONGEST_LOOK_US = 1000
 TRIED, KEPT, RAREST = 8, 64, 1024
-"""How many waits try the other way; for how many looks are kept once they pay; and how many go by at most
-before looks are tried again. That number doubles each time that looks do not pay."""
+"""Numbers of waits: those that try the other way (spin or sleep); those that keep spinning once it pays; and
+those, at most, before spinning is tried again. The last number doubles each time that spinning does not
+pay."""
 WORTH = 7 / 8
-"""Looks pay where what comes is there in less than this part of the time that it takes without."""
+"""Spinning pays if messages then come in less than this part of the time that they take without it."""
 _LEAD = 'lead'
 _STANDBY = object()
 
@@ -51,7 +53,7 @@ let_others_run: Callable[[], object] = getattr(os, 'sched_yield', partial(sleep,
 
 
 def look_ns(env: Mapping[str, str] = os.environ) -> int:
-    """Return how long to look before a sleep, in ns; raises TransportError for a text that is not a time."""
+    """Return how long to spin before a sleep, in ns. Raises TransportError for an invalid setting."""
     text = env.get(LOOK_VARIABLE) or str(DEFAULT_LOOK_US)
     if not (text.isascii() and text.isdigit() and int(text) <= LONGEST_LOOK_US):
         raise TransportError(
@@ -61,18 +63,18 @@ def look_ns(env: Mapping[str, str] = os.environ) -> int:
 
 
 class Look:
-    """Waits; looks at the wire again and again for a moment before it sleeps, as long as that pays.
+    """Waits on the wire; spins for a moment before it sleeps, as long as measurements show that it pays.
 
-    A wake-up on another processor takes 35 to 100 µs. A look saves it if the message comes within that
-    moment; where it does not come, or others need the processor, a look only costs. Which of the two holds
-    is measured: the median time until something comes, with a look and without. The quicker way has the next
-    waits; then the other way is tried in a few. Where looks pay nothing, they are tried ever more rarely.
+    A wake-up on another processor takes 35 to 100 µs. Spinning saves it if the message comes within that
+    moment. Otherwise, or if other processes need the processor, spinning only costs. So the median time until
+    a message comes is measured with spinning and without. The quicker way is used for the next waits; then
+    the other way is tried for a few. If spinning does not pay, it is tried ever more rarely.
     """
 
     __slots__ = ('_before', '_left', '_longest_ns', '_looks', '_pause', '_times', '_tries', '_wait')
 
     def __init__(self, wait: Callable[[int], int], longest_ns: int) -> None:
-        """`wait` is the wire's: it takes a time in ns and returns how much is ready."""
+        """`wait` is the wire's: it takes a timeout in ns and returns the number of ready events."""
         self._wait = wait
         self._longest_ns = longest_ns
         self._looks = self._tries = False
@@ -81,7 +83,7 @@ class Look:
         self._before = 0
 
     def __call__(self, timeout_ns: int) -> int:
-        """Return what `wait` has found, as it does."""
+        """Wait as `wait` does, and return its result."""
         begun = monotonic_ns()
         found = 0
         if self._looks:
@@ -104,7 +106,7 @@ class Look:
         """Choose between spinning and sleeping for the next waits, from the times of the last ones."""
         median = sorted(self._times)[TRIED // 2]
         self._times.clear()
-        if not self._tries:  # time to try the other way
+        if not self._tries:  # the period is over: try the other way
             self._tries, self._before, self._left = True, median, TRIED
             self._looks = not self._looks
             return
@@ -116,37 +118,37 @@ class Look:
 
 
 class WireSet(Protocol):
-    """The set of all that a wire may have news from. One thread at a time waits in it."""
+    """The sockets, timers and calls of a wire. One thread at a time waits in it."""
 
     @property
     def awaited(self) -> Sized:
-        """The requests that wait for an answer: not empty if one is likely to come soon."""
+        """The requests that wait for an answer: not empty if an answer is likely to come soon."""
 
     def wait(self, timeout_ns: int, /) -> int:
-        """Wait up to `timeout_ns`; return how much is ready, negative once the wire is closed."""
+        """Wait up to `timeout_ns`; return the number of ready events, negative once the wire is closed."""
 
     def descriptor(self) -> int | None:
-        """Return a descriptor that is readable when `wait` would find something; None without one."""
+        """Return a descriptor that is readable if `wait` would find an event; None if there is none."""
 
     def next_due(self) -> float:
-        """Return when `wait` would find something at the latest, on the monotonic clock."""
+        """Return the time of the next timer, on the monotonic clock: `wait` finds it then at the latest."""
 
     def serve(self, found: int) -> None:
         """Deliver the events that the last `wait` has found."""
 
     def interrupt(self) -> None:
-        """End the current `wait`, or else the next. Any thread."""
+        """End the current `wait`, or the next one if no thread waits. Any thread."""
 
 
 class LeaderFollowers(WirePoller):
-    """One session's wire, and who waits on it: `_leader` has it under the key _LEAD.
+    """One session's wire, and the threads that wait on it. The dict `_leader` has the leader under _LEAD.
 
-    A dict, since `setdefault` takes the lead in one step: whatever a signal's handler raises, and wherever,
-    nobody is left there who has gone.
+    It is a dict since `setdefault` takes the lead in a single step: wherever a signal's handler raises, no
+    thread that has left stays entered as the leader.
     """
 
     def __init__(self, wire: WireSet, name: str) -> None:
-        """`name` is that of the session's own thread, which `start` starts."""
+        """`name` is the name of the session's own thread, which `start` starts."""
         self.external_sleepers = set()
         self._name = name
         self._set = wire
@@ -157,11 +159,11 @@ class LeaderFollowers(WirePoller):
         self._least_ns = longest or FOREVER
         self._awaited = wire.awaited
         self._was_busy = False
-        """Whether the last wait has found something."""
+        """True if the last wait has found an event."""
         self._loops: list[int] = []
-        """The threads of the asyncio loops that read the wire; a thread once for each of its loops."""
+        """The threads whose asyncio loops read the wire; a thread with two loops stands here twice."""
         self._period_s = AWAY_S
-        """How long the own thread sleeps between two looks whether loops do."""
+        """The pause between two checks, by the own thread, that the loops still read the wire."""
         self._leader: dict[str, object] = {}
         self._leaders_thread = 0
         self._followers: list[Sleeper] = []
@@ -183,7 +185,7 @@ class LeaderFollowers(WirePoller):
                 self._thread.start()
 
     def leads(self) -> bool:
-        """Whether the calling thread is the one that waits on the wire and delivers."""
+        """True if the calling thread is the leader, which waits on the wire and delivers."""
         return _LEAD in self._leader and self._leaders_thread == get_ident()
 
     # -- idle threads
@@ -196,7 +198,8 @@ class LeaderFollowers(WirePoller):
             if leader.setdefault(_LEAD, sleeper) is sleeper:
                 return self._lead(sleeper, timeout_ns)
         finally:
-            # No call before the lead is free: Python runs signal handlers after calls, and they may raise.
+            # No call before the lead is free: Python runs signal handlers after calls, and a handler may
+            # raise.
             if _LEAD in leader and leader[_LEAD] is sleeper:
                 sleeper.interrupt = None
                 self._leaves += 1
@@ -229,26 +232,27 @@ class LeaderFollowers(WirePoller):
                 if left <= 0:
                     return False
             if self._loops and self._leaders_thread not in self._loops:
-                return True  # to come back, and sleep on the lock
+                return True  # the caller then waits again, and sleeps on its lock
             if left > self._least_ns and (self._awaited or self._was_busy):
                 look = self._look_for_answers if self._awaited else self._look_for_more
                 found = look(left)
             else:
                 found = self._set.wait(left)
             self._was_busy = found > 0
-            sleeper.interrupt = None  # a delivery of this thread to itself needs no wake-up
+            sleeper.interrupt = None  # if this thread delivers to itself, it needs no wake-up
             if found < 0 or self._closed:
                 return True
             if found:
                 self._set.serve(found)
 
     def _follow(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
-        """Sleep on the lock, until `sleeper` is woken for its own sake or to lead."""
+        """Sleep on the lock until `sleeper` is woken, because of an event or to lead."""
         followers, leader = self._followers, self._leader
         try:
             followers.append(sleeper)
             if leader.get(_LEAD) is _STANDBY:
-                self._set.interrupt()  # the interrupted leader leaves, and has this thread lead
+                # the session's own thread leads: it leaves, and wakes this thread to lead
+                self._set.interrupt()
             elif _LEAD not in leader:
                 return True
             return sleeper.wait_on_lock(timeout_ns)
@@ -257,7 +261,7 @@ class LeaderFollowers(WirePoller):
                 followers.remove(sleeper)
 
     def _hand_over(self) -> None:
-        """Wake the latest follower, which then leads, and the thread that closes this."""
+        """Wake the latest follower, which then leads, and the thread that waits in `close`."""
         if self._closed:
             self._deserted.set()
         try:
@@ -291,7 +295,7 @@ class LeaderFollowers(WirePoller):
                 if found > 0:
                     self._set.serve(found)
         finally:
-            # No call before the lead is free, as in `wait`.
+            # No call before the lead is free; see `wait`.
             if _LEAD in leader and leader[_LEAD] is me:
                 self._leaves += 1
                 del leader[_LEAD]
@@ -300,7 +304,7 @@ class LeaderFollowers(WirePoller):
         return self._set.next_due()
 
     def _read_for_loops(self) -> None:
-        """Deliver the events that the loops have left, since a loop may be busy for long."""
+        """Deliver the events that the asyncio loops have not read: a loop may be busy for long."""
         found = self._set.wait(0)
         if found > 0:
             self._set.serve(found)
@@ -327,7 +331,7 @@ class LeaderFollowers(WirePoller):
             self._standby()
 
     def _standby(self) -> None:
-        """Sleep until nobody has led for a while."""
+        """Sleep until no thread has led for a while."""
         gate, leader, leaves = self._gate, self._leader, -1
         while not self._closed:
             if self._loops and not self.external_sleepers:
@@ -340,8 +344,8 @@ class LeaderFollowers(WirePoller):
             if self.external_sleepers or leaves == self._leaves:
                 if _LEAD not in leader:
                     return
-                # The leader waits for long. This thread notes that it sleeps, then looks for a leader; a
-                # leader gives up the lead, then looks whether this thread sleeps. So one always notices.
+                # The leader waits for long. This thread sets `_dozing` first and then looks for a leader; a
+                # leader gives up the lead first and then looks at `_dozing`. So one always notices.
                 self._dozing = True
                 if _LEAD in leader:
                     gate.acquire()
@@ -352,7 +356,7 @@ class LeaderFollowers(WirePoller):
             gate.acquire(timeout=AWAY_S)
 
     def close(self) -> None:
-        """Send everybody off the wire and wait until they have left it."""
+        """Have all threads leave the wire, and wait until they have left."""
         with self._starting:
             self._closed = True
             thread = self._thread

@@ -1,4 +1,4 @@
-"""Delivers items in order, from many threads, and no thread waits for another."""
+"""Delivers items of many threads in order, without one thread waiting for another."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ T = TypeVar('T')
 class OrderedDispatcher(Generic[T]):
     """Hands items to `deliver` one at a time, first in first out.
 
-    `post` first, under whatever lock decides the order; then `drain`, under none. A thread that finds
-    another one draining leaves its items to it: so nobody blocks, and a `deliver` that posts to the same
-    dispatcher does not recurse.
+    Call `post` under the lock that decides the order, then `drain` without any lock. If another thread is
+    already draining, it delivers the new items, too. So no thread blocks, and a `deliver` that posts to the
+    same dispatcher does not recurse.
     """
 
     __slots__ = ('_deliver', '_items', '_turn', 'post')
@@ -29,8 +29,8 @@ class OrderedDispatcher(Generic[T]):
         self._turn = Lock()
 
     def drain(self) -> None:
-        """Deliver the queued items, unless another thread, or a caller further up, does so already."""
-        # The outer test is repeated after the turn was given back: an item posted just before is not lost.
+        """Deliver the queued items, unless another thread or an outer call already does."""
+        # The outer test is repeated after the turn is given back: else an item posted just before is lost.
         items = self._items
         while items and self._turn.acquire(False):
             try:
@@ -41,7 +41,7 @@ class OrderedDispatcher(Generic[T]):
 
     @contextmanager
     def first_turn(self) -> Iterator[None]:
-        """Keep the turn of a new dispatcher; whatever was posted within is delivered when the block ends."""
+        """Hold deliveries back within a `with` block; items posted meanwhile are delivered at its end."""
         with self._turn:
             yield
             while self._items:

@@ -1,8 +1,8 @@
 """Waiting until a socket is ready, a timer is due, or another thread calls.
 
-On Linux by epoll and eventfd; elsewhere by `selectors` and a pair of sockets, with the same methods. epoll
-counts in milliseconds, rounded up: the last of a short wait is left to select, which counts in microseconds
-and needs to look at one descriptor only.
+On Linux by epoll and eventfd; elsewhere by `selectors` and a pair of sockets, with the same methods. epoll's
+timeout is in milliseconds, rounded up. So `select`, whose timeout is in microseconds, waits for the last
+fraction, and only watches epoll's own descriptor.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from goalwire.concurrency.sigpipe import NO_SIGPIPE
 from goalwire.reports import report_failure
 
 IN, OUT = 1, 4
-"""The values that epoll and poll use."""
+"""The values of EPOLLIN and EPOLLOUT."""
 IS_PORTABLE = not (hasattr(select, 'epoll') and hasattr(os, 'eventfd'))
 """True if this system lacks epoll or eventfd, which only Linux has."""
 
 Handler: TypeAlias = Callable[[int], None]
-"""Gets the events that a descriptor is ready for: bits of IN and OUT, or others if it has ended."""
+"""A handler of a descriptor's events: bits of IN and OUT, or other bits if the connection has ended."""
 
 _SOME = 64
 """How many cancelled timers are kept until they are due."""
@@ -38,7 +38,7 @@ _FORMER_DESCRIPTORS = 1024
 
 
 class Timer:
-    """Calls its function once, unless it is cancelled before."""
+    """Calls its function once, unless it is cancelled before that."""
 
     __slots__ = ('_when_cancelled', 'function', 'when')
 
@@ -48,14 +48,14 @@ class Timer:
         self._when_cancelled = when_cancelled
 
     def cancel(self) -> None:
-        """Forget the call."""
+        """Cancel the call."""
         if self.function is not None:
             self.function = None
             self._when_cancelled()
 
 
 class _Portable:
-    """The work of epoll done by `selectors`: for other systems, and for tests of that on this one."""
+    """The methods of epoll, done by `selectors`: for other systems, and for tests of these on Linux."""
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
@@ -92,7 +92,7 @@ class _Portable:
 
 
 class _EventFd:
-    """A descriptor that becomes readable when somebody calls."""
+    """A bell: its descriptor becomes readable when a thread rings it."""
 
     def __init__(self) -> None:
         self._fd = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
@@ -107,7 +107,7 @@ class _EventFd:
         os.eventfd_read(self._fd)
 
     def close(self) -> None:
-        """Close it once: its number may be another file's afterwards."""
+        """Close the descriptor once: its number may be another file's afterwards."""
         fd, self._fd = self._fd, -1
         if fd >= 0:
             os.close(fd)
@@ -137,7 +137,7 @@ class _SocketPair:
 
 
 class Poller:
-    """One session's descriptors and timers. One thread waits at a time; any thread may add and remove."""
+    """The descriptors and timers of one session. One thread at a time waits; any thread may change them."""
 
     def __init__(
         self,
@@ -147,10 +147,10 @@ class Poller:
         before_sleep: tuple[Sized, Callable[[], object]] = ((), bool),
         awaited: Sized = (),
     ) -> None:
-        """`name` is for what handlers raise; `portable` to do without what only Linux has.
+        """`name` stands in log lines about errors of handlers; `portable` avoids all that only Linux has.
 
-        `before_sleep` are a collection, and what is called before a sleep where there is something in it;
-        `awaited` is for `WireSet.awaited`.
+        `before_sleep` is a collection and a function: the function is called before a sleep if the collection
+        is not empty. `awaited` is the value of `WireSet.awaited`.
         """
         self.closed = False
         self._name = name
@@ -162,7 +162,7 @@ class Poller:
         self._bell_fd = self._bell.fileno()
         self._handlers: dict[int, Handler] = {self._bell_fd: self._quiet}
         self._events: list[tuple[int, int]] = []
-        # Over the timers. A signal's handler may come in: each step leaves them whole.
+        # Guards the timers. Reentrant for signal handlers: each step leaves the timers consistent.
         self._lock = RLock()
         self._timers: list[tuple[float, int, Timer]] = []
         self._cancelled = 0
@@ -172,7 +172,7 @@ class Poller:
         self._poller.register(self._bell_fd, IN)
         fd = self.descriptor()
         self._precise = fd if fd is not None and fd < _FORMER_DESCRIPTORS else None
-        """epoll's own descriptor, if select can wait for it."""
+        """epoll's own descriptor if `select` can wait for it, else None."""
 
     # ---- what is waited for
 
@@ -183,13 +183,13 @@ class Poller:
         self._look_again()
 
     def modify(self, fd: int, events: int) -> None:
-        """Wait for other events of a descriptor. An unregistered one is ignored."""
+        """Wait for other events of a descriptor. An unregistered descriptor is ignored."""
         with suppress(OSError, KeyError, ValueError):
             self._poller.modify(fd, events)
             self._look_again()
 
     def unregister(self, fd: int) -> None:
-        """Stop waiting for a descriptor. An unregistered one is ignored."""
+        """Stop waiting for a descriptor. An unregistered descriptor is ignored."""
         if self._handlers.pop(fd, None) is not None:
             with suppress(OSError, KeyError, ValueError):
                 self._poller.unregister(fd)
@@ -199,7 +199,7 @@ class Poller:
             self.interrupt()
 
     def call_later(self, delay_s: float, function: Callable[[], None]) -> Timer:
-        """Call `function` after `delay_s`, on the thread that waits then."""
+        """Call `function` after `delay_s`, on the thread that then waits in this poller."""
         timer = Timer(monotonic() + delay_s, function, self._note_cancelled)
         with self._lock:
             heapq.heappush(self._timers, (timer.when, self._next_timer(), timer))
@@ -221,7 +221,7 @@ class Poller:
                         heapq.heappush(self._timers, each)
 
     def call(self, function: Callable[[], None]) -> None:
-        """Call `function` soon, on the thread that waits."""
+        """Call `function` soon, on the thread that waits in this poller."""
         self._calls.append(function)
         self.interrupt()
 
@@ -234,7 +234,7 @@ class Poller:
     # ---- waiting
 
     def descriptor(self) -> int | None:
-        """Return epoll's own descriptor: it is readable while one of those in it is ready."""
+        """Return epoll's own descriptor, which is readable while a registered descriptor is ready."""
         return None if isinstance(self._poller, _Portable) else self._poller.fileno()
 
     def next_due(self) -> float:
@@ -242,7 +242,7 @@ class Poller:
         return self._next_due
 
     def wait(self, timeout_ns: int) -> int:
-        """Return how much there is to `serve`, after `timeout_ns` at most; negative once this was closed."""
+        """Wait up to `timeout_ns`; return the number of events to `serve`, negative once this was closed."""
         if self.closed:
             return -1
         if self._unsent:
@@ -263,14 +263,14 @@ class Poller:
             if self._is_gone():
                 return -1
             if self._portable and isinstance(error, OSError):
-                # A socket was closed meanwhile, and select on Windows refuses it: the next call is without it
+                # a socket was closed meanwhile, and select on Windows refuses it; the next call leaves it out
                 return 0
             raise
         self._events = events
         return len(events) or self._next_due <= monotonic()
 
     def _is_gone(self) -> bool:
-        """Whether the descriptor was closed meanwhile."""
+        """True if the descriptor was closed meanwhile."""
         return self.closed
 
     def serve(self, _found: int = 0) -> None:
@@ -304,7 +304,7 @@ class Poller:
                 else:
                     heapq.heappush(self._timers, entry)
                     break
-            self._next_due = float('inf')  # first: one that is set meanwhile is earlier
+            self._next_due = float('inf')  # reset first: a timer that is set meanwhile may lower it again
             if self._timers:
                 self._next_due = min(self._next_due, self._timers[0][0])
         return None
@@ -312,7 +312,7 @@ class Poller:
     def _quiet(self, _events: int) -> None:
         self._bell.quiet()
         try:
-            for _ in range(len(self._calls)):  # a call that is added meanwhile has rung the bell again
+            for _ in range(len(self._calls)):  # calls that are added from now on ring the bell again
                 self._run(self._calls.popleft())
         finally:
             if self._calls:  # a signal's handler raised
@@ -326,7 +326,7 @@ class Poller:
                 report_failure(self._name, error)
 
     def close(self) -> None:
-        """Close everything. Nobody may wait any more. Idempotent."""
+        """Close everything. No thread may wait in it any more. Idempotent."""
         self.closed = True
         self._precise = None
         self._handlers.clear()

@@ -1,7 +1,7 @@
-"""Writing to a peer that may have gone, without the signal SIGPIPE.
+"""Keeps writes to a peer that has gone from raising the signal SIGPIPE.
 
-The system answers such a write with SIGPIPE. Python ignores that signal, but some programs give it back its
-default, which kills them. So no socket is written to without these flags: the write fails with EPIPE alone.
+The system answers such a write with SIGPIPE. Python ignores that signal, but some programs restore its
+default action, which kills them. So every write to a socket has these flags: it then fails with EPIPE only.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     import socket
 
 NO_SIGPIPE: int = getattr(_socket, 'MSG_NOSIGNAL', 0)
-"""The flag of a write. 0 if the system has no SIGPIPE, or has it refused by the socket."""
+"""The flag of a write. 0 if the system has no SIGPIPE, or sets this as an option of the socket."""
 
 _SO_NOSIGPIPE = 0x1022
-"""Darwin's; Python has no name for it."""
+"""The option on macOS; Python has no name for it."""
 
 
 def refuse_sigpipe(sock: socket.socket) -> None:

@@ -1,4 +1,4 @@
-"""Waiting for the end of a thread that Ctrl-C may have kept from its beginning."""
+"""Waits for the end of a thread whose start Ctrl-C may have interrupted."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from threading import Thread
 
 
 def join_begun(thread: Thread, timeout_s: float | None = None) -> bool:
-    """Wait for a thread that was told to end; False at once if it is not known to have begun.
+    """Wait for a thread that was told to end; return False at once if its start was interrupted.
 
-    Ctrl-C may come within `Thread.start`, and so leave a thread that never begins, or that has begun without
-    the starter's knowledge. The second one ends by itself.
+    Ctrl-C may interrupt `Thread.start`. Then the thread never begins, or runs although `start` has not
+    returned. In the second case it ends by itself.
     """
     try:
         thread.join(timeout_s)

@@ -1,4 +1,4 @@
-"""Threads that block in a call until something holds, and wait on the wire meanwhile."""
+"""Threads that block in a call until a condition holds, and wait on the wire meanwhile."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from time import monotonic
 from goalwire.concurrency.wire_poller import SleepingThread, WirePoller
 
 LONGEST_S = 1e6
-"""How long one sleep lasts at most; the clock of a lock ends somewhere."""
+"""The longest single sleep; the timeout of a lock has an upper limit."""
 
 
 class Waiters:
@@ -19,14 +19,14 @@ class Waiters:
         self._sleepers: set[SleepingThread] = set()
 
     def wake_all(self) -> None:
-        """Have all of them look again. Any thread."""
+        """Have all waiting threads check their conditions again. Any thread."""
         for sleeper in list(self._sleepers):
             sleeper.wake()
 
     def wait_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
         """Block until `condition` holds; False if it does not within `timeout_s`.
 
-        It is looked at again after each `wake_all`.
+        The condition is checked again after each `wake_all`.
         """
         deadline = monotonic() + timeout_s
         sleeper = SleepingThread()

@@ -1,7 +1,7 @@
-"""Waiting on a wire instead of on a lock, so that an incoming message wakes the thread that wants it.
+"""Lets an idle thread wait on the wire instead of a lock, so that a message wakes the thread that wants it.
 
-A session that has sockets of its own offers a `WirePoller`. Threads with nothing to do wait in it, each as a
-`Sleeper`; `leader_followers` is what fulfils it.
+A session that has sockets of its own offers a `WirePoller`. Idle threads wait in it, each as a `Sleeper`;
+`leader_followers` implements it.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import Protocol
 
 
 class Sleeper(Protocol):
-    """A thread that has nothing to do."""
+    """An idle thread."""
 
     interrupt: Callable[[], None] | None
-    """Ends its sleep while it sleeps elsewhere than on its lock; `wake` calls it."""
+    """Ends the sleep of a thread that sleeps on the wire, not on its lock; `wake` calls it."""
 
     def wait_on_lock(self, timeout_ns: int | None = None) -> bool:
-        """Sleep on a lock until `wake` (True) or for `timeout_ns` (False); 0 takes up a wake-up that came."""
+        """Sleep on a lock until `wake` (True) or for `timeout_ns` (False); 0 takes an earlier wake-up."""
 
     def wake(self) -> None:
         """End its sleep, wherever it sleeps. Any thread, signal handlers too."""
@@ -55,43 +55,41 @@ class SleepingThread:
 
 
 class WirePoller(ABC):
-    """Waiting on the wire itself, which one idle thread of the session does: so what comes wakes it at once.
+    """Lets one idle thread of a session wait on the wire itself, so that a message wakes it at once.
 
     That thread then delivers what has come. The others sleep on their locks (the pattern Leader/Followers).
     """
 
     external_sleepers: set[object]
-    """Sleepers that do not wait on the wire themselves, and so need the session's own thread to wait here.
-    While there are any, no other thread begins to."""
+    """Sleepers that cannot wait on the wire themselves, and so need the session's own thread to wait here.
+    While there are any, no other thread begins to wait on the wire."""
 
     @abstractmethod
     def wait(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
-        """Sleep until `sleeper` is woken (True) or for `timeout_ns` (False), on the wire where that is free.
+        """Sleep until `sleeper` is woken (True) or for `timeout_ns` (False), on the wire if no thread has it.
 
-        True may also mean nothing, so look again.
+        True may be a false alarm, so the caller must check its condition again.
         """
 
     @abstractmethod
     def ensure_polled(self) -> None:
-        """Have some thread wait on the wire: others depend on that. Any thread."""
+        """Have some thread wait on the wire, since sleepers depend on it. Any thread."""
 
     @abstractmethod
     def interrupt(self) -> None:
-        """Let the thread that waits on the wire run a signal handler. Any thread."""
+        """Interrupt the thread that waits on the wire, so that it runs signal handlers. Any thread."""
 
     def attach_loop(self) -> int | None:
         """Let an asyncio loop, on the calling thread, read the wire until `detach_loop`.
 
-        Returns a descriptor of its own that is readable while there is something for `serve_ready`, for the
-        caller to close. None if the wire has no such thing.
+        Returns a descriptor that is readable while `serve_ready` has events to deliver. The caller closes it.
+        None if the wire has no such descriptor.
         """
         return None
 
     def detach_loop(self, thread: int) -> None:  # noqa: B027 - nothing to undo where none can be attached
-        """Undo one `attach_loop` of that thread (`get_ident()`). Any thread, once the loop is closed."""
+        """Undo one `attach_loop` of a thread, given by `get_ident()`. Any thread, after the loop's end."""
 
     def serve_ready(self) -> float:
-        """Deliver the present events; return when to call this again at the latest, on the monotonic
-        clock.
-        """
+        """Deliver the present events; return the latest time for the next call, on the monotonic clock."""
         return float('inf')
