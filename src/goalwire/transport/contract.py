@@ -1,9 +1,9 @@
 """The contract of a transport: it moves bytes between endpoints and shows which others are there.
 
-A transport knows no message classes, no callbacks of users and no executors. It delivers on a thread of its
+A transport knows nothing of message classes, users' callbacks or executors. It delivers on a thread of its
 own or, inside one session, on the publisher's or caller's thread. So a `deliver` function must be short: it
-appends to a queue, wakes a sleeper, and does nothing else. No method here is called with a lock held that a
-`deliver` function could want.
+appends to a queue, wakes a sleeping thread, and does nothing else. Callers of these methods never hold a lock
+that a `deliver` function takes.
 """
 
 from __future__ import annotations
@@ -72,13 +72,13 @@ class Endpoint:
     has_buffers: bool = False
     """True if the type holds an unbounded sequence of primitives."""
     ignore_local: bool = False
-    """True for a subscription that wants nothing from its own session."""
+    """True for a subscription that does not receive what its own session publishes."""
     takes_views: bool = False
-    """True for a subscription that reads large payloads in place, where the wire can leave them."""
+    """True for a subscription that can read large payloads in the wire's own memory, without a copy."""
     waits_for_room: bool | None = None
-    """Whether a reliable publisher waits if the wire is full. None: it waits if its history should reach
-    all. Publishers of feedback wait, however small their history; those of log lines and service events
-    never do."""
+    """True if a reliable publisher waits while the wire is full. None leaves it to the QoS: the publisher
+    waits if its history is to reach all subscriptions. Publishers of feedback always wait; publishers of log
+    lines and service events never do."""
     part_hashes: Callable[[], tuple[str, str]] | None = None
     """Returns the hashes of a service's request and response, for a wire that announces those (DDS)."""
 
@@ -97,7 +97,7 @@ class Sample(NamedTuple):
 
 
 new_sample: Callable[[tuple[Payload, int, int, int, bytes]], Sample] = partial(tuple.__new__, Sample)
-"""Makes one as its class does, without a call of Python code: it is on every message's way."""
+"""Makes a Sample without a call of Python code, since every message needs one."""
 
 
 class Request(ABC):
@@ -105,7 +105,7 @@ class Request(ABC):
 
     __slots__ = ()
     sample: Sample
-    """The request; `gid` is the client's."""
+    """The request as it arrived; its `gid` is the client's."""
 
     @property
     def source_timestamp(self) -> int:
@@ -172,24 +172,25 @@ class Port(ABC):
         event: EventType,  # noqa: ARG002
         changed: Callable[[EventStatus], None],  # noqa: ARG002
     ) -> bool:
-        """Tell `changed` of an event that this wire finds out itself, with the totals, each time they change.
+        """Call `changed` with an event's totals each time they change; False if the wire does not report it.
 
-        Called at most once for each event, before the first of which nothing need be counted; `changed` is as
-        short as a `deliver`. False, as here, where the wire does not know: the caller looks elsewhere.
+        An entity calls this at most once for each event, and the wire may start to count then. `changed` must
+        be as short as a `deliver` function. If this returns False, the caller finds the event in the graph.
         """
         return False
 
     def peer_count(self) -> int | None:
-        """How many endpoints are matched with this one, where the wire counts them: never behind its event.
+        """Return how many endpoints are matched with this one; None if the wire does not count them.
 
-        None, as here, where the graph tells. Else `GraphListener.connected` tells of changes, from the first
-        question on.
+        The count is at least as new as the last event about matches. If it is None, the caller counts in the
+        graph. Otherwise `GraphListener.connected` is called at each change after the first question.
         """
         return None
 
     def catch_up(self) -> None:  # noqa: B027 - most wires deliver in the order in which things arrive
-        """Deliver everything that has arrived by now, if the wire could deliver later arrivals elsewhere
-        first.
+        """Deliver everything that has arrived by now.
+
+        Only wires that might deliver a later message to another endpoint first have to do something here.
         """
 
 
@@ -201,10 +202,10 @@ class Loan(Protocol):
         """The memory, writable. Raises ValueError if it is gone, since its session was closed."""
 
     def narrow(self, start: int, size: int) -> None:
-        """Make `size` bytes from `start` on the message; the rest is not sent."""
+        """Choose the message: `size` bytes from `start` on. The rest of the memory is not sent."""
 
     def end(self) -> None:
-        """Give it back; what was published of it is kept as long as it is read."""
+        """Give the memory back. A published message stays in it as long as somebody reads it."""
 
 
 class PublisherPort(Port):
@@ -212,7 +213,7 @@ class PublisherPort(Port):
 
     @property
     def dropped(self) -> int:
-        """How many messages this end dropped after `publish` had returned, as far as the wire tells.
+        """How many messages this publisher dropped after `publish` had returned, as far as the wire knows.
 
         A message that was dropped for two peers may count twice.
         """
@@ -223,14 +224,14 @@ class PublisherPort(Port):
         """Hand one message to the wire. Raises ClosedError, ForkedError or TransportError."""
 
     can_lend = False
-    """Whether `borrow` may ever return something."""
+    """True if `borrow` may return memory at some time."""
 
     def borrow(self, size: int) -> Loan | None:  # noqa: ARG002
-        """Return memory that subscribers can read in place; None, as here, where the wire has none."""
+        """Return memory that subscribers can read in place; None, as here, if the wire has none."""
         return None
 
     def publish_loan(self, loan: Loan) -> None:
-        """Hand over the message that was written into a loan of this port's. Raises as `publish` does."""
+        """Publish the message that was written into a loan of this port. Raises as `publish` does."""
         self.publish(bytes(loan.view))
 
     def assert_liveliness(self) -> None:
@@ -240,7 +241,7 @@ class PublisherPort(Port):
         """Wait until all reliable subscriptions have received every message; False if the time runs out
         first.
 
-        True, as here, where the wire acknowledges only by flow control.
+        Returns True, as here, if the wire has flow control only and no acknowledgements.
         """
         return True
 
@@ -248,11 +249,12 @@ class PublisherPort(Port):
 class ClientPort(Port):
     """A declared service client.
 
-    A wire keeps a book of its requests beside the entity's book of calls (`RequestClient.pending`), as a call
-    and its request end at different times. A call ends with its first reply, or at its deadline. Its request
-    ends when every server that was asked has answered or gone. Until then the wire finds it by its number,
-    with the servers that are still asked: a reply on DDS tells no more than the number. One book for both
-    would need a mark of which of the two has ended, and every reply would look at that.
+    A wire keeps a table of its requests, and the entity has a table of its calls (`RequestClient.pending`),
+    since a call and its request end at different times. A call ends with its first reply, or at its deadline.
+    Its request ends when every server that was asked has answered or gone. Until then the wire finds it by
+    its number, with the servers that have not answered yet, since a reply on DDS holds only the number. One
+    table for both would need a mark of which of the two has ended, and each reply would have to look at that
+    mark.
     """
 
     @abstractmethod
@@ -268,7 +270,7 @@ class ClientPort(Port):
         `on_reply` gets each reply (one per server); `on_end` fires once when no more can come: every
         server has answered, none was there, or the last one died. It gets the reason that a server gave for
         not answering, or ''. Both may fire before this returns. `timeout_ns` is how long the caller waits at
-        most, where it knows: the wire need hold the request no longer.
+        most, None if it has no limit: after that time the wire may forget the request.
         """
 
     @abstractmethod
@@ -279,9 +281,10 @@ class ClientPort(Port):
         """
 
     def reaches_server(self) -> bool:
-        """Whether a server that the graph shows can be called already, and its reply be heard.
+        """Return whether a server that the graph shows can be called now, and its reply can arrive.
 
-        True, as here, where the graph says it all; else `GraphListener.connected` tells of changes.
+        True, as here, if a server in the graph can always be called. Otherwise `GraphListener.connected` is
+        called when the answer may have changed.
         """
         return True
 
@@ -316,12 +319,11 @@ class Session(ABC):
     compares_definitions = True
     """True if different definitions of one type keep endpoints apart; DDS compares only names."""
     discovers_at_once = True
-    """True if `watch_graph` tells of everything before it returns; otherwise the graph comes piece by
-    piece."""
+    """True if `watch_graph` reports the whole graph before it returns; otherwise the graph grows later."""
     knows_its_peers = False
     """True if the session meets only the peers that `has_heard_all` counts."""
     wire_poller: WirePoller | None = None
-    """Where idle threads may wait on this wire; None if it has threads of its own that must do that."""
+    """The poller with which idle threads wait on this wire; None if the wire's own threads do that."""
 
     @abstractmethod
     def node(self, name: NodeName) -> NodePort:
@@ -329,20 +331,20 @@ class Session(ABC):
 
     @abstractmethod
     def watch_graph(self, listener: GraphListener) -> None:
-        """Tell `listener` of everything known, before this returns, and of every change from then on.
+        """Report everything known to `listener` before this returns, and every change from then on.
 
         The session's own nodes and endpoints are part of the graph.
         """
 
     def has_heard_all(self) -> bool:
-        """Whether all peers that are known of have told all they have; True if the wire does not say."""
+        """Return whether all known peers have announced everything; True if the wire does not say."""
         return True
 
     @abstractmethod
     def silence(self) -> None:
         """Refuse to send from now on: publishers and clients raise ClosedError. Servers go on answering.
 
-        Any thread, signal handlers too: it takes no lock, and waits for nothing.
+        Any thread may call this, also in a signal handler: it takes no lock, and waits for nothing.
         """
 
     @abstractmethod
@@ -359,7 +361,7 @@ class SessionOptions:
 
     domain_id: int = 0
     enclave: str = '/'
-    """Where a wire has one enclave for all nodes of a session (DDS)."""
+    """The enclave of all nodes, for a wire that has one for each session (DDS)."""
 
 
 @record

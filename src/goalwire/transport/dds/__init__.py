@@ -1,6 +1,7 @@
-"""ROS 2 over DDS, as the RMWs that stand on DDS speak it; a session is made at the first open.
+"""ROS 2 over DDS, as the RMWs for DDS speak it. Its code is imported at the first open.
 
-GOALWIRE_DDS says what it stands on: `native`, the default, for goalwire's own RTPS, or `cyclone` for libddsc.
+GOALWIRE_DDS chooses the implementation of DDS: `native`, the default, for goalwire's own RTPS, or `cyclone`
+for libddsc.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def _open(identifier: str, options: SessionOptions) -> Session:
 
 
 IDENTIFIERS = ('rmw_fastrtps_cpp', 'rmw_cyclonedds_cpp', 'rmw_connextdds')
-"""The RMWs whose defaults and settings a session may have."""
+"""The RMWs whose defaults and settings a session can take over."""
 TRANSPORTS = {name: Transport(name, partial(_open, name)) for name in IDENTIFIERS}
 TRANSPORT = TRANSPORTS['rmw_cyclonedds_cpp']
 

@@ -28,7 +28,7 @@ def gid_size() -> int:
 
 
 class Announcement:
-    """What a session tells of its nodes; a session publishes what `take` returns, after each change."""
+    """The nodes and endpoints of a session. The session publishes what `take` returns, after each change."""
 
     def __init__(self, guid: bytes) -> None:
         """`guid` is the GUID of the participant."""
@@ -36,23 +36,23 @@ class Announcement:
         self._gid_size = gid_size()
         self._lock = Lock()
         self._nodes: dict[int, tuple[NodeName, dict[bytes, None], dict[bytes, None]]] = {}
-        # A session without nodes announces that, so that others do not wait for its nodes
+        # A session announces also that it has no nodes yet, so that others do not wait for them.
         self._changed = True
 
     def add_node(self, node_id: int, name: NodeName) -> None:
-        """Add a node that has come."""
+        """Add a node."""
         with self._lock:
             self._nodes[node_id] = name, {}, {}
             self._changed = True
 
     def remove_node(self, node_id: int) -> None:
-        """A node has gone; an unknown one is not an error."""
+        """Remove a node; an unknown one is ignored."""
         with self._lock:
             self._nodes.pop(node_id, None)
             self._changed = True
 
     def add(self, node_id: int, readers: Iterable[bytes], writers: Iterable[bytes]) -> None:
-        """Endpoints of a node have come."""
+        """Add endpoints of a node."""
         with self._lock:
             _, all_readers, all_writers = self._nodes[node_id]
             all_readers.update(dict.fromkeys(readers))
@@ -83,6 +83,6 @@ class Announcement:
         return encode_info(ParticipantInfo(self._guid, nodes), self._gid_size)
 
     def put_back(self) -> None:
-        """Have the last announcement taken again: it could not be published."""
+        """Let `take` return the announcement again, since it could not be published."""
         with self._lock:
             self._changed = True

@@ -44,7 +44,7 @@ def dds_topic(role: Role, name: str, *, verbatim: bool = False) -> str:
 def ros_topic(topic: str) -> TopicName | None:
     """Return the ROS 2 name of a DDS topic; None for one that is not ROS 2's.
 
-    A topic without ROS 2's prefixes counts, by its own name, where that is one of ROS 2.
+    A topic without ROS 2's prefixes keeps its name, if that begins with a slash.
     """
     prefix, slash, rest = topic.partition('/')
     if not slash:
@@ -74,11 +74,11 @@ def ros_type(role: Role, type_name: str) -> str:
 
 GUID_PREFIX_SIZE = 12
 REFUSALS = 'goalwire'
-"""The key of a client that takes refusals (service_header.py); ROS 2 skips unknown keys."""
+"""The USER_DATA key of clients that understand refusals (service_header.py); ROS 2 skips unknown keys."""
 
 
 class EndpointData(NamedTuple):
-    """The facts that an endpoint announces of itself; '' for missing ones."""
+    """The data that an endpoint announces of itself; '' for missing values."""
 
     type_hash: str = ''
     service_id: str = ''
@@ -109,7 +109,7 @@ def encode_endpoint(data: EndpointData) -> bytes:
 
 
 def decode_endpoint(data: bytes) -> EndpointData:
-    """Read an endpoint's user data; unreadable facts count as missing."""
+    """Read an endpoint's user data; unreadable values count as missing."""
     pairs = _pairs(data)
     return EndpointData(
         pairs.get('typehash', ''), pairs.get('serviceid', ''), pairs.get('clientid', ''), REFUSALS in pairs

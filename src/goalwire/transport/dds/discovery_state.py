@@ -1,9 +1,9 @@
-"""The graph, made from two sources: DDS tells the endpoints, ros_discovery_info tells which node has them.
+"""The graph from two sources: DDS announces the endpoints, ros_discovery_info the node that owns each.
 
 Pure: its methods take what was discovered and return what changes in the graph. An endpoint is shown once its
 node is known. If no node claims it for a while, it is shown without a node; at once if its participant is not
-ROS 2. One that goes before a node has claimed it is shown without a node and then removed. So the server of a
-goal that it sent learns that its client has gone.
+ROS 2. An endpoint that disappears before a node has claimed it is shown without a node and then removed. So
+an action server learns that the client of a goal has gone.
 
 ros_discovery_info is a rmw_dds_common/msg/ParticipantEntitiesInfo: the nodes of a participant, and the
 endpoints of each. It is read and written by hand, not by the codec, since the wire has two forms of it: Gids
@@ -28,7 +28,7 @@ from goalwire.transport.graph_names import check_names
 
 GID_SIZE = 16
 OLD_GID_SIZE = 24
-"""Up to Humble: the same 16 bytes and 8 zeros."""
+"""The size of a Gid up to Humble: the same 16 bytes and 8 zeros."""
 NAME_LIMIT = 256
 
 _ENCAPSULATION = b'\x00\x01\x00\x00'
@@ -76,7 +76,7 @@ def decode_info(payload: bytes) -> ParticipantInfo:
 
 
 def _gid_size(payload: bytes) -> int:
-    """Tell the two forms apart: after the participant's gid come 8 zeros, or a count and a length."""
+    """Return the size of the message's Gids. Only in the longer form 8 zeros follow the first 16 bytes."""
     tail = payload[len(_ENCAPSULATION) + GID_SIZE :][: OLD_GID_SIZE - GID_SIZE]
     has_room = len(payload) > _EMPTY_SIZE
     return OLD_GID_SIZE if has_room and tail == bytes(OLD_GID_SIZE - GID_SIZE) else GID_SIZE
@@ -111,7 +111,7 @@ class _InfoReader:
         return taken
 
     def _count(self, least_size: int) -> int:
-        """Read a count of items of at least that size; raises RemoteError if they do not fit."""
+        """Read a count of items of at least `size` bytes each; raises RemoteError if the rest is shorter."""
         self._position += -self._position % 4
         (count,) = _U32.unpack(self._take(4))
         if count * least_size > len(self._payload):
@@ -159,7 +159,7 @@ class Found(NamedTuple):
 
 
 class _Node(NamedTuple):
-    """One node of a participant, as last heard of."""
+    """One node of a participant, as it was last announced."""
 
     entity: GraphEntity
     gids: frozenset[bytes]
@@ -173,19 +173,19 @@ class _Participant:
         self.enclave = enclave
         self.speaks_ros = False
         self.has_told = False
-        """Whether it has told its nodes."""
+        """True once the participant has announced its nodes."""
         self.nodes: list[_Node] = []
         self.owners: dict[bytes, _Node] = {}
         self.shown: dict[bytes, GraphEntity] = {}
         self.found: dict[bytes, Found] = {}
-        """Every endpoint that there is, shown or not."""
+        """Every endpoint that belongs in the graph, shown already or not."""
         self.seen: set[bytes] = set()
         """Every announced endpoint, including those that the graph does not show."""
         self.next_id = count()
 
 
 class DiscoveryState:
-    """The state of discovery: all that is known of the other participants."""
+    """The participants, nodes and endpoints that are known, and the part of them that the graph shows."""
 
     def __init__(self) -> None:
         self._participants: dict[bytes, _Participant] = {}
@@ -198,7 +198,7 @@ class DiscoveryState:
         self._participants.setdefault(guid, _Participant(guid, enclave))
 
     def participant_went(self, guid: bytes) -> list[Change]:
-        """A participant has gone, with all it had."""
+        """Remove a participant with its nodes and endpoints."""
         participant = self._participants.get(guid)
         if participant is None:
             return []
@@ -210,12 +210,12 @@ class DiscoveryState:
         return changes + [(False, entity) for entity in gone]
 
     def ros_speaker_came(self, guid: bytes) -> None:
-        """A participant will tell its nodes: its endpoints wait for that."""
+        """Note that a participant will announce its nodes: its endpoints are not shown before."""
         if (participant := self._participants.get(guid)) is not None:
             participant.speaks_ros = True
 
     def endpoint_came(self, found: Found) -> list[Change]:
-        """Add an endpoint that has come."""
+        """Add an endpoint."""
         participant = self._participants.get(found.participant)
         if participant is not None:
             participant.seen.add(found.gid)
@@ -234,7 +234,7 @@ class DiscoveryState:
         return [_show(participant, found, owner)]
 
     def endpoint_went(self, gid: bytes) -> list[Change]:
-        """Remove an endpoint that has gone."""
+        """Remove an endpoint."""
         changes = self.show_unclaimed([gid])
         participant = self._participants.get(self._participant_of.pop(gid, b''))
         if participant is None:  # an endpoint that the graph does not show
@@ -247,7 +247,7 @@ class DiscoveryState:
         return changes if entity is None else [*changes, (False, entity)]
 
     def told(self, info: ParticipantInfo) -> list[Change]:
-        """A participant has told its nodes and whose its endpoints are."""
+        """Take over a participant's announcement of its nodes and their endpoints."""
         participant = self._participants.get(info.gid)
         if participant is None:
             return []
@@ -265,7 +265,7 @@ class DiscoveryState:
         return newcomers + changes
 
     def is_complete(self) -> bool:
-        """Whether each participant has told its nodes, and whatever those claim has been seen. Any thread."""
+        """Return whether all nodes are known, and all endpoints that they claim. Any thread."""
         for participant in list(self._participants.values()):
             if not participant.seen:
                 return False
@@ -304,7 +304,7 @@ class DiscoveryState:
 
 
 def _identified(participant: _Participant, told: tuple[NodeInfo, ...]) -> Iterator[_Node]:
-    """Recognise nodes that were there before: by name, or, for nodes of one name, by their endpoints."""
+    """Yield the announced nodes; a known one, by its name and then its endpoints, keeps its entity."""
     earlier: dict[tuple[str, str], list[_Node]] = {}
     for node in participant.nodes:
         earlier.setdefault((node.entity.node.namespace, node.entity.node.name), []).append(node)

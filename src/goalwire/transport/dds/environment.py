@@ -12,18 +12,18 @@ from enum import Enum
 from goalwire.errors import TransportError
 
 MOST_PARTICIPANTS = 32
-"""How many participants of one domain on one machine are asked directly (as in ROS 2)."""
+"""How many participants of a domain on one machine are asked without multicast (as in ROS 2)."""
 LARGEST_DOMAIN = 232
-"""Beyond it a domain has no UDP ports."""
+"""The largest domain id that has UDP ports."""
 
 
 FILES = ('CYCLONEDDS_URI', 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
-"""The variables that name the files of RMWs."""
+"""The variables that name the configuration files of RMWs."""
 
 
 CHOICE = 'GOALWIRE_DDS'
 NATIVE, CYCLONE = 'native', 'cyclone'
-"""Which session is opened: goalwire's own, or one on libddsc."""
+"""The variable that chooses the session: goalwire's own RTPS, or libddsc."""
 
 
 def chosen() -> str:
@@ -63,9 +63,9 @@ _FIRST_PORT, _PORTS_OF_A_DOMAIN, _DISCOVERY_PORT = 7400, 250, 10
 
 
 def knows_its_peers() -> bool:
-    """Whether all who can be met listen at one of `ports_in_use`: nobody else is asked, multicast is off.
+    """Return whether every possible peer listens at one of `ports_in_use`, since nobody else is asked.
 
-    A file of an RMW may say otherwise, and so does ROS_STATIC_PEERS.
+    False if an RMW's configuration file or ROS_STATIC_PEERS may name other peers.
     """
     if discovery_range() is not Range.LOCALHOST or any(os.environ.get(name, '').strip() for name in FILES):
         return False
@@ -78,8 +78,8 @@ _SOCKETS = ('/proc/net/udp', '/proc/net/udp6')
 def ports_in_use(domain_id: int) -> set[int]:
     """Return the ports of a domain at which other processes of this machine listen for discovery.
 
-    They are those that this machine is asked at in the ranges SUBNET and LOCALHOST; in others the set is
-    empty, and where the system does not tell (Linux does).
+    Empty outside of the ranges SUBNET and LOCALHOST, in which these ports are asked, and on systems that do
+    not list their sockets as Linux does.
     """
     if discovery_range() not in {Range.SUBNET, Range.LOCALHOST}:
         return set()
@@ -92,7 +92,7 @@ def ports_in_use(domain_id: int) -> set[int]:
             for line in table:
                 columns = line.split()
                 address, _, port = columns[1].rpartition(':')
-                # the library listens at all addresses; a program that uses only one does otherwise
+                # A DDS library listens at all addresses; other programs may use such a port at one address.
                 if int(port, 16) in asked and not address.strip('0'):
                     found[f'socket:[{columns[9]}]'] = int(port, 16)
     own = _own_sockets() if found else set()
@@ -104,7 +104,7 @@ def _own_sockets() -> set[str]:
     own = set()
     with suppress(OSError):
         for descriptor in os.listdir('/proc/self/fd'):  # noqa: PTH208
-            with suppress(OSError):  # the listing's own, which is closed by now
+            with suppress(OSError):  # the descriptor of `listdir` itself is closed by now
                 own.add(os.readlink(f'/proc/self/fd/{descriptor}'))  # noqa: PTH115
     return own
 

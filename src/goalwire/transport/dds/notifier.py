@@ -1,4 +1,4 @@
-"""Tells listeners of the graph and of its changes."""
+"""Reports the graph and its changes to listeners."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from goalwire.transport.graph_dispatcher import Change, GraphDispatcher, graph_d
 
 
 class GraphNotifier:
-    """Tells listeners of the graph and of its changes."""
+    """Holds the graph as the listeners know it, and reports its changes to them."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -20,7 +20,7 @@ class GraphNotifier:
         self._awaited: list[tuple[bytes, Callable[[NodeName], None]]] = []
 
     def watch(self, listener: GraphListener) -> None:
-        """Call a listener with all there is, before this returns, and with every change until `close`."""
+        """Report the whole graph to a listener before this returns, and every change until `close`."""
         watcher = graph_dispatcher(listener)
         with watcher.first_turn(), self._lock:
             for entity in self._there.values():
@@ -28,7 +28,7 @@ class GraphNotifier:
             self._watchers += (watcher,)
 
     def change(self, changes: Iterable[Change]) -> None:
-        """Note changes and tell the listeners."""
+        """Take over changes and report them to the listeners."""
         with self._lock:
             for change in changes:
                 self._note(change)
@@ -50,7 +50,7 @@ class GraphNotifier:
             watcher.post(change)
 
     def when_shown(self, gid: bytes, tell: Callable[[NodeName], None]) -> None:
-        """Call `tell` with the node of an endpoint once that is known, which may be at once, or never."""
+        """Call `tell` with an endpoint's node once that is known, perhaps at once, perhaps never."""
         with self._lock:
             self._awaited.append((gid, tell))
             shown = list(self._shown())
@@ -58,7 +58,7 @@ class GraphNotifier:
             told(node)
 
     def _shown(self) -> Iterator[tuple[NodeName, Callable[[NodeName], None]]]:
-        """Yield the endpoints whose wait is over, each with its node."""
+        """Yield the node and the function for each awaited endpoint whose node is known now."""
         known = (entity for entity in self._there.values() if entity.node_id != UNKNOWN_ID)
         nodes = {entity.gid: entity.node for entity in known}
         for awaited in list(self._awaited):
@@ -68,7 +68,7 @@ class GraphNotifier:
                 yield nodes[gid], tell
 
     def connected(self) -> None:
-        """An endpoint of this session was connected with another, or disconnected."""
+        """Tell the listeners that an endpoint of this session was matched with another, or unmatched."""
         with self._lock:
             watchers = self._watchers
             for watcher in watchers:
@@ -77,6 +77,6 @@ class GraphNotifier:
             watcher.drain()
 
     def close(self) -> None:
-        """Remove the listener."""
+        """Remove all listeners."""
         with self._lock:
             self._watchers = ()

@@ -1,4 +1,4 @@
-"""Addresses of peers, as people write them: checked, and names looked up within bounded time."""
+"""Checks addresses of peers as people write them, and looks names up within bounded time."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _look_up(host: str, ipv6: bool, *, numeric: bool = False) -> list[str]:
     flags = socket.AI_NUMERICHOST if numeric else 0
     try:
         answers = socket.getaddrinfo(host, None, family, socket.SOCK_DGRAM, flags=flags)
-    except (OSError, UnicodeError):  # UnicodeError: no host name, its labels are too long
+    except (OSError, UnicodeError):  # UnicodeError: a label is too long for a host name
         return []
     return list(dict.fromkeys(str(answer[4][0]) for answer in answers))
 
@@ -100,13 +100,13 @@ def _look_up_all(hosts: Iterable[str], ipv6: bool) -> dict[str, list[str]]:
     count = len(left)
 
     def work() -> None:
-        with suppress(IndexError):  # all have told what they have
+        with suppress(IndexError):  # all look-ups have ended
             while True:
                 host = left.popleft()
                 answers.put((host, _look_up(host, ipv6)))
 
     for _ in range(min(count, _RESOLVERS)):
-        # getaddrinfo cannot be interrupted, and must not hold the program's end up
+        # daemon threads: getaddrinfo cannot be interrupted, and must not delay the end of the program
         threading.Thread(target=work, name='goalwire resolver', daemon=True).start()
     deadline = time.monotonic() + RESOLVE_WITHIN
     found: dict[str, list[str]] = {}

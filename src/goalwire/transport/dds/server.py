@@ -36,7 +36,7 @@ class DdsRequest(Request, Generic[ClientT, AddressT, ReplyT]):
     ) -> None:
         self.client = client
         self.address = address
-        """How its reply names the request."""
+        """The data by which the reply names the request."""
         self.sample = sample
         self._server = server
         self._is_answered = False
@@ -54,7 +54,7 @@ class DdsRequest(Request, Generic[ClientT, AddressT, ReplyT]):
             server.send(self, server.write_reply(self.address, payload))
 
     def cancel(self, reason: str = '') -> None:
-        """End the request. A client that is not goalwire's is not told: its call ends with the server."""
+        """End the request. Only goalwire's clients are told; another client's call ends with the server."""
         server = self._server
         if server.state.is_forked:
             server.state.check()
@@ -71,7 +71,7 @@ class DdsServer(OpenPort, Generic[ClientT, AddressT, ReplyT]):
         """The requests that are neither answered nor cancelled. The value is True, so that `pop(…, False)`
         says whether the request was still there.
 
-        Closing clears it: the clients learn of the server's end from the graph.
+        Closing clears the dict: the clients learn of the server's end from the graph.
         """
         state.undo.append(self.waiting.clear)
 
@@ -87,4 +87,4 @@ class DdsServer(OpenPort, Generic[ClientT, AddressT, ReplyT]):
 
     @abstractmethod
     def send(self, request: DdsRequest[ClientT, AddressT, ReplyT], reply: ReplyT) -> None:
-        """Send one reply, once its client can hear it."""
+        """Send one reply once its client can receive it."""

@@ -4,12 +4,12 @@ Before every request and reply stand 16 bytes, in the encapsulation's byte order
 handle of its request writer) and int64 sequence number. Source: rmw_cyclonedds_cpp src/serdata.hpp
 (cdds_request_header_t), src/Serialization.cpp.
 
-A refusal tells a client that its request will not be answered. rmw_cyclonedds has nothing of the kind, so a
-refusal has the form of a reply that stock ROS 2 takes for another client's. It is sent only to clients that
-say in their USER_DATA that they know it (`goalwire=1`; other readers of USER_DATA skip unknown keys). Every
-client of the service receives it, as all replies. Those of stock ROS 2 drop it, for it has another client's
-id; its sequence number is the request's, negative. They decode it first. So it begins with zeros, which are a
-value of every type, and the reason comes after them.
+A refusal tells a client that its request will not be answered. rmw_cyclonedds has no message for that, so a
+refusal looks to stock ROS 2 like a reply to another client. It is sent only to clients that say in their
+USER_DATA that they know it (`goalwire=1`; other readers of USER_DATA skip unknown keys). Every client of the
+service receives it, as all replies. Clients of stock ROS 2 drop it, since it has another client's id. But
+they decode it first. So it begins with zeros, which are a valid message of every type; the reason comes after
+them. Its sequence number is the request's, negated.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Header(NamedTuple):
 
 
 _new_header: Callable[[tuple[int, int]], Header] = partial(tuple.__new__, Header)
-"""Makes one as its class does, without a call of Python code."""
+"""Makes a Header without a call of Python code."""
 
 
 def wrap(header: tuple[int, int], message: bytes) -> bytes:

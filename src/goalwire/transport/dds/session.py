@@ -1,7 +1,7 @@
 """Sessions, nodes and endpoints on DDS, as the graph and ros_discovery_info show them.
 
-Both sessions use this: what libddsc and goalwire's own RTPS do otherwise is in `DdsContext` and
-`EndpointFactory`.
+Both kinds of session use this. Subclasses of `DdsContext` and `EndpointFactory` have what differs between
+libddsc and goalwire's own RTPS.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ P = TypeVar('P', bound=OpenPort)
 
 
 class Made(NamedTuple, Generic[P]):
-    """An endpoint that was just made, and the GUIDs of its ends."""
+    """An endpoint that was just made, and the GUIDs of its readers and writers."""
 
     port: P
     readers: tuple[bytes, ...]
     writers: tuple[bytes, ...]
     begin: Callable[[], object] = bool
-    """Lets its messages in; called once it is shown in the graph."""
+    """Starts the delivery of its messages; called once the graph shows it."""
 
 
 class DdsContext(ABC):
@@ -75,7 +75,7 @@ class DdsContext(ABC):
         self._next_service = count(1).__next__
 
     def next_service_id(self) -> str:
-        """Return a new id for the two ends of one client or server."""
+        """Return a new id for the reader and writer of one client or server."""
         return service_id(self.guid, self._next_service())
 
     @abstractmethod
@@ -84,7 +84,7 @@ class DdsContext(ABC):
 
     @abstractmethod
     def has_heard_all(self) -> bool:
-        """Whether all participants of this machine, and all that were met, have announced everything."""
+        """Return whether all participants, known or on this machine, have announced everything."""
 
     @abstractmethod
     def close(self) -> None:
@@ -165,7 +165,7 @@ class DdsNode(OpenNode):
             yield state
 
     def _show(self, made: Made[P], endpoint: Endpoint) -> P:
-        """Show an endpoint in the graph and to the others, and let its messages in."""
+        """Show an endpoint in the graph, announce it to the others, and start its delivery."""
         context, (port, readers, writers, begin) = self._context, made
         entity = replace(
             self._entity,
@@ -187,7 +187,7 @@ class DdsNode(OpenNode):
 
 
 def _shown_hash(endpoint: Endpoint) -> str:
-    """A service's hash is not told to others, so it is not shown here either, where it could be compared."""
+    """Return the hash for the graph: '' for services, since other participants do not announce theirs."""
     is_topic = endpoint.kind in {EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION}
     return endpoint.type_hash if is_topic else ''
 
@@ -214,12 +214,12 @@ class DdsSession(OpenSession):
             return self.nodes.keep(DdsNode(self._context, self._factory, name, state))
 
     def watch_graph(self, listener: GraphListener) -> None:
-        """Tell `listener` of everything in the domain."""
+        """Report everything in the domain to `listener`, and every change."""
         self.state.check()
         self._context.notifier.watch(listener)
 
     def has_heard_all(self) -> bool:
-        """Whether all participants of this machine, and all that were met, have announced everything."""
+        """Return whether all participants, known or on this machine, have announced everything."""
         return self._context.has_heard_all()
 
     def statistics(self) -> dict[str, int]:

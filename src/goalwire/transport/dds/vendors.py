@@ -1,4 +1,4 @@
-"""The vendor of a participant's DDS, and the RMW that speaks to it best."""
+"""The vendor of a participant's DDS, and the RMW that works best with it."""
 
 from __future__ import annotations
 

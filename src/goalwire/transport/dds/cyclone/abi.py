@@ -143,7 +143,7 @@ class PacketPiece(ctypes.Structure):
 
 
 PACKET_START = 48
-"""Bytes before a packet in what the library keeps of it (struct ddsi_rmsg of 11.0)."""
+"""Bytes before the packet in the library's buffer of it (struct ddsi_rmsg of 11.0)."""
 
 _P = c_void_p
 _I = c_int32
@@ -296,10 +296,10 @@ class Library:
     ddsi_serdata_unref: Function
     dds_get_entity_sertype: Function | None
     from_large: Function
-    """ddsi_serdata_from_ser_iov with other threads running."""
+    """ddsi_serdata_from_ser_iov, called without the GIL, so that other Python threads run."""
 
     def __init__(self, path: str) -> None:
-        """Load it. Raises OSError if that fails, AttributeError if a function is missing."""
+        """Load the library. Raises OSError if that fails, AttributeError if a function is missing."""
         self.path = path
         releasing = {f'dds_get_{name}_status': (_I, (_I, _P)) for name in _STATUSES}
         for loaded, table in (

@@ -1,4 +1,4 @@
-"""A domain's configuration: first what ROS 2's variables ask for, then CYCLONEDDS_URI, which wins.
+"""A domain's configuration: ROS 2's variables first, then CYCLONEDDS_URI, which overrides them.
 
 Source of the rules: rmw_cyclonedds_cpp src/rmw_node.cpp (check_create_domain), rmw rmw_discovery_options.
 Four settings differ from ROS 2's:
@@ -12,7 +12,7 @@ Four settings differ from ROS 2's:
   down meet again with the next announcement.
 
 Addresses of peers are checked before libddsc sees them. It looks peers up while it makes a domain, and ends
-the process where it cannot use one: abort() for a name that does not resolve, a crash for 0.0.0.0. So the
+the process if it cannot use one: abort() for a name that does not resolve, a crash for 0.0.0.0. So the
 names of ROS_STATIC_PEERS are looked up here, within bounded time, and the library gets numbers. The peers in
 CYCLONEDDS_URI are looked up too, so that an error can name them.
 """
@@ -33,10 +33,11 @@ _LONGEST_QUOTED = 80
 
 
 def domain_configuration(domain_id: int) -> str:
-    """Return the whole configuration, as dds_create_domain takes it.
+    """Return the whole configuration as text for dds_create_domain.
 
-    Peers of ROS_STATIC_PEERS that have no address are left out with a warning. Raises TransportError, for
-    one in CYCLONEDDS_URI too: the library would end the process. Names are looked up for seconds at most.
+    Peers of ROS_STATIC_PEERS that have no address are left out with a warning. A peer in CYCLONEDDS_URI
+    without an address raises TransportError, since the library would end the process. Names are looked up for
+    seconds at most.
     """
     range_ = discovery_range()
     theirs = os.environ.get('CYCLONEDDS_URI', '').strip()
@@ -108,7 +109,7 @@ def loopback(ipv6: bool) -> str:
 def configured_peers(uri: str, domain_id: int) -> tuple[list[str], bool]:
     """Return the peers that a CYCLONEDDS_URI names for a domain, and whether it asks for IPv6.
 
-    Only what can be read here counts: the library itself complains of the rest, and does not abort there.
+    Text that cannot be read here is ignored: the library itself reports it, and does not abort.
     """
     peers: list[str] = []
     ipv6 = False
@@ -137,11 +138,11 @@ def _texts(uri: str) -> Iterator[str]:
                 with open(path, encoding='utf-8', errors='replace') as file:  # noqa: PTH123
                     yield file.read(1_000_000)
             except OSError:
-                continue  # the library will say so
+                continue  # the library reports this itself
 
 
 def _expand(text: str) -> str:
-    """Expand ${NAME} and ${NAME:-otherwise}, as the library does, and what XML writes for signs."""
+    """Expand ${NAME} and ${NAME:-otherwise}, as the library does, and XML's character entities."""
     for sign, name in (('<', 'lt'), ('>', 'gt'), ('"', 'quot'), ("'", 'apos'), ('&', 'amp')):
         text = text.replace(f'&{name};', sign)
     return _VARIABLE.sub(lambda match: os.environ.get(match[1]) or match[2] or '', text)

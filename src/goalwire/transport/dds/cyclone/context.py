@@ -1,4 +1,4 @@
-"""What all endpoints of one session share (domain, participant, threads), and how an endpoint is declared."""
+"""The domain, participant and threads that all endpoints of a session share; and how endpoints are made."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ DOMAINS: Shared[int, Domain] = Shared(lambda domain: domain.library.dds_delete(d
 
 
 def open_domain(library: Library, domain_id: int) -> Domain:
-    """Return the domain for one more session; raises TransportError. `DOMAINS.close` ends that."""
+    """Return the domain for one more session, which calls `DOMAINS.close` later. Raises TransportError."""
     if domain_id > LARGEST_DOMAIN:
         raise TransportError(
             f'domain {domain_id} has no ports on DDS: set ROS_DOMAIN_ID to at most {LARGEST_DOMAIN}'
         )
-    # The name service may be asked, for seconds: so not under the lock, and only for a domain that is not
-    # open.
+    # A look-up of names may take seconds: so it is not done under the lock, and only if the domain is not
+    # open yet.
     configuration = '' if DOMAINS.get(domain_id) else domain_configuration(domain_id)
 
     def make() -> Domain:
@@ -62,7 +62,7 @@ def open_domain(library: Library, domain_id: int) -> Domain:
 
 
 class CycloneContext(DdsContext):
-    """One participant, its two threads and what they know."""
+    """One participant, its two threads and the state that they keep."""
 
     def __init__(self, library: Library, domain_id: int, enclave: str) -> None:
         """Join the domain; raises TransportError."""
@@ -86,11 +86,11 @@ class CycloneContext(DdsContext):
         self.announcement = self.discovery.announcement
 
     def announce(self) -> None:
-        """Announce to the others what has changed here."""
+        """Announce the changes of this session's nodes to the others."""
         self.discovery.waitset_thread.wake()
 
     def has_heard_all(self) -> bool:
-        """Whether all participants of this machine, and all that were met, have told what they have."""
+        """Return whether all participants, known or on this machine, have announced everything."""
         return self.discovery.has_heard_all()
 
     def close(self) -> None:
@@ -108,7 +108,7 @@ class CycloneContext(DdsContext):
 
 
 class EndpointBuilder:
-    """The parts of one endpoint that are declared so far; its state undoes them."""
+    """The parts of one endpoint that are declared so far. Its state keeps the steps that undo them."""
 
     __slots__ = ('_context', '_readers_to_watch', 'state', 'undo')
 
@@ -119,11 +119,11 @@ class EndpointBuilder:
         self.undo = state.undo
 
     def take_in(self, topic: str, dispatcher: ReaderDispatcher) -> None:
-        """Let a reader's messages in once the endpoint is shown."""
+        """Deliver a reader's messages as soon as the graph shows the endpoint, that is from `begin` on."""
         self._readers_to_watch.append((topic, dispatcher))
 
     def begin(self) -> None:
-        """Let messages in: the endpoint is shown."""
+        """Begin to deliver messages: the graph shows the endpoint now."""
         context = self._context
         for topic, dispatcher in self._readers_to_watch:
             context.local_readers.add(topic, dispatcher)

@@ -1,15 +1,15 @@
-"""Delivers from readers and sends through writers: in order, and so that no slow peer holds up the others.
+"""Delivers from readers and sends through writers, in order; a slow peer does not hold up the others.
 
-From a reader: the first thread to come delivers. The session's thread delivers what comes from other
-processes. A publisher in the same process delivers its message at once, on its own thread: so, as in ROS 2, a
-message is there when `publish` returns.
+Readers: the first thread that comes delivers. The session's thread delivers what comes from other
+processes. A publisher in the same process delivers its message at once, on its own thread. So, as in ROS 2, a
+message has arrived when `publish` returns.
 
-Into a service's writer: a message for which there is no room waits until there is. The writer keeps all: a
-history of N could drop a request or reply before it arrived, and then a call stays unanswered. But the
+Writers of services: a message waits until there is room for it. The writer keeps all messages: a
+history of N could drop a request or reply before it arrived, and the call would stay unanswered. But the
 library holds no more than some 500 KB that are not acknowledged (Internal/Watermarks). One peer that is
 stopped or cut off takes that room from all others until its lease ends. Neither a server's callback nor its
-other clients must wait for that. So where room does not come soon, replies go through a fallback writer,
-whose short history drops what the silent peer does not take.
+other clients must wait for that. So if there is no room soon, replies go through a fallback writer. Its short
+history drops the replies that the silent peer does not take.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from goalwire.transport.dds.cyclone.waitset import CLOSING_S
 from goalwire.transport.dds.cyclone.wire import Participant, RawSample, Reader, Writer
 
 PATIENCE_S = 0.1
-"""How long a sender waits for a thread that is just delivering. Only two that wait for each other take it."""
+"""How long a sender waits for a thread that is delivering. Two that wait for each other wait this long."""
 
 
 class ReaderDispatcher:
@@ -45,9 +45,9 @@ class ReaderDispatcher:
         self._deliverer = 0
 
     def drain(self, patience_s: float = 0.0, *, takes_all: bool = False) -> bool:
-        """Deliver what is there, some of it or all; False where another thread is at it.
+        """Deliver the messages that have arrived; False if another thread is delivering.
 
-        The waitset tells of the rest.
+        Without `takes_all` some may be left: the waitset calls again for these.
         """
         turn = self._turn
         if not turn.acquire(timeout=patience_s):
@@ -75,7 +75,7 @@ class ReaderDispatcher:
         """Deliver the messages that this thread has written, once another thread has finished its
         delivery.
         """
-        # Otherwise the other thread takes this message too
+        # If the wait is too long, the thread that is delivering takes this message, too.
         if not self.drain(takes_all=True) and self._deliverer != get_ident():
             self.drain(PATIENCE_S, takes_all=True)
 
@@ -86,7 +86,7 @@ class LocalReaders:
     def __init__(self) -> None:
         self._lock = Lock()
         self.by_topic: dict[str, tuple[ReaderDispatcher, ...]] = {}
-        """Looked at with each message: most have no reader here."""
+        """Each publish looks here directly, since most topics have no reader in this process."""
 
     def add(self, topic: str, dispatcher: ReaderDispatcher) -> None:
         """Add a reader that local writers drain."""
@@ -109,13 +109,13 @@ class LocalReaders:
 
 
 _PATIENCE_NS = 200_000_000
-"""How long until the next attempt, or the fallback writer, unless all is acknowledged before."""
+"""How long to wait for acknowledgements before the next attempt, or before the fallback writer is used."""
 _PARTING_NS = 1_000_000_000
-"""How long the fallback writer is kept for what was sent by it last."""
+"""How long the fallback writer is kept so that the last messages it sent are acknowledged."""
 
 
 class QueueingWriter(Writer):
-    """A writer whose QoS says not to wait for room; a thread of its own waits instead, while it has to."""
+    """A writer that does not wait for room in `write`; its own thread sends messages that found no room."""
 
     def __init__(
         self,
@@ -126,14 +126,14 @@ class QueueingWriter(Writer):
         make_fallback: Callable[[], Writer] | None = None,
         guard: ForkGuard | None = None,
     ) -> None:
-        """Waiting messages are dropped once `guard` forbids sending; None: they never are."""
+        """Waiting messages are dropped once `guard` forbids sending, never without a guard."""
         super().__init__(participant, topic, type_name, qos)
         self._make_fallback = make_fallback
         self._guard = guard
         self._fallback_writer: Writer | None = None
         self._waiting: deque[bytes] = deque()
         self._held_up = False
-        """Whether something waits, or there is a fallback writer."""
+        """True while messages wait, or a fallback writer exists."""
         self._lock = Lock()
         self._thread: Thread | None = None
         self._closed = False
@@ -141,7 +141,7 @@ class QueueingWriter(Writer):
     def write(self, payload: bytes) -> int:
         """Send one message now, or after those that wait; return 0 or the library's error.
 
-        Raises LocalError for bytes that are no message.
+        Raises LocalError for bytes that are not a message.
         """
         if not self._held_up:
             result = super().write(payload)
@@ -168,7 +168,7 @@ class QueueingWriter(Writer):
             self._thread.start()
 
     def _send_late(self) -> None:
-        """Send what waits, in order, until the straight way is free again."""
+        """Send the waiting messages in order, until `write` can send directly again."""
         is_free = False
         while not self._is_over(is_free=is_free):
             # Any other failure means that the writer has gone: then there is nothing to wait for.
@@ -183,7 +183,7 @@ class QueueingWriter(Writer):
         return self.library.dds_get_matched_subscriptions(self.handle, (c_uint64 * 1)(), 1) > 1
 
     def _is_over(self, *, is_free: bool) -> bool:
-        """Whether all has been sent, and the next message goes the straight way."""
+        """Return whether all has been sent, so that `write` sends the next message directly."""
         while True:
             with self._lock:
                 if self._closed:
@@ -220,7 +220,7 @@ class QueueingWriter(Writer):
             pass
 
     def _send_first(self, write: Callable[[bytes], int]) -> bool:
-        """Send what has waited longest and let it wait no more; False if there is nothing, or no room."""
+        """Send the oldest waiting message and remove it; False if none waits, or there is no room."""
         if self._guard is not None and self._guard.is_silent:
             self.discard_waiting()
         with self._lock:
@@ -238,12 +238,12 @@ class QueueingWriter(Writer):
         return True
 
     def discard_waiting(self) -> None:
-        """Send nothing of what waits: whom it was for has gone."""
+        """Drop the waiting messages, since their receivers have gone."""
         with self._lock:
             self._waiting.clear()
 
     def delete(self) -> None:
-        """Take it off the wire, and end the thread."""
+        """Delete the writer, and end its thread."""
         with self._lock:
             self._closed = True
             self._waiting.clear()

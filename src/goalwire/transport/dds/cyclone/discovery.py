@@ -50,11 +50,12 @@ from goalwire.transport.graph_dispatcher import Change
 from goalwire.transport.graph_names import check_names
 
 _BLOCKING_NS = 1_000_000_000
-"""How long a mute peer may hold an announcement up; it is then made with the next change."""
+"""How long a peer that does not acknowledge may delay an announcement. After that the next change sends
+it."""
 
 
 class Publication:
-    """The ends of ros_discovery_info: the announcement is published by one, others' come by the other."""
+    """The writer of this session's announcement and the reader of the others' on ros_discovery_info."""
 
     def __init__(self, participant: Participant) -> None:
         self.announcement = Announcement(participant.guid)
@@ -71,7 +72,7 @@ class Publication:
 
 
 GRACE_NS = 1_000_000_000
-"""How long an endpoint is held back until its node is announced."""
+"""How long the graph waits for an endpoint's node to be announced before it shows the endpoint."""
 _AT_ONCE = 64
 
 B = TypeVar('B', BuiltinEndpoint, BuiltinParticipant)
@@ -87,7 +88,7 @@ class Discovery:
         self._domain_id = domain_id
         self._host = socket.gethostname()
         self._ports: dict[bytes, frozenset[int] | None] = {}
-        """The ports of each participant that was met: see read_ports."""
+        """The discovery ports of each known participant; None if it announces none: see read_ports."""
         self._is_telling = False
         """True while listeners may not have heard of the latest changes."""
         self._library = participant.library
@@ -115,16 +116,17 @@ class Discovery:
         self.waitset_thread.close()
 
     def has_heard_all(self) -> bool:
-        """Whether all participants that were met have told their nodes and endpoints. Any thread.
+        """Return whether all known participants have announced their nodes and endpoints. Any thread.
 
-        Those count, too, that were not met yet and have a port of the domain on this machine: they have been
-        asked, and will answer.
+        A process on this machine that has a port of the domain, and has not been heard yet, counts, too: it
+        has been asked, and will answer.
         """
         told = list(self._ports.values())
         missing = ports_in_use(self._domain_id).difference(*filter(None, told))
         if len(missing) > told.count(None):  # a participant that announces no port may have one of these
             return False
-        # In this order: `_is_telling` is reset after the listeners have heard of what completed the state.
+        # The state is read first: `_is_telling` is reset only after the listeners know what completed the
+        # state.
         return self._state_of_discovery.is_complete() and not self._is_telling
 
     def _look(self) -> None:
@@ -135,7 +137,7 @@ class Discovery:
             self._is_telling = False
 
     def _take_all(self) -> None:
-        """Take what is new. Participants are taken last and told first: so each endpoint's is known."""
+        """Take what is new. Participants are read last and reported first: so each endpoint's is known."""
         infos = self._infos()
         (publications, _), (subscriptions, _), (participants, _) = self._readers
         came: list[Found] = []
@@ -184,7 +186,7 @@ class Discovery:
                 return infos
 
     def _take_participants(self, reader: int) -> list[bytes]:
-        """Note the new participants; return those that went."""
+        """Add the new participants; return those that have gone."""
         departed = []
         for is_there, participant in self._take(reader, BuiltinParticipant):
             guid = bytes(participant.key)
@@ -200,7 +202,7 @@ class Discovery:
         return departed
 
     def _take(self, reader: int, kind: type[B]) -> Iterator[tuple[bool, B]]:
-        """Yield each new state: whether the thing is there, and its record, to be read at once."""
+        """Yield each change: whether the entity exists, and its record, valid until the next step."""
         samples, infos = (c_void_p * _AT_ONCE)(), (SampleInfo * _AT_ONCE)()
         while True:
             samples[0] = None  # asks the library for a loan
@@ -217,16 +219,14 @@ class Discovery:
                 self._library.dds_return_loan(reader, samples, count)
 
     def _found(self, endpoint: BuiltinEndpoint, *, is_reader: bool) -> Found | None:
-        """Return an endpoint in ROS 2's terms; None for this session's own, and for others that ROS 2 does
-        not have.
-        """
+        """Return an endpoint in ROS 2's terms; None for this session's own and for those outside ROS 2."""
         participant = bytes(endpoint.participant)
         if participant == self._participant.guid:
             return None
         gid, topic = bytes(endpoint.key), endpoint.topic_name.decode(errors='replace')
         named = ros_topic(topic)
         if topic == DISCOVERY_TOPIC:
-            # The graph shows no replies, nor this; but it tells that its participant speaks ROS 2.
+            # The graph does not show this topic, just as replies; but its participant speaks ROS 2.
             return Found(gid, participant, Role.REPLY, is_reader, topic, '', '', DEFAULT)
         if named is None:
             return None
@@ -238,12 +238,12 @@ class Discovery:
             return None
         qos = read_qos(self._library, endpoint.qos, verbatim=topic == named.name)
         data = decode_endpoint(read_user_data(self._library, endpoint.qos))
-        # For a service it would be the hash of one half
+        # A service's ends announce the hash of the request or of the response, not of the service type.
         type_hash = data.type_hash if named.role is Role.TOPIC else ''
         return Found(gid, participant, named.role, is_reader, named.name, type_name, type_hash, qos)
 
     def _wait_for_claims(self) -> None:
-        """Set an alarm, after which endpoints are shown that no node has claimed."""
+        """Set a timer that shows the endpoints which no node has claimed by then."""
         if self._state_of_discovery.unclaimed and not self._waiting:
             self._waiting = frozenset(self._state_of_discovery.unclaimed)
             self.waitset_thread.call_in(GRACE_NS, self._show_unclaimed)

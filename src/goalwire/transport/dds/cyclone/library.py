@@ -24,10 +24,10 @@ from goalwire.transport.dds.cyclone.wire import Participant, Reader, Writer
 from goalwire.transport.loopback import ADVICE, is_loopback_down
 
 OVERRIDE = 'GOALWIRE_LIBDDSC'
-"""The variable that names the library file, before all other places."""
+"""The variable that names the library file; it has precedence over all other places."""
 
 INSTALLING = "pip install 'cyclonedds==11.0.*'"
-"""The command that installs the wheel, as goalwire[dds] does."""
+"""The command that installs the same wheel as goalwire[dds]."""
 
 _PATTERNS = {
     'linux': ('cyclonedds.libs/libddsc-*.so*',),

@@ -1,4 +1,4 @@
-"""QoS of endpoints as libddsc takes and tells it, with the user data that it holds."""
+"""Conversion between ROS 2's QoS and libddsc's, which also holds the endpoint's user data."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ _PORT = re.compile(r':([0-9]+)(?=@|,|$)')
 def read_ports(library: Library, made: int, host: str) -> frozenset[int] | None:
     """Return the UDP ports at which a participant listens for discovery, if it is on `host`.
 
-    None if it does not tell, as an older Cyclone DDS, or one of another vendor.
+    None if the participant does not announce them: an older Cyclone DDS, or another vendor's DDS.
     """
     addresses = _read_property(library, made, b'__NetworkAddresses')
     if addresses is None:

@@ -1,7 +1,7 @@
 """Service clients and servers. Each has two ends, a writer and a reader, with one id for both.
 
 A client writes requests and reads replies, also those for other clients. A server reads requests and writes
-replies, which go to all clients. The header (service_header.py) says whose a reply is.
+replies, which go to all clients. The header (service_header.py) says which client a reply is for.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ _FOREIGN = (
 
 
 _FALLBACK_DEPTH = 100
-"""Replies that a writer keeps beside one that is held up. More, and a mute client would hold this one up too:
-with 30 KB that are not acknowledged the library may have no room."""
+"""How many replies the fallback writer keeps. With more, a client that does not acknowledge would block this
+writer, too: the library may have no room once 30 KB are not acknowledged."""
 
 
 def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
-    """Return the user data of an end. Its hash is that of the end's own messages."""
+    """Return the user data of a reader or writer. Its hash is that of the request or of the response."""
     if endpoint.part_hashes is not None:
         of_request, of_response = endpoint.part_hashes()
         data = data._replace(type_hash=of_request if role is Role.REQUEST else of_response)
@@ -62,9 +62,10 @@ def make_writer(
     data: EndpointData,
     undo: list[Callable[[], object]],
 ) -> QueueingWriter:
-    """Declare the sending end. It keeps all samples: with ROS 2's depth of ten, a burst would lose some.
+    """Declare the writer. It keeps all samples: with ROS 2's depth of ten, a burst would lose some.
 
-    Only replies may take a fallback writer: a request's writer is its client, by which the graph knows it.
+    Only servers have a fallback writer. A client's requests must all come from one writer, which identifies
+    it.
     """
     topic = dds_topic(role, endpoint.name, verbatim=endpoint.qos.avoid_ros_namespace_conventions)
     where = context.participant, topic, dds_type(role, endpoint.type_name)
@@ -93,7 +94,7 @@ def make_reader(
     data: EndpointData,
     undo: list[Callable[[], object]],
 ) -> Reader:
-    """Declare the receiving end. It keeps all samples: a lost one would be a call without an answer."""
+    """Declare the reader. It keeps all samples: a lost one would leave a call without an answer."""
     verbatim = endpoint.qos.avoid_ros_namespace_conventions
     topic = dds_topic(role, endpoint.name, verbatim=verbatim)
     kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
@@ -115,7 +116,7 @@ class Call(NamedTuple):
 _new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], None]]], Call] = partial(
     tuple.__new__, Call
 )
-"""Makes one as its class does, without a call of Python code."""
+"""Makes a Call without a call of Python code."""
 
 
 class CycloneClient(ClientEnd):
@@ -131,13 +132,13 @@ class CycloneClient(ClientEnd):
         self._lock = Lock()
         self._calls: dict[int, Call] = {}
         self._refusals: dict[int, str] = {}
-        """Why one of several servers has refused a call that others may still answer."""
+        """The first refusal's reason, for calls that other servers may still answer, by sequence number."""
         self._local = context.local_readers.by_topic
         self._known = context.peers.known
         self._requested: list[Peer] = []
         self._answering: list[Peer] = []
         self._targets: tuple[frozenset[str], str] = frozenset(), ''
-        """The servers that get a request now; without any, the reason."""
+        """The servers that get a request now; if there are none, the reason."""
         new.undo.append(self.close_calls)
         self._dispatcher = ReaderDispatcher(self.reader, new.state.title, self._on_message)
         new.take_in(self.reader.topic, self._dispatcher)
@@ -164,7 +165,7 @@ class CycloneClient(ClientEnd):
             on_end(reason)
             return sequence
         self._calls[sequence] = _new_call((set(servers), on_reply, on_end))
-        # What has changed since it was read above may have missed this call.
+        # The servers have changed since `_targets` was read; that change may have missed this call.
         if self._targets is not targets:
             self._look()
         if state.closed:
@@ -200,7 +201,7 @@ class CycloneClient(ClientEnd):
         return frozenset(peer.server for peer in requested), ''
 
     def reaches_server(self) -> bool:
-        """Whether both ends of a server are matched with ours (rmw_service_server_is_available)."""
+        """Return whether a server's reader and writer are both matched (rmw_service_server_is_available)."""
         if not (self._requested and self._answering):
             self._look()
         asked = [peer for peer in self._requested if not peer.speaks_fast_dds]
@@ -210,9 +211,7 @@ class CycloneClient(ClientEnd):
         return any(peer.service_id in ids for peer in self._answering)
 
     def _look(self) -> None:
-        """Look up the matched servers, wake those that wait for one, and end calls that no server can
-        answer now.
-        """
+        """Look up the matched servers, wake threads that wait for one, and end calls without a server."""
         peers = self._context.peers
         with self._lock:
             before = self._requested, self._answering
@@ -233,7 +232,7 @@ class CycloneClient(ClientEnd):
     def _end_orphans(self) -> None:
         ended = []
         with self._lock:
-            # The servers of this moment: a new one may have been called
+            # Read again here: a call may have gone to a server that came after `_look` had read them.
             there = {peer.server for peer in self._requested}
             for sequence, call in list(self._calls.items()):
                 call.servers.intersection_update(there)
@@ -262,12 +261,12 @@ class CycloneClient(ClientEnd):
         peer = self._known.get(publication)
         if peer is None or call.servers != {peer.server}:
             self._answered(sequence, publication)
-        # hot path: `_answered` where only one was asked, 2 calls (1.2 us) and a lock less for each reply.
+        # hot path: `_answered` for a call of one server, saves 2 calls (1.2 us) and a lock for each reply.
         elif self._calls.pop(sequence, None) is not None:
             call.on_end(self._refusals.pop(sequence, ''))
 
     def _answered(self, sequence: int, publication: int, reason: str = '') -> None:
-        """Cross the server off that has just answered or refused; the last one ends the call."""
+        """Remove the server that has answered or refused from its call; the last server ends the call."""
         peer = self._context.peers.publication(self.reader.handle, publication)
         with self._lock:
             call = self._calls.get(sequence)
@@ -364,7 +363,7 @@ class CycloneService(DdsServer[Peer, Header, bytes]):
         )
 
     def send(self, request: CycloneRequest, reply: bytes) -> None:
-        """Send one reply, once its client can hear it. A reply that cannot be sent is counted."""
+        """Send one reply once its client can receive it. A reply that cannot be sent is counted."""
         client = request.client.client_id
         if client and client not in self._reached and not self._reaches(request.client):
             return

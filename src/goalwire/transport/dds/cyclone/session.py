@@ -1,4 +1,4 @@
-"""A session that stands on libddsc."""
+"""A session on libddsc."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ from goalwire.transport.dds.cyclone.waitset import WaitsetThread
 from goalwire.transport.dds.description import GUID_PREFIX_SIZE, EndpointData, decode_endpoint
 
 _CACHE_LIMIT = 1000
-"""How many handles are kept, those of gone endpoints included. Beyond it, all are looked up anew."""
+"""How many handles are kept, also of endpoints that have gone. Beyond this all are looked up again."""
 _FAST_DDS = b'\x01\x0f'
 
 
@@ -62,12 +62,12 @@ def _peer(handle: int, gid: bytes, data: EndpointData) -> Peer:
 
 
 class Peers:
-    """The matched endpoints asked for so far; a handle means the same one for ever."""
+    """A cache of matched endpoints by handle. The library never gives a handle to another endpoint."""
 
     def __init__(self, library: Library) -> None:
         self._library = library
         self.known: dict[int, Peer] = {}
-        """The known endpoints by handle: each message looks here first."""
+        """The cached endpoints by handle. Each message looks here first."""
 
     def publication(self, reader: int, handle: int) -> Peer | None:
         """Return the writer that a reader is matched with; None if it has gone."""
@@ -76,7 +76,7 @@ class Peers:
         )
 
     def is_matched(self, reader: int, handle: int) -> bool:
-        """Whether a reader is matched with that writer now."""
+        """Return whether a reader is matched with that writer now."""
         address = self._library.dds_get_matched_publication_data(reader, handle)
         if address:
             self._library.dds_builtintopic_free_endpoint(address)
@@ -191,7 +191,7 @@ class Statuses:
         self._handlers: dict[int, dict[int, tuple[Callable[[], None], ...]]] = {}
 
     def watch(self, entity: int, bit: int, handler: Callable[[], None]) -> None:
-        """Call `handler` each time the status changes; one that is called already changes nothing."""
+        """Call `handler` each time the status changes. A handler that is known already is ignored."""
         with self._lock:
             known = self._handlers.get(entity, {})
             others = known.get(bit, ())
@@ -209,7 +209,8 @@ class Statuses:
     def peers_of(self, entity: int, bit: int, handler: Callable[[], None]) -> int:
         """Count an endpoint's matches, and call `handler` each time they change from now on.
 
-        The matches themselves are counted: to read the status here would hide its change from the others.
+        It counts the matched endpoints, since reading the status would reset it, and other handlers would
+        miss the change.
         """
         try:
             self.watch(entity, bit, handler)
@@ -221,7 +222,7 @@ class Statuses:
         return max(count(entity, None, 0), 0)
 
     def watch_event(self, entity: int, event: EventType, changed: Changed) -> bool:
-        """Tell `changed` of an event with its totals; False if the library does not notice it."""
+        """Call `changed` with an event's totals; False if the library does not report this event."""
         source = _SOURCES.get(event)
         if source is None:
             return False
@@ -231,14 +232,14 @@ class Statuses:
 
         def tell() -> None:
             nonlocal last
-            with lock:  # so that the newest record is told last
+            with lock:  # so that the newest record is reported last
                 record = self._record(entity, source)
                 if record is not None and record != last:
                     last = record
                     changed(record)
 
         self.watch(entity, source.bit, tell)
-        # Earlier events are told now. Reading a status resets it, so all its listeners are called.
+        # Earlier events are reported now. Reading a status resets it, so all its handlers are called.
         self._call(entity, source.bit)
         return True
 

@@ -20,7 +20,7 @@ from goalwire.transport.dds.session import PublisherEnd
 from goalwire.transport.endpoint import OpenPort
 
 NOT_COUNTED = 0
-"""The sequence number of a message: DDS does not tell."""
+"""The sequence number of every message: DDS does not provide it."""
 
 
 class DdsPublisher(PublisherEnd):
@@ -42,7 +42,7 @@ class DdsPublisher(PublisherEnd):
         self._local = context.local_readers.by_topic
 
     def publish(self, payload: bytes) -> None:
-        """Write one message. Messages of several threads at once may arrive in either order."""
+        """Write one message. If several threads publish at once, the order of their messages is undefined."""
         state = self.state
         if state.closed or state.guard.is_silent:
             state.check_sending()
@@ -57,11 +57,11 @@ class DdsPublisher(PublisherEnd):
             self._context.local_readers.drain(self._topic)
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
-        """Tell of an event that the library notices."""
+        """Call `changed` with an event's totals; False if the library does not report this event."""
         return self._context.statuses.watch_event(self.writer.handle, event, changed)
 
     def peer_count(self) -> int:
-        """How many the library has matched with this one."""
+        """Return how many endpoints the library has matched with this one."""
         context = self._context
         return context.statuses.peers_of(self.writer.handle, PUBLICATION_MATCHED, context.notifier.connected)
 
@@ -71,7 +71,7 @@ class DdsPublisher(PublisherEnd):
         self._context.library.dds_assert_liveliness(self.writer.handle)
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
-        """Wait until every reliable reader has all that was published; False if that takes too long."""
+        """Wait until every reliable reader has received all messages; False if that takes too long."""
         self.state.check()
         patience = INFINITY if timeout_ns is None else timeout_ns
         return self._context.library.dds_wait_for_acks(self.writer.handle, patience) == 0
@@ -111,14 +111,14 @@ class DdsSubscription(OpenPort):
         self._deliver(new_sample((payload, NOT_COUNTED, sent, time_ns(), gid)))
 
     def catch_up(self) -> None:
-        """Deliver the messages in the reader: the order among readers is arbitrary."""
+        """Deliver the messages that are in the reader. The library serves its readers in no fixed order."""
         self._dispatcher.drain_own()
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
-        """Tell of an event that the library notices."""
+        """Call `changed` with an event's totals; False if the library does not report this event."""
         return self._context.statuses.watch_event(self.reader.handle, event, changed)
 
     def peer_count(self) -> int:
-        """How many the library has matched with this one."""
+        """Return how many endpoints the library has matched with this one."""
         context = self._context
         return context.statuses.peers_of(self.reader.handle, SUBSCRIPTION_MATCHED, context.notifier.connected)

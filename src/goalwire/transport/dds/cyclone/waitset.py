@@ -28,7 +28,7 @@ class WaitSet:
     """The conditions of one participant, with their callbacks. One thread at a time waits here."""
 
     awaited = ()
-    """See WireSet: what is likely to come is known by what came before alone."""
+    """See WireSet. A waitset does not tell what is likely to come next, so this is empty."""
 
     def __init__(self, participant: Participant, name: str) -> None:
         self.on_interrupt: Callable[[], None] | None = None
@@ -46,11 +46,11 @@ class WaitSet:
         self.wait: Callable[[int], int] = partial(
             self._library.dds_waitset_wait, self._set, addressof(self._triggered), _AT_ONCE
         )
-        """The library's wait: takes ns, and returns how many conditions are true; negative once the
-        participant has gone."""
+        """The library's wait. It takes ns and returns how many conditions are true, a negative number once
+        the participant has been deleted."""
 
     def watch(self, condition: int, handler: Callable[[], object]) -> None:
-        """Call `handler` while the condition, or the entity's status, is true; `unwatch` ends that."""
+        """Call `handler` whenever the condition or the entity's status is true, until `unwatch`."""
         key = self._next_key()
         with self._lock:
             self._handlers[key] = handler
@@ -75,11 +75,11 @@ class WaitSet:
         return float('inf')
 
     def interrupt(self) -> None:
-        """End the current `wait`, or else the next; several count as one. Any thread."""
+        """End the current or the next `wait`. Several calls may count as one. Any thread."""
         self._library.dds_set_guardcondition(self._guard, True)
 
     def serve(self, found: int) -> None:
-        """Call the handlers of the `found` conditions; their errors are reported."""
+        """Call the handlers of the `found` conditions, and log their errors."""
         for key in self._triggered[:found]:  # a slice, since more may be true than fit into _AT_ONCE
             handler = self._handlers.get(key)
             if handler is not None:
@@ -113,7 +113,7 @@ class WaitsetThread:
         self.unwatch = self._set.unwatch
 
     def watch(self, condition: int, handler: Callable[[], None]) -> None:
-        """Call `handler` while the condition, or the entity's status, is true; `unwatch` ends that."""
+        """Call `handler` whenever the condition or the entity's status is true, until `unwatch`."""
         with self._lock:
             if self._thread is None and not self._stopping:
                 self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
@@ -125,7 +125,7 @@ class WaitsetThread:
         self._woken = handler
 
     def wake(self) -> None:
-        """Have the thread make the wake-up calls; several calls may count as one."""
+        """Make the thread call the handler of `on_wake`. Several calls may count as one."""
         self._set.interrupt()
 
     def call_in(self, delay_ns: int, handler: Callable[[], None]) -> None:
@@ -133,7 +133,7 @@ class WaitsetThread:
         self._timed_call = time.monotonic_ns() + delay_ns, handler
 
     def close(self) -> None:
-        """End the thread and wait for it, unless this is it."""
+        """End the thread, and wait for it unless it is the calling thread."""
         with self._lock:
             self._stopping = True
             thread = self._thread
@@ -172,7 +172,7 @@ class DdsWirePoller(LeaderFollowers):
         super().__init__(self._conditions, name)
 
     def watch(self, condition: int, handler: Callable[[], object]) -> None:
-        """Call `handler` while the condition is true, on the thread that leads; `unwatch` ends that."""
+        """Call `handler` on the waiting thread whenever the condition is true, until `unwatch`."""
         self.start()
         self._conditions.watch(condition, handler)
 

@@ -29,10 +29,10 @@ from goalwire.transport.dds.cyclone.abi import (
 BATCH = 32
 """Samples taken from a reader at once."""
 LARGE = 65_536
-"""Bytes from which on a message is copied with other threads running."""
+"""Messages of this many bytes or more are copied without the GIL, so that other threads run."""
 
 SMALL = 1024
-"""Bytes up to which a message is copied out by way of a buffer, which takes two calls less."""
+"""Messages of up to this many bytes are copied out by way of a buffer, which saves two calls."""
 
 _RESTRICTS_REPRESENTATION = 0x80
 _XCDR1 = 1
@@ -42,13 +42,13 @@ _INFO_SIZE = sizeof(SampleInfo)
 
 
 class OutPiece(ctypes.Structure):
-    """As abi.Piece, of a bytes object, which it keeps alive."""
+    """An abi.Piece that points into a bytes object, and keeps it alive."""
 
     _fields_ = [(field[0], ctypes.c_char_p if field[0] == 'base' else field[1]) for field in Piece._fields_]
 
 
 class RawSample(NamedTuple):
-    """One message as it came out of a reader; the time in ns since the UNIX epoch."""
+    """One message as it came out of a reader; its time is in ns since the UNIX epoch."""
 
     payload: bytes
     source_timestamp: int
@@ -57,7 +57,7 @@ class RawSample(NamedTuple):
 
 
 class _Scratch:
-    """Where one thread takes samples to, and makes small ones from: pieces of memory and their addresses."""
+    """The buffers, with their addresses, in which one thread takes samples and makes small ones."""
 
     __slots__ = ('infos', 'infos_address', 'out', 'out_address', 'room', 'samples', 'samples_address')
 
@@ -79,13 +79,13 @@ class _Threads(threading.local):
 
 _here = _Threads()
 _new_raw_sample: Callable[[tuple[bytes, int, int]], RawSample] = partial(tuple.__new__, RawSample)
-"""Makes one as its class does, without a call of Python code."""
+"""Makes a RawSample without a call of Python code."""
 _read_info = struct.Struct('=12x?3xq8xQ').unpack_from
-"""Of dds_sample_info_t: valid_data, source_timestamp, publication_handle."""
+"""Reads three fields of dds_sample_info_t: valid_data, source_timestamp, publication_handle."""
 
 
 def check(library: Library, result: int, what: str) -> int:
-    """Return a handle or count; raises TransportError if it is a failure."""
+    """Return `result`, a handle or a count; raise TransportError if it is an error code."""
     if result < 0:
         raise TransportError(f'{what}: Cyclone DDS says: {library.dds_strretcode(result).decode()}')
     return result
@@ -113,7 +113,7 @@ def _descriptor(type_name: str) -> TopicDescriptor:
 
 
 class Participant:
-    """One DDS participant, on which a session stands."""
+    """The DDS participant of a session."""
 
     def __init__(self, library: Library, domain_id: int, user_data: bytes) -> None:
         self.library = library
@@ -131,19 +131,20 @@ class Participant:
         )
         self.guid = guid_of(library, self.handle)
         self.leaving = False
-        """True once all is about to go with the participant: then nothing is taken off one by one."""
+        """True once the participant is about to be deleted with all its entities: then no entity is deleted
+        alone."""
 
     def leave_at_once(self) -> None:
-        """Stop taking entities off the wire one by one: the participant is about to go with all of them."""
+        """Stop deleting single entities: the participant is about to be deleted with all of them."""
         self.leaving = True
 
     def topic(self, name: str, type_name: str) -> int:
-        """Declare a topic in the block; it is deleted once its reader or writer exists."""
+        """Declare a topic and return its handle. The caller deletes it once the reader or writer exists."""
         made = self.library.dds_create_topic(self.handle, _descriptor(type_name), name.encode(), None, None)
         return check(self.library, made, f"topic '{name}' of type {type_name}")
 
     def close(self) -> None:
-        """Leave, with all that was declared."""
+        """Delete the participant with all its entities."""
         self.library.dds_delete(self.handle)
 
 
@@ -170,11 +171,11 @@ class Writer:
     def write(self, payload: bytes) -> int:
         """Send one message; return 0 or the library's error, TIMEOUT if there was no room in time.
 
-        Raises LocalError for bytes that are no message.
+        Raises LocalError for bytes that are not a message.
         """
         size = len(payload)
         if size <= SMALL:
-            if size & 3:  # filled up to a multiple of four, as the network layer counts on
+            if size & 3:  # padded to a multiple of four, which the network layer relies on
                 payload += _PADDING[: -size & 3]
                 size = len(payload)
             scratch = _here.scratch
@@ -191,7 +192,7 @@ class Writer:
         return self._send(self.handle, made)
 
     def _large(self, payload: bytes, size: int) -> int:
-        """Make a sample without a copy of the payload before."""
+        """Make a sample from the payload without copying it first."""
         padding = -size & 3
         pieces = (OutPiece * 2)(OutPiece(payload, size), OutPiece(_PADDING, padding))
         make, count = self._make if size < LARGE else self.library.from_large, 2 if padding else 1
@@ -204,7 +205,7 @@ class Writer:
 
 
 def _serdata_type(participant: Participant, writer: int, topic: str, type_name: str) -> int:
-    """Return the library's own handle of a topic's type, which serialized messages are made with."""
+    """Return the library's own handle of a topic's type, which it needs to make serialized messages."""
     found = c_void_p()
     get = participant.library.dds_get_entity_sertype
     if get is not None:
@@ -228,7 +229,8 @@ class Reader:
         check(library, self.handle, f"reader of '{topic}'")
         self._take = library.dds_takecdr
         self.at_once = BATCH
-        """How many samples are taken at once. Large ones singly: what waits in the library costs no copy."""
+        """How many samples are taken at once. Large ones are taken one by one: while they wait in the library
+        they need no copy."""
         self.condition = library.dds_create_readcondition(self.handle, ANY_STATE)
         self.guid = guid_of(library, self.handle)
 
@@ -275,15 +277,14 @@ def _large_content(library: Library, sample: int, size: int) -> bytes:
 _PARTITION = b'goalwire_type_inside'
 _TYPE_TOPIC = 'goalwire_type_inside'
 _TYPE_OFFSET = 24
-"""Bytes before the pointer to its type in a serialized sample (struct ddsi_serdata)."""
+"""The offset of the pointer to the type in a serialized sample (struct ddsi_serdata)."""
 
 
 def _type_inside_a_sample(participant: Participant, type_name: str) -> int:
-    """Return the library's own handle of a type, as libddsc 0.10 (ROS 2 Humble to Kilted) lets it be found.
+    """Return the library's own handle of a type for libddsc 0.10 (ROS 2 Humble to Kilted).
 
-    A sample of the type carries it.
-    All topics of one type share it. The sample is written and read on a topic and in a partition of its own,
-    so that nobody else sees it, or takes it for one whose QoS does not fit.
+    A sample of the type holds the handle, which all topics of the type share. So a sample is written and read
+    on a topic and in a partition of their own: nobody else sees it or reports its QoS as incompatible.
     """
     library, parent = participant.library, participant.handle
     with ExitStack() as undo:

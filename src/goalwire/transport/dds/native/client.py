@@ -1,4 +1,4 @@
-"""Service clients: each server gets a request in its vendor's form, and is found again by its number."""
+"""Service clients. Each server gets requests in its vendor's form; a reply names its request by number."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class Call:
         self.on_reply = on_reply
         self.on_end = on_end
         self.servers: dict[bytes, int] = {}
-        """The servers that may still answer, by the GUIDs of their readers; and how each counts the request:
-        0 as long as it is not sent."""
+        """The servers that may still answer, by the GUIDs of their readers, with the number under which the
+        request was sent to each; 0 before that."""
         self.reason = ''
-        """Why a server has refused it, that others may still answer."""
+        """The reason of the first server that has refused the request; others may still answer it."""
 
 
 class NativeClient(ClientEnd):
@@ -48,31 +48,31 @@ class NativeClient(ClientEnd):
         self._context = context
         self._next_sequence = count(1).__next__
         self._calls: dict[int, Call] = {}
-        """By the number that the caller knows."""
+        """The calls by the numbers that `request` has returned."""
         self._asked: dict[int, tuple[Call, bytes]] = {}
-        """By the number that a server knows, with that server."""
+        """The calls by the numbers on the wire, each with the server that got this number."""
         self._waiting = WaitingSamples()
         self._awaited = context.awaited
         self._reaches = False
         self._has_begun = False
-        """Events come as soon as there is one end."""
+        """False until `begin`. Events of the writer may come before, when the client is not complete yet."""
         self._replies = replies = readers.take(endpoint)
         state.undo.append(partial(readers.give_back, replies))
         self._name = replies.make_name()
-        """What its requests name, where their dialect is INLINE."""
+        """The GUID that its requests name in the dialect INLINE, so that replies find this client."""
         state.undo.append(partial(replies.drop_name, self._name))
         data = EndpointData(endpoint.type_hash, client_id=replies.client_id, takes_refusals=True)
         self._writer = make_writer(context, state, endpoint, data, Role.REQUEST, _WriterEvents(self))
         super().__init__(state, self._writer.data.guid)
         self._handle = int.from_bytes(self.gid[8:], 'little')
-        """As the instance handle of its writer in Cyclone DDS: it tells clients apart."""
+        """The client's number in headers. Cyclone DDS uses its writer's instance handle for that."""
         self._request_qos = request_qos(self._name)
         names = self._name, self.gid, self._handle
         self._listen = partial(replies.add, self, names)
         state.undo += [partial(replies.remove, self, names), self.close_calls]
 
     def begin(self) -> None:
-        """Take note of servers from now on, and of those that are there."""
+        """Begin to follow the servers: those that are there already, and those that come later."""
         participant = self._context.participant
         participant.run(partial(participant.tell, self._begin), None)
 
@@ -102,7 +102,7 @@ class NativeClient(ClientEnd):
         return sequence
 
     def _send(self, call: Call, payload: bytes) -> None:
-        """Send a request to all servers that there are. Inside `Wire.run`."""
+        """Send a request to all servers that there are. Runs inside `Wire.run`."""
         readers = self._writer.readers
         is_alone = len(readers) == 1
         for guid, proxy in readers.items():
@@ -116,7 +116,7 @@ class NativeClient(ClientEnd):
         """Send a request to one server; False if there is no room."""
         server = proxy.data.guid
         if server not in call.servers or call.sequence not in self._calls:
-            return True  # it has ended meanwhile
+            return True  # the call has ended meanwhile
         writer = self._writer
         number, qos = writer.last + 1, b''
         dialect = dialect_of(self._context.participant.vendor_of(proxy.data.prefix))
@@ -132,11 +132,11 @@ class NativeClient(ClientEnd):
         return True
 
     def send_waiting(self) -> None:
-        """Send what has waited for room."""
+        """Send the requests that waited for room, as far as there is room now."""
         self._context.participant.run(self._waiting.send_all, None)
 
     def cancel(self, sequence: int) -> None:
-        """Hold nothing for this request any more."""
+        """Forget a request. One that has ended is ignored."""
         call = self._calls.pop(sequence, None)
         if call is not None:
             self._forget(call)
@@ -147,7 +147,7 @@ class NativeClient(ClientEnd):
             self._asked.pop(number, None)
 
     def _end(self, call: Call) -> None:
-        """Nobody will answer any more."""
+        """End a call: no server will answer it any more."""
         if self._calls.pop(call.sequence, None) is not None:
             self._forget(call)
             call.on_end(call.reason)
@@ -155,13 +155,13 @@ class NativeClient(ClientEnd):
     # ---- what comes
 
     def take_reply(self, reply: Reply, time: int | None) -> None:
-        """Take the reply to a request of this client, written at that time."""
+        """Give a reply to its call; `time` is when it was written."""
         found = self._asked.pop(reply.number, None)
         if found is None:
             return
         call, server = found
-        # The reply shows that the request has come. So no HEARTBEAT asks for that: two packets of six less
-        # for a call of a client that calls less than a hundred times a second.
+        # The reply acknowledges the request, so no HEARTBEAT has to ask for an ACKNACK. That saves two of six
+        # packets a call, for clients with fewer than a hundred calls a second.
         self._context.participant.run(partial(self._writer.note_received, server, reply.number), None)
         if reply.refusal is not None:
             call.reason = call.reason or reply.refusal
@@ -175,7 +175,7 @@ class NativeClient(ClientEnd):
     # ---- servers that come and go
 
     def look(self) -> None:
-        """See whether a server can be called, and its reply be heard."""
+        """Find out again whether a server can be called, and its reply can arrive."""
         asked = {
             side_of(proxy.data)
             for proxy in list(self._writer.readers.values())
@@ -184,13 +184,13 @@ class NativeClient(ClientEnd):
         self._reaches = not asked.isdisjoint(self._replies.answering())
 
     def on_change(self) -> None:
-        """An end of a server has come, has answered, or has gone."""
+        """Note that a server's reader or writer has come, has answered, or has gone."""
         if self._has_begun:
             self.look()
             self._context.notifier.connected()
 
     def lose_server(self, reader: bytes) -> None:
-        """A server has gone: it answers nothing more."""
+        """Remove a server that has gone from all calls; end those that wait for no other."""
         self._context.participant.run(partial(self._waiting.discard, reader), None)
         for call in list(self._calls.values()):
             number = call.servers.pop(reader, None)
@@ -200,7 +200,7 @@ class NativeClient(ClientEnd):
                     self._end(call)
 
     def reaches_server(self) -> bool:
-        """Whether both ends of a server know ours."""
+        """Return whether a server's reader and writer both know this client's."""
         return self._reaches
 
     def close_calls(self) -> None:

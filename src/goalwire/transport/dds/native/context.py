@@ -1,4 +1,4 @@
-"""What all endpoints of one session share: the participant, the graph, the announcement."""
+"""The things that all endpoints of one session share: the participant, the graph, the announcement."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from goalwire.transport.dds.settings.session import asks_whom_the_standard_names
 
 
 class NativeContext(DdsContext):
-    """One participant and what it knows."""
+    """One participant, its view of the graph, and its announcement."""
 
     def __init__(self, domain_id: int, enclave: str, defaults: RmwDefaults) -> None:
         """Join the domain; raises TransportError."""
@@ -28,7 +28,7 @@ class NativeContext(DdsContext):
         self.rejects = RejectCounters()
         self.notifier = GraphNotifier()
         self.awaited: dict[object, None] = {}
-        """The calls that wait for an answer."""
+        """The calls of all clients that wait for an answer."""
         self.discovery = GraphDiscovery(domain_id, self.notifier, self.rejects, self.call_later)
         settings = session_settings(domain_id, defaults.identifier, lease_s=defaults.lease_s)
         self.discovery.expects_ports = asks_whom_the_standard_names(settings)
@@ -53,7 +53,7 @@ class NativeContext(DdsContext):
         self.rtps.start()
 
     def call_later(self, delay_s: float, function: Callable[[], None]) -> None:
-        """Call a function after a while, as listeners are called: in order, without a lock."""
+        """Call a function after `delay_s` as listeners are called: in order, with no lock held."""
         participant = self.participant
 
         def tell() -> None:
@@ -62,7 +62,7 @@ class NativeContext(DdsContext):
         participant.run(lambda: participant.timers.at(participant.clock() + delay_s, tell), None)
 
     def announce(self) -> None:
-        """Publish what has changed in the announcement."""
+        """Publish the announcement if it has changed."""
         self.participant.run(self._publish, None)
 
     def _publish(self) -> None:
@@ -71,7 +71,7 @@ class NativeContext(DdsContext):
             self._writer.add(told)
 
     def has_heard_all(self) -> bool:
-        """Whether all participants of this machine, and all that were met, have told what they have."""
+        """Return whether all participants, known or on this machine, have announced everything."""
         return self.discovery.has_heard_all()
 
     def close(self) -> None:

@@ -1,13 +1,13 @@
 """The forms in which requests and replies travel, by vendor. Pure.
 
-    INLINE  Fast DDS, and goalwire itself: the message alone; the inline QoS of a reply names the request. The
-            inline QoS of a request names the reader to which its reply is to go.
-    HEADER  Cyclone DDS: sixteen bytes before the message (service_header.py), which the reply repeats.
-    PLAIN   Connext (its `extended` mapping): a request is the message alone, named by its writer and number.
-            A reply is as of INLINE.
+    INLINE  Fast DDS, and goalwire itself: only the message. The inline QoS of a request names the reader to
+            which its reply is to go; the inline QoS of a reply names the request.
+    HEADER  Cyclone DDS: sixteen bytes before the message (service_header.py), which the reply repeats. PLAIN
+    Connext (its `extended` mapping): a request is only the message; its writer and number identify it.
+            A reply has the form of INLINE.
 
-A client speaks to a server as the server's vendor does. A server answers as the request was made: requests
-tell their form themselves. Connext's `basic` mapping is not spoken.
+A client uses the form of the server's vendor. A server answers in the form of the request, which can be seen
+from the request itself. Connext's `basic` mapping is not supported.
 
 Sources: rmw_fastrtps_shared_cpp src/rmw_request.cpp, rmw_response.cpp; rmw_cyclonedds_cpp src/serdata.hpp;
 rmw_connextdds_common src/common/rmw_impl.cpp; OMG DDS-RPC 1.0, 7.8.
@@ -28,13 +28,13 @@ CYCLONE_VENDOR = b'\x01\x10'
 CONNEXT_VENDOR = b'\x01\x01'
 UNKNOWN_NUMBER = -1
 _REFUSAL = 0x8001
-"""The parameter by which goalwire refuses a request: a vendor's own, sent to goalwire's clients alone."""
+"""The parameter of a reply that refuses a request: vendor-specific, sent to goalwire's clients only."""
 _LONGEST_REASON = 1000
 _NO_MESSAGE = b'\0\1\0\0\0\0\0\0'
 
 
 class Dialect(Enum):
-    """How a server's vendor wants its requests."""
+    """The form of requests that a server's vendor expects."""
 
     INLINE = 'inline'
     HEADER = 'header'
@@ -42,7 +42,7 @@ class Dialect(Enum):
 
 
 def dialect_of(vendor: bytes) -> Dialect:
-    """Return how a participant of this vendor wants its requests."""
+    """Return the form of requests that participants of this vendor expect."""
     if vendor == CYCLONE_VENDOR:
         return Dialect.HEADER
     return Dialect.PLAIN if vendor == CONNEXT_VENDOR else Dialect.INLINE
@@ -57,29 +57,29 @@ def request_qos(reply_reader: bytes) -> bytes:
 
 
 class ReturnAddress(NamedTuple):
-    """To whom the reply of a request goes, and how it names the request."""
+    """The receiver of a request's reply, and the data by which the reply names the request."""
 
     reader: bytes
-    """The GUID of the reader that the reply is for; nothing if the request does not tell."""
+    """The GUID of the reader that the reply is for; empty if the request does not name it."""
     related: SampleIdentity
-    """What the reply's inline QoS says, unless there is a header."""
+    """The request's identity for the reply's inline QoS; unused if there is a header."""
     header: Header | None = None
 
 
 def read_request(
     qos: bytes, payload: bytes, writer: bytes, number: int, *, has_header: bool
 ) -> tuple[ReturnAddress, int, bytes]:
-    """Return a request's return address, its number as its client counts, and its message.
+    """Return a request's return address, the number that its client gave it, and its message.
 
-    `writer` and `number` are those of the sample; `has_header`: its participant is one of Cyclone DDS, or has
-    said so. Raises RemoteError.
+    `writer` and `number` are those of the sample. `has_header` is True for a participant of Cyclone DDS.
+    Raises RemoteError.
     """
     related = related_sample(qos) if qos else None
     if related is not None and any(related.guid):
         answered = SampleIdentity(related.guid, number)
         is_readers = not is_writer(related.guid[GUID_PREFIX_SIZE:])
         return ReturnAddress(related.guid if is_readers else b'', answered), number, payload
-    if has_header or payload[4:12] == writer[GUID_SIZE - 8 :]:  # Connext's mode for Cyclone DDS
+    if has_header or payload[4:12] == writer[GUID_SIZE - 8 :]:  # Connext can do so, too
         header, message = unwrap(payload)
         return ReturnAddress(b'', SampleIdentity(writer, number), header), header.sequence, message
     return ReturnAddress(b'', SampleIdentity(writer, number)), number, payload
@@ -93,7 +93,7 @@ def write_reply(to: ReturnAddress, message: bytes) -> tuple[bytes, bytes]:
 
 
 def write_refusal(to: ReturnAddress, reason: str) -> tuple[bytes, bytes]:
-    """Return the payload and the inline QoS that tell a client of goalwire that nothing will be answered."""
+    """Return the payload and the inline QoS that tell goalwire's client that no answer will come."""
     if to.header is not None:
         return refusal(to.header, reason), b''
     text = reason.encode()[:_LONGEST_REASON]
@@ -104,19 +104,19 @@ def write_refusal(to: ReturnAddress, reason: str) -> tuple[bytes, bytes]:
 
 
 class Reply(NamedTuple):
-    """What a reply says."""
+    """A reply's content: the request that it answers, and the message or the refusal."""
 
     client: bytes | int
-    """Whose request it answers: the GUID that the request has named, or the client of its header."""
+    """The client whose request it answers: the GUID that the request named, or the client in the header."""
     number: int
-    """The request's."""
+    """The number of the request."""
     message: bytes
     refusal: str | None = None
     """The reason, if it is a refusal."""
 
 
 def read_reply(qos: bytes, payload: bytes) -> Reply | None:
-    """Return what a reply says; None if it names no request in any of the forms. Raises RemoteError."""
+    """Read a reply; None if it names no request in a form that is known here. Raises RemoteError."""
     related = related_sample(qos) if qos else None
     if related is not None:
         is_plain = len(qos) <= _PLAIN_QOS_SIZE
@@ -124,7 +124,7 @@ def read_reply(qos: bytes, payload: bytes) -> Reply | None:
     try:
         (client, number), message = unwrap(payload)
     except RemoteError:
-        return None  # a vendor's that names its requests otherwise
+        return None  # a reply of a vendor whose form is not known here
     if number < 0:
         return Reply(client, -number, b'', refusal_reason(message))
     return Reply(client, number, message)

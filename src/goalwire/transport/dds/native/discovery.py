@@ -1,6 +1,6 @@
-"""What RTPS discovers, and what others tell by ros_discovery_info, becomes the graph.
+"""Makes the graph from RTPS discovery and from the other participants' ros_discovery_info.
 
-Everything here is called by the participant's listeners, one call after the other.
+The participant's listeners call everything here, one call after the other.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from goalwire.transport.graph_dispatcher import Change
 from goalwire.transport.graph_names import check_names
 
 GRACE_S = 1.0
-"""How long an endpoint waits for its node to be told."""
+"""How long an endpoint waits for the announcement of its node."""
 
 
 class GraphDiscovery(ParticipantListener):
-    """Keeps the graph up to date with what the others have."""
+    """Keeps the graph up to date with the other participants' nodes and endpoints."""
 
     def __init__(
         self,
@@ -45,19 +45,19 @@ class GraphDiscovery(ParticipantListener):
         rejects: RejectCounters,
         call_later: Callable[[float, Callable[[], None]], None],
     ) -> None:
-        """`call_later` calls a function after so many seconds, as listeners are called."""
+        """`call_later` calls a function after so many seconds, on the thread that calls listeners."""
         self._domain_id = domain_id
         self.expects_ports = True
-        """Whether those who have a port of the domain on this machine are asked, and will answer."""
+        """True if participants on this machine are asked at the domain's ports, so that they will answer."""
         self._notifier = notifier
         self._rejects = rejects
         self._call_later = call_later
         self._state = DiscoveryState()
         self._is_telling = False
-        """True while what has changed in the state may not have been told yet."""
+        """True while listeners may not have heard of the latest changes."""
         self._waiting: frozenset[bytes] = frozenset()
         self._ports: dict[bytes, frozenset[int]] = {}
-        """Where each participant that was met listens for discovery."""
+        """The ports at which each known participant listens for discovery."""
 
     @contextmanager
     def _telling(self) -> Iterator[list[Change]]:
@@ -99,7 +99,7 @@ class GraphDiscovery(ParticipantListener):
             changes += self._state.endpoint_went(endpoint.guid)
 
     def on_info(self, payload: bytes) -> None:
-        """A participant tells its nodes."""
+        """Take over a participant's announcement of its nodes."""
         try:
             info = decode_info(payload)
         except RemoteError as error:
@@ -110,7 +110,7 @@ class GraphDiscovery(ParticipantListener):
         self._wait_for_claims()
 
     def _wait_for_claims(self) -> None:
-        """See to it that endpoints which no node claims are shown in the end."""
+        """Set a timer that shows the endpoints which no node has claimed by then."""
         if self._state.unclaimed and not self._waiting:
             self._waiting = frozenset(self._state.unclaimed)
             self._call_later(GRACE_S, self._show_unclaimed)
@@ -122,20 +122,21 @@ class GraphDiscovery(ParticipantListener):
         self._wait_for_claims()
 
     def has_heard_all(self) -> bool:
-        """Whether all participants that were met have told their nodes and endpoints. Any thread.
+        """Return whether all known participants have announced their nodes and endpoints. Any thread.
 
-        Those count, too, that were not met yet and have a port of the domain on this machine: they have been
-        asked, and will answer.
+        A process on this machine that has a port of the domain, and has not been heard yet, counts, too: it
+        has been asked, and will answer.
         """
         expected = ports_in_use(self._domain_id) if self.expects_ports else set()
         if expected.difference(*self._ports.copy().values()):
             return False
-        # In this order: what completed the state has been told to the listeners once that is over.
+        # The state is read first: `_is_telling` is reset only after the listeners know what completed the
+        # state.
         return self._state.is_complete() and not self._is_telling
 
 
 class InfoListener(ReaderListener):
-    """Reads ros_discovery_info, but for the participant's own."""
+    """Reads the ros_discovery_info of the other participants."""
 
     def __init__(self, prefix: bytes, discovery: GraphDiscovery) -> None:
         self._prefix = prefix
@@ -151,7 +152,7 @@ def _ports(addresses: tuple[Address, ...]) -> frozenset[int]:
 
 
 def _found(endpoint: EndpointData) -> Found | None:
-    """Return what an endpoint is in ROS 2; None for what has no place there. Raises RemoteError."""
+    """Return an endpoint in ROS 2's terms; None for endpoints outside ROS 2. Raises RemoteError."""
     participant, topic = endpoint.prefix + PARTICIPANT, endpoint.topic
     is_reader = not is_writer(endpoint.entity_id)
     if topic == DISCOVERY_TOPIC:
@@ -164,5 +165,5 @@ def _found(endpoint: EndpointData) -> Found | None:
     check_names('topic or type', named.name, type_name)
     qos = ros_qos(endpoint.qos, verbatim=topic == named.name)
     told = decode_endpoint(endpoint.user_data)
-    type_hash = told.type_hash if named.role is Role.TOPIC else ''  # else that of one half of a service
+    type_hash = told.type_hash if named.role is Role.TOPIC else ''  # else of half a service
     return Found(endpoint.guid, participant, named.role, is_reader, named.name, type_name, type_hash, qos)

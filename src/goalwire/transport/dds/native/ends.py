@@ -1,4 +1,4 @@
-"""What clients and servers have in common: ends with names, and samples that wait for room."""
+"""The common part of clients and servers: their readers and writers, and samples that wait for room."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from goalwire.transport.endpoint import EndpointState
 
 
 def names_of(role: Role, endpoint: Endpoint) -> tuple[str, str]:
-    """Return the topic and the type of one end."""
+    """Return the DDS names of the topic and type of a service's reader or writer."""
     topic = dds_topic(role, endpoint.name, verbatim=endpoint.qos.avoid_ros_namespace_conventions)
     return topic, dds_type(role, endpoint.type_name)
 
 
 def user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
-    """Return what an end says of itself: the hash is that of what it carries."""
+    """Return the user data of a reader or writer. Its hash is that of the request or of the response."""
     if endpoint.part_hashes is not None:
         of_request, of_response = endpoint.part_hashes()
         data = data._replace(type_hash=of_request if role is Role.REQUEST else of_response)
@@ -45,7 +45,7 @@ def make_writer(
     role: Role,
     listener: WriterListener,
 ) -> Writer:
-    """Make the end that sends `role`; `state` undoes it."""
+    """Make the writer of requests or replies, as `role` says; `state` keeps the step that deletes it."""
     participant = context.participant
     told = user_data(role, endpoint, data)
     qos = service_qos(endpoint.qos)
@@ -62,7 +62,7 @@ def make_reader(
     role: Role,
     listener: ReaderListener,
 ) -> Reader:
-    """Make the end that takes `role`; `state` undoes it."""
+    """Make the reader of requests or replies, as `role` says; `state` keeps the step that deletes it."""
     participant = context.participant
     told = user_data(role, endpoint, data)
     qos = service_qos(endpoint.qos)
@@ -72,19 +72,19 @@ def make_reader(
 
 
 def side_of(endpoint: RtpsEndpoint) -> str:
-    """Return what the two ends of one client or server share: an id, or else their participant."""
+    """Return what the reader and writer of one client or server share: an id, else their participant."""
     told = decode_endpoint(endpoint.user_data)
     return told.service_id or told.client_id or endpoint.prefix.hex()
 
 
 class WaitingSamples:
-    """Samples for which a writer has no room yet, by the reader that they are for. Inside `Wire.run`."""
+    """Samples for which a writer has no room yet, by their receiver. Used inside `Wire.run`."""
 
     def __init__(self) -> None:
         self._queues: dict[bytes | None, deque[Callable[[], bool]]] = {}
 
     def send(self, reader: bytes | None, send: Callable[[], bool]) -> None:
-        """Send now, or behind those that wait; `send` returns False if there is no room."""
+        """Call `send` now or after earlier samples for the reader. It returns False if there is no room."""
         queue = self._queues.get(reader)
         if queue is not None:
             queue.append(send)
@@ -92,7 +92,7 @@ class WaitingSamples:
             self._queues[reader] = deque([send])
 
     def send_all(self) -> None:
-        """Send what there is room for."""
+        """Send the waiting samples, as far as there is room."""
         for reader, queue in list(self._queues.items()):
             while queue and queue[0]():
                 queue.popleft()
@@ -100,5 +100,5 @@ class WaitingSamples:
                 del self._queues[reader]
 
     def discard(self, reader: bytes) -> None:
-        """A reader has gone."""
+        """Drop the samples for a reader that has gone."""
         self._queues.pop(reader, None)

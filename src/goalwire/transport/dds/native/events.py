@@ -1,4 +1,4 @@
-"""Totals of what RTPS tells of a writer or a reader, as the records of ROS 2's events."""
+"""Totals of the events of an RTPS writer or reader, as the records of ROS 2's events."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ _ELSEWHERE = {
     PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE,
     SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE,
 }
-"""Incompatible types are found in the graph: RTPS does not match them, and says nothing."""
+"""Events that RTPS does not report. Incompatible types are found in the graph instead."""
 
 
 class EventTotals:
-    """The records of one endpoint's events, and who is told of them."""
+    """The records of one endpoint's events, and the functions that are called when they change."""
 
     def __init__(self) -> None:
         self._lock = RLock()
@@ -46,7 +46,7 @@ class EventTotals:
         self._watchers: dict[EventType, Changed] = {}
 
     def watch(self, event: EventType, changed: Changed) -> bool:
-        """Tell `changed` of an event, at once if it has happened; False if the wire does not notice it."""
+        """Call `changed` at each event, at once if it has happened; False if RTPS does not report it."""
         if event in _ELSEWHERE:
             return False
         with self._lock:
@@ -64,7 +64,7 @@ class EventTotals:
             changed(record)
 
     def count_match(self, event: EventType, change: int) -> None:
-        """A counterpart has come (1) or gone (-1)."""
+        """Count a matched endpoint that has come (1) or gone (-1)."""
 
         def add(record: EventStatus) -> Matched:
             assert isinstance(record, Matched)
@@ -73,7 +73,7 @@ class EventTotals:
         self._count(event, add)
 
     def count_incompatible(self, event: EventType, policy: str) -> None:
-        """A counterpart does not fit, by a policy."""
+        """Count an endpoint that was not matched because of a QoS policy."""
         kind = _POLICIES.get(policy, PolicyKind.RMW_QOS_POLICY_INVALID)
 
         def add(record: EventStatus) -> IncompatibleQoS:
@@ -83,7 +83,7 @@ class EventTotals:
         self._count(event, add)
 
     def count_lost(self, count: int) -> None:
-        """Messages will not come."""
+        """Count messages that will not arrive."""
 
         def add(record: EventStatus) -> MessageLost:
             assert isinstance(record, MessageLost)
@@ -92,7 +92,7 @@ class EventTotals:
         self._count(SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST, add)
 
     def count_offered_deadline(self) -> None:
-        """A publisher was too late."""
+        """Count a deadline that this publisher missed."""
 
         def add(record: EventStatus) -> OfferedDeadlineMissed:
             assert isinstance(record, OfferedDeadlineMissed)
@@ -101,7 +101,7 @@ class EventTotals:
         self._count(PublisherEvent.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED, add)
 
     def count_requested_deadline(self) -> None:
-        """A message did not come in time."""
+        """Count a message that did not arrive by its deadline."""
 
         def add(record: EventStatus) -> RequestedDeadlineMissed:
             assert isinstance(record, RequestedDeadlineMissed)
@@ -110,7 +110,7 @@ class EventTotals:
         self._count(SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED, add)
 
     def count_liveliness_lost(self) -> None:
-        """A publisher has failed to show that it is alive."""
+        """Count that this publisher has failed to show that it is alive."""
 
         def add(record: EventStatus) -> LivelinessLost:
             assert isinstance(record, LivelinessLost)
@@ -119,7 +119,7 @@ class EventTotals:
         self._count(PublisherEvent.RCL_PUBLISHER_LIVELINESS_LOST, add)
 
     def count_alive(self, alive: int, not_alive: int) -> None:
-        """So many publishers more are alive, and so many more are not."""
+        """Change how many publishers are alive and not alive, by the given differences."""
 
         def add(record: EventStatus) -> LivelinessChanged:
             assert isinstance(record, LivelinessChanged)

@@ -29,18 +29,18 @@ _RELIABILITIES = {
 
 
 def writer_qos(qos: QoS, defaults: RmwDefaults) -> rtps.Qos:
-    """Return what a publisher offers."""
+    """Return the RTPS QoS that a publisher offers."""
     return replace(_common(qos, is_reliable=qos.is_reliable), max_blocking=defaults.blocking_ns)
 
 
 def reader_qos(qos: QoS, defaults: RmwDefaults) -> rtps.Qos:
-    """Return what a subscription asks for."""
+    """Return the RTPS QoS that a subscription requests."""
     is_told = qos.reliability is not ReliabilityPolicy.SYSTEM_DEFAULT
     return _common(qos, is_reliable=qos.is_reliable if is_told else defaults.has_reliable_readers)
 
 
 def service_qos(qos: QoS) -> rtps.Qos:
-    """Return the QoS of a service's ends. They keep all: a history would drop calls that are on their way."""
+    """Return the QoS of a service's readers and writers. They keep all samples, so no call is dropped."""
     return replace(_common(qos, is_reliable=qos.is_reliable), depth=0)
 
 
@@ -58,7 +58,7 @@ def _common(qos: QoS, *, is_reliable: bool) -> rtps.Qos:
 
 
 def ros_qos(told: rtps.Qos, *, verbatim: bool) -> QoS:
-    """Return what an endpoint tells of its QoS; UNKNOWN stands for what it does not tell."""
+    """Return the QoS that an endpoint announces; policies that it does not announce are UNKNOWN."""
     if told.depth == rtps.UNTOLD:
         history, depth = HistoryPolicy.UNKNOWN, 0
     else:

@@ -1,13 +1,13 @@
 """The reader that takes the replies of one service for all of a session's clients.
 
-With a reader for each client a server would look at all of them with each reply, and each would acknowledge
-for itself. So the clients of one service, type and QoS share one, and a table tells whose a reply is. Each
-client counts its requests from 1, so each needs a GUID of its own that its requests name: the first client
-takes the shared reader's, any other that of a reader that is announced and takes nothing.
+If each client had a reader, a server would send each reply to all of them, and each would acknowledge it. So
+the clients of one service, type and QoS share a reader, and a table tells which client a reply is for. Each
+client counts its requests from 1, so its requests need a GUID of their own to name. The first client uses the
+GUID of the shared reader. Any other client announces a reader that receives nothing, and uses its GUID.
 
 ROS 2 counts the clients of a service by their readers of replies (rmw_count_clients in rmw_fastrtps and
-rmw_cyclonedds), so it counts rightly. If the first client closes before the others, it counts one too many
-until the last of them has closed: nobody else gets the first one's name, since replies to it may still come.
+rmw_cyclonedds), so its count is right. If the first client closes before the others, the count is one too
+high until all have closed: no other client gets the first one's GUID, since replies to it may still arrive.
 """
 
 from __future__ import annotations
@@ -31,34 +31,36 @@ from goalwire.transport.dds.native.qos import service_qos
 from goalwire.transport.endpoint import EndpointState
 
 SILENCE_S = 0.25
-"""A server's writer that has told nothing for so long is taken to know the client. RustDDS is silent until it
-writes; Fast DDS and Cyclone DDS tell within 0.1 s that they have nothing."""
+"""A server's writer that was matched this long ago counts as knowing the client, even if it has sent nothing.
+RustDDS is silent until it writes; Fast DDS and Cyclone DDS announce within 0.1 s that they have no
+samples."""
 
 
 class ReplyTaker(Protocol):
-    """A client that shares a reader with others."""
+    """A client that shares a reply reader with others."""
 
     state: EndpointState
 
     def take_reply(self, reply: Reply, time: int | None) -> None:
-        """Take the reply to a request of this client, written at that time."""
+        """Take a reply to a request of this client; `time` is when it was written."""
 
     def look(self) -> None:
-        """See whether a server can be called, and its reply be heard."""
+        """Find out again whether a server can be called, and its reply can arrive."""
 
 
 class ReplyReader(ReaderListener):
-    """Reads the replies of one service, and hands each to the client whose request it answers."""
+    """Reads the replies of one service, and gives each to the client whose request it answers."""
 
     def __init__(self, context: NativeContext, endpoint: Endpoint) -> None:
         self.client_id = context.next_service_id()
-        """What the ends of all its clients share: a server of Cyclone DDS looks for a reader with that id."""
+        """The id in the USER_DATA of all its clients. A server on Cyclone DDS looks for a reader with that
+        id."""
         self.users = 1
-        """Clients that use it, or are about to. Inside `Wire.run`."""
+        """How many clients use it, or are about to. Changed inside `Wire.run`."""
         self._context = context
         self._clients: dict[ReplyTaker, None] = {}
         self._by_name: dict[bytes | int, ReplyTaker] = {}
-        """The clients, by what replies name."""
+        """The clients by the GUIDs and numbers with which replies name them."""
         self._next_name = count().__next__
         data = EndpointData(endpoint.type_hash, client_id=self.client_id, takes_refusals=True)
         self._names = names_of(Role.REPLY, endpoint)
@@ -68,30 +70,30 @@ class ReplyReader(ReaderListener):
         )
 
     def make_name(self) -> bytes:
-        """Return a GUID that a new client's requests name; `drop_name` takes it back."""
+        """Return a GUID that a new client's requests can name, until `drop_name`."""
         if self._next_name() == 0:
             return self.reader.data.guid
         return self._context.participant.announce_reader(*self._names, Qos(), self._told).guid
 
     def drop_name(self, name: bytes) -> None:
-        """The client with this name has gone."""
+        """Withdraw the GUID of a client that has gone."""
         if name != self.reader.data.guid:
             self._context.participant.withdraw_reader(name)
 
     def add(self, client: ReplyTaker, names: tuple[bytes | int, ...]) -> None:
-        """Hand a client the replies that name it in one of these ways."""
+        """Give a client the replies that name it by one of `names`."""
         self._clients[client] = None
         for name in names:
             self._by_name[name] = client
 
     def remove(self, client: ReplyTaker, names: tuple[bytes | int, ...]) -> None:
-        """Hand a client nothing more."""
+        """Give a client no more replies."""
         self._clients.pop(client, None)
         for name in names:
             self._by_name.pop(name, None)
 
     def on_sample(self, sample: RtpsSample) -> None:
-        """Take a reply to one of the clients, or to another session's."""
+        """Give a reply to its client; ignore replies to the clients of other sessions."""
         if sample.payload is None:
             return
         try:
@@ -107,7 +109,7 @@ class ReplyReader(ReaderListener):
     # ---- servers that come and go
 
     def answering(self) -> set[str]:
-        """Return the sides of the servers whose writers know the reader."""
+        """Return the servers, as `side_of` names them, whose writers know this reader."""
         long_ago = self._context.participant.clock() - SILENCE_S
         return {
             side_of(proxy.data)
@@ -138,7 +140,7 @@ class ReplyReaders:
         self._readers: dict[Hashable, ReplyReader] = {}
 
     def take(self, endpoint: Endpoint) -> ReplyReader:
-        """Return the reader for a new client, which gives it back at its end."""
+        """Return the reader for a new client, which calls `give_back` when it closes."""
         key = names_of(Role.REPLY, endpoint), service_qos(endpoint.qos), endpoint.type_hash
         run = self._context.participant.run
         wanted: list[Hashable] = [key]
@@ -147,20 +149,20 @@ class ReplyReaders:
         if found is not None:
             return found
         made = ReplyReader(self._context, endpoint)
-        # If another thread has made one meanwhile, this one serves its client alone.
+        # If another thread has added a reader meanwhile, this one serves only its own client.
         run(partial(self._readers.setdefault, key, made), made)
         return made
 
     def _find(self, wanted: list[Hashable]) -> ReplyReader | None:
         if not wanted:
-            return None  # a signal's handler asked, and could not wait for this
+            return None  # a signal handler asked: `run` was postponed, and `take` has gone on without it
         found = self._readers.get(wanted[0])
         if found is not None:
             found.users += 1
         return found
 
     def give_back(self, shared: ReplyReader) -> None:
-        """A client has gone; the last one of them takes the reader along."""
+        """Note that a client has closed; delete the reader after the last one."""
         self._context.participant.run(partial(self._leave, shared), None)
 
     def _leave(self, shared: ReplyReader) -> None:

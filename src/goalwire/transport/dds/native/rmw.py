@@ -1,4 +1,4 @@
-"""The defaults of the RMWs that stand on DDS, where a program leaves a policy to its RMW.
+"""The defaults of the RMWs for DDS, for policies that a program leaves to its RMW.
 
 Sources: rmw_cyclonedds_cpp src/rmw_node.cpp (create_readwrite_qos); rmw_fastrtps_shared_cpp src/qos.cpp with
 Fast DDS's DataReaderQos and WriterQos; rmw_connextdds_common src/common/rmw_impl.cpp with Connext's defaults.
@@ -12,16 +12,16 @@ from goalwire.rules.qos import INFINITE_NS
 
 @record
 class RmwDefaults:
-    """What one RMW does if it is not told otherwise."""
+    """The defaults of one RMW."""
 
     identifier: str
-    """Its name in RMW_IMPLEMENTATION."""
+    """The RMW's name in RMW_IMPLEMENTATION."""
     lease_s: float
-    """Seconds of silence after which others hold a participant for dead."""
+    """Seconds of silence after which others consider a participant dead."""
     blocking_ns: int
-    """How long a reliable publisher that keeps all waits for room."""
+    """How long a reliable publisher with KEEP_ALL waits for room."""
     has_reliable_readers: bool
-    """Whether a subscription with SYSTEM_DEFAULT asks for reliable publishers."""
+    """True if a subscription with SYSTEM_DEFAULT requests reliable publishers."""
 
 
 CYCLONE_DDS = RmwDefaults('rmw_cyclonedds_cpp', 10.0, INFINITE_NS, has_reliable_readers=True)

@@ -36,9 +36,9 @@ class Client(NamedTuple):
     """A client, as its request writer describes it."""
 
     side: tuple[bytes, str]
-    """Its participant, and the id that its ends share."""
+    """Its participant, and the id that its reader and writer share."""
     has_id: bool
-    """Whether its ends tell an id; else any reader of its participant may be its own."""
+    """True if it announces an id. Otherwise any reader of its participant may be its own."""
     has_header: bool
     takes_refusals: bool
 
@@ -56,7 +56,7 @@ class _Outgoing:
         self.payload = payload
         self.qos = qos
         self.is_over = False
-        """Whether it has waited for long enough."""
+        """True once it has waited for MATCHING_S."""
 
 
 class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
@@ -75,21 +75,21 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
         self._context = context
         self._deliver = deliver
         self._clients: dict[bytes, Client] = {}
-        """By the GUID of its request writer."""
+        """The clients by the GUIDs of their request writers."""
         self._unsent = WaitingSamples()
         self._unmatched: list[_Outgoing] = []
         """Replies to clients whose readers are not known yet."""
         self._early: list[RtpsSample] | None = []
-        """Requests that have come before `begin`; None after it."""
+        """Requests that have come before `begin`; None after `begin`."""
         self._readers: dict[tuple[bytes, str], bytes] = {}
-        """The GUID of the reader that takes replies, for each side of clients that is known."""
+        """The GUID of the reader that takes replies, by the `Client.side` of its clients."""
         data = EndpointData(endpoint.type_hash, service_id=context.next_service_id())
         self._writer = make_writer(context, state, endpoint, data, Role.REPLY, _WriterEvents(self))
         self._reader = make_reader(context, state, endpoint, data, Role.REQUEST, _ReaderEvents(self))
         super().__init__(state, self._reader.data.guid)
 
     def begin(self) -> None:
-        """Take requests from now on, and those that have come already."""
+        """Take the requests that have come already, and all later ones."""
         participant = self._context.participant
         participant.run(partial(participant.tell, self._begin), None)
 
@@ -101,7 +101,7 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
     # ---- requests
 
     def take_request(self, sample: RtpsSample) -> None:
-        """Take a request."""
+        """Deliver a request to the server's function; one that breaks the rules is counted and ignored."""
         if self._early is not None:
             self._early.append(sample)
             return
@@ -110,7 +110,7 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
         if client is None:
             client = self._describe(writer)
         if payload is None or client is None or self.state.closed:
-            return  # the client has gone, or this server
+            return  # the client has gone, or this server is closed
         try:
             address, sequence, message = read_request(
                 sample.qos, payload, writer, sample.number, has_header=client.has_header
@@ -142,17 +142,17 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
         return client
 
     def forget_client(self, writer: bytes) -> None:
-        """A client has gone."""
+        """Forget a client that has gone."""
         self._clients.pop(writer, None)
 
     # ---- replies
 
     def send(self, request: NativeRequest, reply: tuple[bytes, bytes]) -> None:
-        """Send one reply, once its client can hear it."""
+        """Send one reply once its client can receive it."""
         self._context.participant.run(partial(self._send, _Outgoing(request, *reply)), None)
 
     def _send(self, reply: _Outgoing) -> None:
-        """Send a reply, or have it wait for its reader, or for room. Inside `Wire.run`."""
+        """Send a reply, or let it wait for its reader or for room. Runs inside `Wire.run`."""
         reader = self._find_reader(reply.request)
         if reader is not None:
             self._unsent.send(reader, partial(self._send_to, reader, reply))
@@ -164,11 +164,11 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
             participant.timers.at(participant.clock() + MATCHING_S, partial(self._give_up, reply))
 
     def _find_reader(self, request: NativeRequest) -> bytes | None:
-        """Return the reader that a reply is for, if it is matched."""
+        """Return the matched reader that a reply is for; None if it is not matched."""
         client, named = request.client, request.address.reader
         if client.has_id or not named:
-            # Clients of one session share a reader. What a request of theirs names is announced, but takes
-            # nothing (replies.py).
+            # Clients of one session share a reader. The reader that a request names may be one that is
+            # announced but receives nothing (replies.py).
             return self._readers.get(client.side)
         return named if named in self._writer.readers else None
 
@@ -188,28 +188,28 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
         self._context.rejects.add('reply', 'its client does not listen to replies', self.state)
 
     def send_waiting(self) -> None:
-        """Send what has waited for room, or for its reader."""
-        if self._early is None:  # else nothing was answered yet
+        """Send the replies that waited for room or for their readers, as far as possible now."""
+        if self._early is None:  # before `begin` no request was answered
             self._context.participant.run(self._send_waiting, None)
 
     def _send_waiting(self) -> None:
         unmatched, self._unmatched = self._unmatched, []
         for reply in unmatched:
             if self._find_reader(reply.request) is None:
-                self._unmatched.append(reply)  # its timer runs
+                self._unmatched.append(reply)  # its timer is running
             else:
                 self._send(reply)
         self._unsent.send_all()
 
     def meet_reader(self, reader: RtpsEndpoint) -> None:
-        """A client hears from now on. Of one side's readers the first takes replies, or a reliable one."""
+        """Note a client's reader. If a side has several, the first or a reliable one takes replies."""
         side = reader.prefix, side_of(reader)
         if reader.qos.reliability == RELIABLE or side not in self._readers:
             self._readers[side] = reader.guid
         self.send_waiting()
 
     def lose_reader(self, reader: RtpsEndpoint) -> None:
-        """A client hears nothing more."""
+        """Forget a client's reader, and choose another one of the same side, if there is one."""
         side = reader.prefix, side_of(reader)
         if self._readers.get(side) == reader.guid:
             del self._readers[side]

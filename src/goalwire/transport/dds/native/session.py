@@ -1,4 +1,4 @@
-"""A session that stands on goalwire's own RTPS."""
+"""A session on goalwire's own RTPS."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ from goalwire.transport.dds.session import PublisherEnd
 from goalwire.transport.endpoint import EndpointState, OpenPort
 
 NOT_COUNTED = 0
-"""The sequence number of a message: DDS does not tell."""
+"""The sequence number of every message: DDS does not provide it."""
 
 
 def _names(endpoint: Endpoint) -> tuple[str, str]:
@@ -75,7 +75,7 @@ class NativePublisher(PublisherEnd):
         self._write = context.rtps.write
 
     def publish(self, payload: bytes) -> None:
-        """Write one message; what several threads publish at once may arrive in either order."""
+        """Write one message. If several threads publish at once, the order of their messages is undefined."""
         state = self.state
         if state.closed or state.guard.is_silent:
             state.check_sending()
@@ -91,7 +91,7 @@ class NativePublisher(PublisherEnd):
             self._context.notifier.connected()
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
-        """Tell of an event that the wire notices."""
+        """Call `changed` with an event's totals; False if RTPS does not report this event."""
         return self._totals.watch(event, changed)
 
     def peer_count(self) -> int:
@@ -100,12 +100,12 @@ class NativePublisher(PublisherEnd):
         return len(self._writer.readers)
 
     def assert_liveliness(self) -> None:
-        """Show that the publisher is alive, where that is up to its user."""
+        """Show that the publisher is alive, if its QoS leaves that to the user."""
         self.state.check_sending()
         self._writer.assert_liveliness()
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
-        """Wait until every reliable reader has all that was published; False if that takes too long."""
+        """Wait until every reliable reader has received all messages; False if that takes too long."""
         self.state.check()
         timeout_s = float('inf') if timeout_ns is None else timeout_ns / 1e9
         return self._context.rtps.wait_for_acknowledgements(self._writer.is_acknowledged_by_all, timeout_s)
@@ -125,7 +125,7 @@ class NativeSubscription(OpenPort, ReaderListener):
         self._totals = EventTotals()
         self._is_counted = False
         self._silent: set[bytes] = set()
-        """The publishers that have not shown to be alive."""
+        """The publishers that have failed to show that they are alive."""
         self._deliver = deliver
         self._ignored = context.participant.prefix if endpoint.ignore_local else b''
         self.on_lost = self._totals.count_lost  # type: ignore[method-assign]
@@ -176,7 +176,7 @@ class NativeSubscription(OpenPort, ReaderListener):
             self._context.notifier.connected()
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
-        """Tell of an event that the wire notices."""
+        """Call `changed` with an event's totals; False if RTPS does not report this event."""
         return self._totals.watch(event, changed)
 
     def peer_count(self) -> int:

@@ -1,7 +1,7 @@
-"""How a session of goalwire's own RTPS is set up: from variables and files to plain values.
+"""The settings of a session of goalwire's own RTPS, read from variables and files.
 
-findings   what a file sets, and what of it has no effect here
+findings   the settings in a file, and those without effect here
 cyclone    CYCLONEDDS_URI
 fast_dds   the XML profiles of Fast DDS
-session    all of it together, as the RMW that is asked for would have it
+session    all settings of a session, as the chosen RMW would have them
 """

@@ -24,11 +24,11 @@ _DURATION = Pattern(r'([0-9]{1,9}(?:\.[0-9]{1,9})?)\s*(ns|us|ms|s|min|hr|day)')
 _UNITS = {'b': 1, 'kb': 1 << 10, 'kib': 1 << 10, 'mb': 1 << 20, 'mib': 1 << 20, 'gb': 1 << 30, 'gib': 1 << 30}
 _SECONDS = {'ns': 1e-9, 'us': 1e-6, 'ms': 1e-3, 's': 1.0, 'min': 60.0, 'hr': 3600.0, 'day': 86400.0}
 _LONGEST_S = 10 * 365 * 86400.0
-"""The word for a duration without end."""
+"""The word for an infinite duration."""
 
 
 def read_cyclone(uri: str, domain: int, env: Mapping[str, str] = os.environ) -> Findings:
-    """Read a CYCLONEDDS_URI, as far as it is for a domain. Raises TransportError."""
+    """Read the part of a CYCLONEDDS_URI that applies to a domain. Raises TransportError."""
     findings = Findings(_ORIGIN)
     for text in _documents(uri, findings):
         root = findings.parse(text)
@@ -52,7 +52,7 @@ def _documents(uri: str, findings: Findings) -> Iterator[str]:
 
 
 def _take_document(text: str) -> tuple[str, str]:
-    """Split a text behind its first outermost element; `</>` becomes the end mark of XML."""
+    """Split a text after its first outermost element, and replace each `</>` by the full closing tag."""
     parts: list[str] = []
     is_open: list[str] = []
     at = 0
@@ -72,7 +72,7 @@ def _take_document(text: str) -> tuple[str, str]:
                 is_open.append(tag)
         if not is_open:
             return ''.join(parts), text[at:]
-    return text, ''  # the reader of XML will say why
+    return text, ''  # the XML reader will report the error
 
 
 def _of_domain(root: Element, domain: int) -> Iterator[Element]:
@@ -92,7 +92,7 @@ def _of_domain(root: Element, domain: int) -> Iterator[Element]:
 def _read_section(
     element: Element, parents: tuple[str, ...], findings: Findings, env: Mapping[str, str]
 ) -> None:
-    """Read an element, or those in it; unknown ones are noted by their paths."""
+    """Read an element or its children; note the paths of unknown ones."""
     path = (*parents, element.tag)
     read = _READERS.get('/'.join(path).lower())
     if read is not None:
@@ -134,7 +134,7 @@ def _multicast(findings: Findings, element: Element, text: str, _: dict[str, str
     parts = [part.strip().lower() for part in text.split(',')]
     if parts[0] in ('default', ''):
         return
-    if {*parts} <= {'spdp', 'asm', 'ssm'}:  # multicast serves only discovery in any case
+    if {*parts} <= {'spdp', 'asm', 'ssm'}:  # goalwire uses multicast only for discovery
         findings.values['multicast'] = bool({'spdp', 'asm'} & {*parts})
     else:
         findings.values['multicast'] = findings.boolean(element, text)
@@ -198,7 +198,7 @@ def _duration(field: str) -> _Reader:
 
 
 def _size(field: str, least: int) -> _Reader:
-    """Read a size from the text, or, as buffers have them, from the attributes min and max."""
+    """Read a size from the text, or for buffers from the attributes min and max."""
 
     def read(findings: Findings, element: Element, text: str, attributes: dict[str, str]) -> None:
         for one in (attributes.get('max', ''), attributes.get('min', ''), text):
@@ -256,4 +256,4 @@ _READERS: dict[str, _Reader] = {
     'internal/socketsendbuffersize': _size('send_buffer', 1),
     'internal/minimumsocketsendbuffersize': _size('send_buffer', 1),
 }
-"""By the path of an element, in small letters."""
+"""The readers of settings, by the path of their element in small letters."""

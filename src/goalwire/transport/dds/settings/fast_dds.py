@@ -1,4 +1,4 @@
-"""The XML profiles of Fast DDS, as far as they say how participants find and reach each other.
+"""Reads from Fast DDS's XML profiles how participants find and reach each other.
 
 Source: Fast DDS' documentation, "XML profiles"; rmw_fastrtps_shared_cpp src/participant.cpp. rmw_fastrtps
 takes the participant profile with is_default_profile="true"; profiles of topics, publishers and
@@ -83,7 +83,7 @@ def _read_transports(profiles: Element, wanted: list[str], findings: Findings) -
         if kind is not None and kind.text.strip() in ('UDPv4', 'UDPv6'):
             for each in descriptor.children:
                 _read_descriptor(each, findings)
-        elif kind is not None and kind.text.strip() != 'SHM':  # nothing is missing without shared memory
+        elif kind is not None and kind.text.strip() != 'SHM':  # UDP reaches the same participants
             findings.ignore(f'transport {kind.text.strip()}')
     if 'UDPv6' in kinds and 'UDPv4' not in kinds:
         findings.values['ipv6'] = True
@@ -120,7 +120,7 @@ _Reader = Callable[[Findings, Element], None]
 
 
 def _locator(findings: Findings, element: Element) -> tuple[str, int]:
-    """Return the address and the port of a locator; 0: it tells no port. Raises TransportError."""
+    """Return the address and the port of a locator, port 0 if it has none. Raises TransportError."""
     for kind in element.children:
         if local_name(kind) not in ('udpv4', 'udpv6'):
             findings.ignore(f'locator {kind.tag}')
@@ -139,7 +139,7 @@ def _is_group(address: str) -> bool:
 
 
 def _peers(findings: Findings, element: Element) -> None:
-    """Announce only to these peers: in Fast DDS the multicast group is a peer only if no others are named."""
+    """Announce only to these peers. In Fast DDS the multicast group is a peer only if no other is named."""
     has_group = False
     for child in element.children:
         address, port = _locator(findings, child)
@@ -242,6 +242,6 @@ _READERS: dict[str, _Reader] = {
     'port/offsetd2': _port('multicast_data'),
     'port/offsetd3': _port('data'),
 }
-"""By the path of an element below `rtps`, in small letters."""
+"""The readers of settings, by the path of their element below `rtps` in small letters."""
 _WITHOUT_MEANING = {'name', 'userdata', 'usebuiltintransports', 'builtin/avoid_builtin_multicast'}
-"""Elements that ROS 2 sets itself, or that ask for what goalwire does in any case."""
+"""Elements that ROS 2 sets itself, or that ask for something goalwire always does."""

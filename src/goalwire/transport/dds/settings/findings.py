@@ -9,7 +9,7 @@ from goalwire.files import read_regular, shown
 from goalwire.xml_tree import Element, XmlError, read
 
 LARGEST_FILE = 1_000_000
-"""Bytes of a file. Real ones have some kB."""
+"""The largest file in bytes. Real files have some kB."""
 _LONGEST_QUOTED = 80
 DISCOVERY_SERVER = 'a discovery server'
 """Stands in the name of each setting that asks for one."""
@@ -53,7 +53,7 @@ class Findings:
         return number
 
     def boolean(self, element: Element, text: str) -> bool:
-        """Return whether a setting is true; raises TransportError."""
+        """Return the value of a setting that is true or false; raises TransportError."""
         found = _BOOLEANS.get(text.lower())
         if found is None:
             raise self.error(element, text, 'true or false')
@@ -88,7 +88,7 @@ _BOOLEANS: Mapping[str, bool] = {
 
 
 def within(element: Element, *tags: str) -> Element | None:
-    """Return the element at a path of tags, in any case; None if there is none."""
+    """Return the element at a path of tags, whose case does not matter; None if there is none."""
     for tag in tags:
         found = next((child for child in element.children if local_name(child) == tag.lower()), None)
         if found is None:

@@ -1,7 +1,7 @@
 """The settings of one session: first ROS 2's variables, then the file of the chosen RMW.
 
 Source: rcl src/rcl/init.c and discovery_options.c; rmw_fastrtps_shared_cpp src/participant.cpp;
-rmw_cyclonedds_cpp src/rmw_node.cpp. Where both speak of a thing, the file wins.
+rmw_cyclonedds_cpp src/rmw_node.cpp. If both have a setting, the file wins.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _REACH = {
 }
 _SERVER_VARIABLES = 'ROS_DISCOVERY_SERVER', 'ROS2_EASY_MODE'
 _PROFILES = 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE'
-"""Where Fast DDS 3 finds its profiles, and older ones, which counts if the first is not set."""
+"""The variables that name Fast DDS's profiles: first that of Fast DDS 3, then that of older ones."""
 _NOT_READ = {
     FAST_DDS: (*_SERVER_VARIABLES, 'FASTDDS_ENVIRONMENT_FILE'),
     CYCLONE: (),
@@ -40,18 +40,18 @@ _NOT_READ = {
 
 
 def session_settings(domain: int, rmw: str = CYCLONE, *, lease_s: float = 20.0) -> Settings:
-    """Return how a session of a domain is set up, as an RMW of this name would have it.
+    """Return the settings of a session in a domain, as the RMW of this name would have them.
 
-    `lease_s` holds if no file says otherwise.
-    What has no effect here is named in one warning. Names of peers are looked up, for seconds at most; one
-    that has no address is left out with a warning. Raises TransportError for what cannot be understood.
+    `lease_s` applies if no file has a lease. One warning names all settings without effect here. Names of
+    peers are looked up, for seconds at most; one that has no address is left out with a warning. Raises
+    TransportError for what cannot be understood.
     """
     range_ = discovery_range()
     settings = Settings(domain=domain, reach=_REACH[range_], lease_s=lease_s)
     findings = _read(domain, rmw)
     if findings is not None:
         settings = _apply(findings, settings)
-    if range_ is Range.SYSTEM_DEFAULT:  # then only the file names the peers
+    if range_ is Range.SYSTEM_DEFAULT:  # then the peers come from the file only
         settings = replace(settings, announces_here=not settings.multicast)
     peers = _find_peers(settings, findings, _static_peers(range_))
     _check(settings)
@@ -61,7 +61,7 @@ def session_settings(domain: int, rmw: str = CYCLONE, *, lease_s: float = 20.0) 
 
 
 def asks_whom_the_standard_names(settings: Settings) -> bool:
-    """Whether whoever has one of the standard's ports on this machine is asked, and will answer."""
+    """Return whether participants at the standard's ports on this machine are asked, and will answer."""
     return (
         settings.ports == STANDARD and settings.announces_here and not (settings.tag or settings.interfaces)
     )
@@ -81,13 +81,13 @@ def _read(domain: int, rmw: str) -> Findings | None:
 
 
 def _static_peers(range_: Range) -> list[str]:
-    """Return ROS_STATIC_PEERS, which counts in two ranges only, and not beside ROS_LOCALHOST_ONLY."""
+    """Return ROS_STATIC_PEERS, which applies in two ranges only, and not with ROS_LOCALHOST_ONLY."""
     is_only_here = os.environ.get('ROS_LOCALHOST_ONLY', '').strip() == '1'
     return static_peers() if range_ in (Range.SUBNET, Range.LOCALHOST) and not is_only_here else []
 
 
 def _apply(findings: Findings, settings: Settings) -> Settings:
-    """Return settings with those of a file on top."""
+    """Return `settings`, overridden by those of a file."""
     values = dict(findings.values)
     if values.get('multicast') is True and settings.reach is Reach.LOCALHOST:
         values['reach'] = Reach.SUBNET
@@ -147,7 +147,7 @@ def _warn_of_interfaces(settings: Settings) -> None:
 
 
 def _warn_of_ignored(findings: Findings | None, rmw: str) -> None:
-    """Name all that is set and has no effect here, in one line."""
+    """Log one warning that names all settings without effect here."""
     names = [name for name in _NOT_READ.get(rmw, ()) if os.environ.get(name)]
     if findings is not None and findings.ignored:
         names.append(f'in {findings.origin}: {", ".join(findings.ignored)}')
