@@ -1,4 +1,4 @@
-"""Callback groups: which callbacks may run beside each other (rclpy.callback_groups)."""
+"""Callback groups: they say which callbacks may run at the same time (rclpy.callback_groups)."""
 
 from __future__ import annotations
 
@@ -23,32 +23,33 @@ __all__ = [
 
 
 class ReentrantCallbackGroup(CallbackGroup):
-    """Its callbacks run beside each other, and beside themselves."""
+    """All its callbacks may run at the same time; one callback may also run several times at once."""
 
     def can_execute(self, entity: object) -> bool:  # noqa: ARG002
-        """Always True."""
+        """Return True."""
         return True
 
     def beginning_execution(self, entity: object) -> bool:  # noqa: ARG002
-        """Always True."""
+        """Return True."""
         return True
 
     def ending_execution(self, entity: object) -> None:
-        """Nothing has to be noted."""
+        """Do nothing: this group keeps no state."""
 
     begin = beginning_execution
     ended = ending_execution
 
     def park(self, source: CallbackSource) -> None:
-        """Never needed; posting again is right all the same."""
+        """Post `source` again. Executors never call this, since every callback may start."""
         source.work_queue.post(source)
 
 
 class MutuallyExclusiveCallbackGroup(CallbackGroup):
-    """One callback at a time. What comes meanwhile waits in here, without keeping a thread busy.
+    """Runs one callback at a time. Work that comes meanwhile is parked here, and no thread waits for it.
 
-    It takes no blocking lock. Who parks work appends it, then looks whether the group is still busy; who
-    ends frees the group, then looks for parked work: one of them sees the other.
+    No lock blocks, and no parked work is forgotten, because both sides act in opposite order. `park` appends
+    the work, then looks whether the group is still busy. `ending_execution` frees the group, then looks for
+    parked work. One of them sees the other.
     """
 
     exclusive = True
@@ -59,7 +60,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
         self._parked: deque[CallbackSource] = deque()
 
     def can_execute(self, entity: object) -> bool:  # noqa: ARG002
-        """Whether no callback runs."""
+        """Tell whether the group is free."""
         return not self._busy.locked()
 
     def beginning_execution(self, entity: object) -> bool:
@@ -92,7 +93,10 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
             self._post_next()
 
     def _post_next(self) -> None:
-        """Post the oldest parked work, and more while it goes to nodes that no executor runs."""
+        """Post the oldest parked work.
+
+        If no executor runs the node of that work, the group stays free. Then the next work is posted, too.
+        """
         while self._parked:
             try:
                 source = self._parked.popleft()

@@ -34,13 +34,15 @@ class CallbackRunner(CallbackChooser):
         self._failures: deque[BaseException] = deque()
         self._refused: deque[CallbackSource] = deque()
         self._asking: object = object()
-        """Another one with each callback's end: unlike a count, a change of it cannot be lost."""
+        """A mark that each end of a callback replaces. Two threads may lose a step of a counter, but never a
+        new mark.
+        """
         self._runners: RunnerPool | None = None
         self._runners_lock = allocate_lock()
         reset_in_children(self)
 
     def reset_in_child(self) -> None:
-        """In a forked child: threads that spin this are not there, and coroutines are the parent's."""
+        """In a forked child, forget the threads and the coroutines of the parent."""
         self._runners_lock = allocate_lock()
         super().reset_in_child()
         if self._runners is not None:
@@ -62,14 +64,14 @@ class CallbackRunner(CallbackChooser):
             if (performed and once) or not self._shutdown_signal.alive or stop.completion_state:
                 return
             if deadline is not None and not once and self._is_past(deadline):
-                return  # callbacks that are always due must not keep it from ending in time
+                return  # without this look, callbacks that are always due would keep the spin from ending
 
     def _work_off(self, deadline: int | None) -> None:
-        """Run as many callbacks as there are events now, in order, and then those of the events that came
+        """Run the callbacks of all events that wait now, in order, and then those of the events that came
         meanwhile.
 
-        rclpy takes an answer behind the tasks and the messages that came with it: the execution of an
-        accepted goal, and the feedback of that. What comes later than these two rounds stays.
+        rclpy handles a response after the tasks and messages that came with it, such as the execution of an
+        accepted goal and its feedback. Events that come after these two rounds are left to later spins.
         """
         self._work_off_once(deadline)
         if self._ready.items:
@@ -82,7 +84,7 @@ class CallbackRunner(CallbackChooser):
             for source, events in waiting:
                 if self._is_shutdown or not self._shutdown_signal.alive or self._is_past(deadline):
                     return
-                if self._ready.take(source):  # otherwise another spin has it
+                if self._ready.take(source):  # False if another thread has taken it
                     self._perform(source)
                     self._raise_failure()
                     if events > 1:
@@ -92,8 +94,8 @@ class CallbackRunner(CallbackChooser):
     def _perform(self, source: CallbackSource) -> bool:
         """Run one callback of `source`; False if its group is busy or its node has left.
 
-        hot path: what it holds stays noted until the next callback, mostly one of the same group: to set and
-        reset it each time takes 2 us after a sleep. Who calls this puts back what was there before.
+        hot path: `held_groups` is not reset after the callback, since the next one is mostly of the same
+        group, and setting it twice takes 2 us after a sleep. The caller restores the earlier value.
         """
         if source.work_queue.queue is not self._ready:
             source.work_queue.post(source)
@@ -124,7 +126,7 @@ class CallbackRunner(CallbackChooser):
         return True
 
     PERFORM = _perform.__code__
-    """The code of every callback's call: by it the frame of a callback is found."""
+    """The code object that calls every callback: it marks the frames of callbacks in a stack."""
 
     def _end(self, source: CallbackSource, group: CallbackGroup | None) -> None:
         """Note that a callback has ended."""
@@ -139,7 +141,8 @@ class CallbackRunner(CallbackChooser):
     def _may_begin(self, source: CallbackSource, group: CallbackGroup) -> bool:
         """Ask a group whose rule a program has written, and keep the work that it refuses.
 
-        `_end` changes `_asking` and then looks at what is kept; here it is the other way round.
+        `_end` changes `_asking`, then looks for kept work. This keeps the work, then looks at `_asking`. So
+        if a callback ends meanwhile, one of the two posts the work again.
         """
         asking = self._asking
         if group.begin(source):
@@ -150,9 +153,7 @@ class CallbackRunner(CallbackChooser):
         return False
 
     def _ask_again(self) -> None:
-        """Post the refused work again: groups of a program's own are asked after each callback, as in
-        rclpy.
-        """
+        """Post the refused work again. As in rclpy, a program's own groups are asked after each callback."""
         for _ in range(len(self._refused)):
             try:
                 source = self._refused.popleft()
@@ -163,7 +164,9 @@ class CallbackRunner(CallbackChooser):
     def _start(
         self, coroutine: Coroutine[Any, Any, object], source: CallbackSource, group: CallbackGroup | None
     ) -> None:
-        """Run a coroutine callback up to its first await, in the order of plain callbacks."""
+        """Run a coroutine callback up to its first await, at once: so it starts in order with plain
+        callbacks.
+        """
         runners = self._runners or self._open_runners()
         runners.start(coroutine, copy_context(), partial(self._end, source, group), group)
 

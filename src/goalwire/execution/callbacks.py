@@ -1,7 +1,8 @@
-"""Looks at what arguments a callback takes when it is given, not when it is first called.
+"""Checks the parameters of a callback when a program passes it, before it is first called.
 
-The asyncio API refuses a callback that cannot be called as it will be. rclpy takes it, and raises when it
-calls it: there the program gets a warning in the log, and the error where rclpy has it.
+The asyncio API refuses a callback that does not take the arguments it will get. rclpy accepts such a
+callback, and raises when it calls it. So programs of rclpy get a warning in the log, and later the same error
+as in rclpy.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _VARIADIC = 0x04
 def check_callback(callback: object, arguments: tuple[str, ...], what: str) -> None:
     """Raise TypeError, as a call would, if `callback` does not accept `arguments`.
 
-    `what` says whose callback it is; `arguments` what it gets.
+    `what` names the callback in the text; `arguments` are the names of the arguments that it will get.
     """
     problem = _problem(callback, arguments, what)
     if problem is not None:
@@ -35,7 +36,7 @@ def check_callback(callback: object, arguments: tuple[str, ...], what: str) -> N
 def advise_callback(callback: object, arguments: tuple[str, ...], what: str, logger: RcutilsLogger) -> None:
     """Log a warning if `callback` cannot be called with these `arguments`. The call will raise TypeError.
 
-    `what` says whose callback it is; `arguments` what it gets.
+    `what` names the callback in the text; `arguments` are the names of the arguments that it will get.
     """
     problem = _problem(callback, arguments, what)
     if problem is not None:
@@ -57,7 +58,7 @@ def _problem(callback: object, arguments: tuple[str, ...], what: str) -> str | N
 
 
 def describe_given(callback: object) -> str:
-    """Say what was given in place of a function, and the usual reason."""
+    """Return a text that names the object given in place of a function, and the usual remedy."""
     if isinstance(callback, CoroutineType):
         callback.close()  # the coroutine will never be awaited
         given = f'a coroutine of {callback.__qualname__}()'
@@ -67,7 +68,7 @@ def describe_given(callback: object) -> str:
 
 
 def accepts(callback: Callable[..., object], count: int) -> bool:
-    """Whether `callback` takes that many positional arguments; one that does not tell takes one."""
+    """Tell whether `callback` takes `count` positional arguments. One is assumed if it has no signature."""
     arguments = _plain_arguments(callback)
     if arguments is not None:
         return count in arguments
@@ -75,25 +76,26 @@ def accepts(callback: Callable[..., object], count: int) -> bool:
         signature_of(callback).bind(*range(count))
     except TypeError:
         return False
-    except ValueError:  # a builtin that does not tell
+    except ValueError:  # some builtins have no signature
         return count == 1
     return True
 
 
 def function_of(callback: object) -> tuple[FunctionType | None, int]:
-    """Return the function behind a function or a method, and how many arguments it has been given already.
+    """Return the plain function of a function or a method, and the number of arguments bound to it.
 
-    Most callbacks are one or the other, and to import inspect takes 5 ms. None for anything else.
+    Returns None and 0 for other callables. Most callbacks are functions or methods, so mostly inspect, whose
+    import takes 5 ms, is not needed.
     """
     function, given = (callback.__func__, 1) if isinstance(callback, MethodType) else (callback, 0)
     return (function if isinstance(function, FunctionType) else None), given
 
 
 def signature_of(callback: Callable[..., object]) -> Signature:
-    """Return the signature. Raises TypeError or ValueError for what does not tell."""
+    """Return the signature. Raises TypeError or ValueError if `callback` has none."""
     from inspect import signature
 
-    if sys.version_info >= (3, 14):  # annotations that were imported for type checkers only have no value
+    if sys.version_info >= (3, 14):  # as text: names imported only for type checkers cannot be evaluated
         from annotationlib import Format
 
         return signature(callback, annotation_format=Format.STRING)
@@ -101,9 +103,9 @@ def signature_of(callback: Callable[..., object]) -> Signature:
 
 
 def _plain_arguments(callback: object) -> range | None:
-    """Return how many positional arguments a function or method takes; None if only inspect can tell."""
+    """Return the possible numbers of positional arguments; None if only inspect can tell them."""
     function, bound = function_of(callback)
-    if function is None or function.__dict__:  # a decorator may have left a signature
+    if function is None or function.__dict__:  # it may hold a decorator's `__wrapped__` or `__signature__`
         return None
     code = function.__code__
     most = code.co_argcount - bound

@@ -32,14 +32,14 @@ class ClockChange(IntEnum):
 
 
 class TimeJumpDictionary(TypedDict):
-    """A jump as rclpy's C layer tells it."""
+    """A jump in the form in which rclpy's C layer passes it to callbacks."""
 
     clock_change: str
     delta: int
 
 
 class JumpThreshold:
-    """Which jumps are worth a call: forward by at least `min_forward`, backward by `min_backward` or more."""
+    """The least jumps for which callbacks are called: `min_forward` and `min_backward`."""
 
     def __init__(
         self, *, min_forward: Duration | None, min_backward: Duration | None, on_clock_change: bool = True
@@ -126,16 +126,18 @@ class JumpHandle:
 
 
 class JumpListener(Protocol):
-    """A timer, or an entry of one.
+    """A timer, or the entry of a timer, that follows every change of its clock's time.
 
-    It is told of every change of its clock's time, on the thread that changes it.
+    The thread that changes the time calls these methods.
     """
 
     def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:
-        """The time has changed; if its source was switched, `remaining_ns` is from before."""
+        """Adapt to the new time. `remaining_ns`: the time until the next call before a switch
+        of the source.
+        """
 
     def remaining_ns(self) -> int | None:
-        """The time until the next call, in ns."""
+        """Return the time until the next call, in ns."""
 
 
 class Clock:
@@ -156,7 +158,8 @@ class Clock:
         self.source = source
         """The machine's time, or the virtual time that stands in for it."""
         self.overridden = False
-        """Whether somebody sets its time, so that waiting for it means waiting for them."""
+        """True while a program or the /clock topic sets its time: the machine's time then does not move it.
+        """
         self.jump_handles: list[JumpHandle] = []
         """The callbacks before and after each jump."""
 
@@ -186,7 +189,7 @@ class Clock:
         return self.source.system_now()
 
     def steady_time_of(self, time_ns: int) -> int:
-        """When this clock, which nobody sets, will show `time_ns`: in ns of the machine's steady time."""
+        """Return the steady time, in ns, at which this clock will show `time_ns` if it is not overridden."""
         if self._clock_type is ClockType.STEADY_TIME:
             return time_ns
         source = self.source
@@ -199,7 +202,8 @@ class Clock:
         pre_callback: Callable[[], object] | None = None,
         post_callback: Callable[[TimeJump], object] | None = None,
     ) -> JumpHandle:
-        """Call `pre_callback()` before and `post_callback(jump)` after each jump that meets `threshold`.
+        """Have `pre_callback()` called before, and `post_callback(jump)` after, each jump that meets
+        `threshold`.
 
         Only ROS time jumps. Raises ValueError if no callback is given, or one is not callable.
         """
@@ -208,9 +212,9 @@ class Clock:
         )
 
     def sleep_until(self, until: Time, context: ContextLike | None = None) -> bool:
-        """Block until this clock shows `until` (True), the context ends or ROS time is switched (False).
+        """Block until this clock shows `until` (True), or the context ends or ROS time is switched (False).
 
-        Raises NotInitializedException if the context is not up, ValueError for another clock's time.
+        Raises NotInitializedException if the context is not up, ValueError for a time of another clock type.
         """
         return self._sleep(until, context, bool)
 
@@ -226,12 +230,15 @@ class Clock:
         return reached or (shutdown_signal.alive and is_over())
 
     def sleep_for(self, rel_time: Duration, context: ContextLike | None = None) -> bool:
-        """Block for `rel_time` on this clock, however the machine's is set; see `sleep_until`."""
+        """Block for `rel_time` of this clock, also if the machine's clock is set meanwhile; see
+        `sleep_until`.
+        """
         return self._sleep(self.now() + rel_time, context, self.has_passed(rel_time.nanoseconds))
 
     def has_passed(self, duration_ns: int) -> Callable[[], bool]:
-        """Return a function that tells whether `duration_ns` of the machine's time have passed, while
-        nobody sets this clock.
+        """Return a function that tells whether `duration_ns` of steady time have passed.
+
+        The function returns False while this clock is overridden.
         """
         if self.overridden:
             return bool
@@ -246,7 +253,7 @@ class Clock:
         shutdown_signal: ShutdownSignal,
         is_over: Callable[[], bool] = bool,
     ) -> bool:
-        """Sleep until this clock shows `target_ns` (True), `is_over()` or the shutdown."""
+        """Sleep until this clock shows `target_ns` (True), or until `is_over()` or the shutdown (False)."""
         watch = shutdown_signal.watch(waiter.wake)
         try:
             while shutdown_signal.alive and not is_over():
@@ -263,7 +270,7 @@ class Clock:
 
 
 class ROSClock(Clock):
-    """System time, until somebody overrides it: the /clock topic under `use_sim_time`."""
+    """System time, or the overriding time, which comes from the /clock topic under `use_sim_time`."""
 
     def __init__(self, *, source: SteadyClock = STEADY, clock_type: ClockType = ClockType.ROS_TIME) -> None:
         super().__init__(clock_type=clock_type, source=source)
@@ -271,7 +278,9 @@ class ROSClock(Clock):
         self._switches = 0
         self._sleepers: list[Waiter] = []
         self.before_sleep: list[Callable[[], bool]] = []
-        """Called by a thread before it sleeps until a time is set; True if that has set the time."""
+        """Functions that a thread calls before it sleeps on the overridden clock; True if one has set the
+        time.
+        """
         self._listeners: WeakListeners[JumpListener] = WeakListeners()
 
     @property
@@ -283,9 +292,9 @@ class ROSClock(Clock):
         return self._override_ns if self.overridden else self.source.system_now()
 
     def set_ros_time_override(self, time: Time) -> None:
-        """Set the time that this clock shows while ROS time is active; post the timers that are due by then.
+        """Set the time that this clock shows while ROS time is active, and post the timers that become due.
 
-        Jump callbacks are called in here. Raises TypeError for anything but a Time.
+        It calls the jump callbacks on the calling thread. Raises TypeError for anything but a Time.
         """
         if not isinstance(time, Time):
             raise TypeError(f'Time must be specified as rclpy.time.Time. Received type: {type(time)}')
@@ -302,7 +311,9 @@ class ROSClock(Clock):
             self._spread(jump.clock_change)
 
     def advance_quietly(self, time_ns: int) -> bool:
-        """Set the time as above, unless that would call a jump callback: False, and nothing is done."""
+        """Set the time like `set_ros_time_override`; if that would call a jump callback, only
+        return False.
+        """
         if self.overridden:
             if self.jump_handles:
                 delta = Duration(nanoseconds=time_ns - self._override_ns)
@@ -315,7 +326,7 @@ class ROSClock(Clock):
         return True
 
     def watch_jumps(self, listener: JumpListener) -> None:
-        """Tell `listener`, held weakly, of every change."""
+        """Call `clock_jumped` of `listener`, which is held weakly, at every change of the time."""
         self._listeners.add(listener)
 
     def wait_until(
@@ -325,7 +336,7 @@ class ROSClock(Clock):
         shutdown_signal: ShutdownSignal,
         is_over: Callable[[], bool] = bool,
     ) -> bool:
-        # A target set under one source means nothing under the other.
+        # A switch between system and overriding time ends the wait: the target belongs to the earlier one.
         switches = self._switches
         self._sleepers.append(waiter)
         try:
@@ -353,7 +364,7 @@ class ROSClock(Clock):
             self.wake_sleepers()
 
     _set_ros_time_is_active = switch_override
-    """rclpy's name for it."""
+    """The name of `switch_override` in rclpy."""
 
     def _concerns(self, jump: TimeJump) -> list[JumpHandle]:
         return [handle for handle in tuple(self.jump_handles) if handle.threshold.is_met_by(jump)]
@@ -372,28 +383,29 @@ class ROSClock(Clock):
                 handle.post_callback(jump)
 
     def _spread(self, change: ClockChange) -> None:
-        """Let all timers and sleepers of this clock look at its new time."""
+        """Have all timers and sleepers of this clock look at its new time."""
         for listener in self._listeners.alive():
             listener.clock_jumped(change, None)
         self.wake_sleepers()
 
     def wake_sleepers(self) -> None:
-        """Let all sleepers of this clock look again."""
+        """Wake all sleepers of this clock, so that they look at its time again."""
         wake_all(self._sleepers)
 
     def _wait_on_lock(self, waiter: Waiter, missing_ns: int) -> None:
         if not self.overridden:
             super()._wait_on_lock(waiter, missing_ns)
         elif not any(help_on() for help_on in self.before_sleep):
-            with add_capacity():  # the publisher of /clock may be among this executor's callbacks
+            with add_capacity():  # a callback of this very executor may publish or receive the /clock topic
                 self.source.wait(waiter, None)
 
 
 class ClockTimerEntry(TimerEntry):
-    """Is called once, when `clock` shows the due time: by an executor's thread, or one that sets the time.
+    """A function that is called once, when `clock` shows the due time.
 
-    `call` must be short and call no user code. `due` is None while it is off; it is in ns of the clock if
-    somebody sets that, and then in no timer heap.
+    An executor's thread calls it, or the thread that sets the time. `call` must be short and call no user
+    code. `due` is None while no call is set. While the clock is overridden, `due` is in ns of the clock, and
+    the entry is in no timer heap.
     """
 
     __slots__ = ('_clock', '_time', '_work_queue')
@@ -406,17 +418,17 @@ class ClockTimerEntry(TimerEntry):
 
     @property
     def time(self) -> int | None:
-        """When it is called, in ns of the clock; None while it is off."""
+        """The time of the call, in ns of the clock; None while no call is set."""
         return None if self.due is None else self._time
 
     def follow(self) -> None:
-        """Watch the clock's jumps itself, if nobody else passes them on."""
+        """Listen to the clock's jumps. Not to be called if a timer passes the jumps on to this entry."""
         if isinstance(self._clock, ROSClock):
             self._clock.watch_jumps(self)
 
     def set(self, time_ns: int) -> None:
-        """Have the entry called at `time_ns`, instead of any time set before; at once if a clock is set past
-        it.
+        """Have the entry called at `time_ns` instead of any earlier set time; at once if an overridden clock
+        shows that time already.
         """
         self._time = time_ns
         clock = self._clock
@@ -434,7 +446,7 @@ class ClockTimerEntry(TimerEntry):
         self._work_queue.discard_timer_entry(self)
 
     def remaining_ns(self) -> int | None:
-        """The time until it is called, in ns; None while it is off."""
+        """Return the time until the call, in ns; None while no call is set."""
         return None if self.due is None else self._time - self._clock.now_ns()
 
     def clock_jumped(self, _change: ClockChange, _remaining_ns: int | None) -> None:
@@ -446,7 +458,8 @@ class ClockTimerEntry(TimerEntry):
 def block_on_clock(future: Future[Any], clock: Clock, until_ns: int, shutdown_signal: ShutdownSignal) -> bool:
     """Block until `future` is settled (True); False when `clock` shows `until_ns`, or at the shutdown.
 
-    A switch between system and simulated time ends it, too: `until_ns` means nothing then.
+    A switch between system and simulated time ends the wait, too, since `until_ns` belongs to the earlier
+    one.
     """
     waiter = shutdown_signal.new_waiter()
     is_over = clock.has_passed(until_ns - clock.now_ns())

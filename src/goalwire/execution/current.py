@@ -12,20 +12,22 @@ if TYPE_CHECKING:
     from goalwire.execution.ready_queue import CallbackGroup, NodeWorkQueue
 
 held_groups: ContextVar[tuple[CallbackGroup, ...]] = ContextVar('goalwire_held_groups', default=())
-"""The exclusive groups that the running callback holds. asyncio hands it on to the tasks and threads that a
-coroutine callback starts and may wait for."""
+"""The exclusive groups that the running callback holds. It is a context variable, so the tasks and threads
+that a coroutine callback starts through asyncio see the same groups."""
 
 
 class Driven(Protocol):
-    """Something that a thread runs: an executor, or a node's part in an asyncio loop."""
+    """An executor that a thread runs: one of rclpy's, or that of a node in an asyncio loop."""
 
     work_queue: NodeWorkQueue
 
     def thread_waits_alone(self) -> bool:
-        """Whether nothing of it runs while the calling thread blocks."""
+        """Tell whether its callbacks cannot run while the calling thread blocks."""
 
     def add_capacity(self, count: int) -> None:
-        """Make up for `count` threads that block in a call of ours; negative: they are back."""
+        """Allow `count` more threads, in place of those that block in goalwire's calls; negative: take them
+        back.
+        """
 
 
 class _Thread(local):
@@ -38,14 +40,14 @@ active_executors = _Thread()
 
 
 def current_executor() -> Driven | None:
-    """The executor of the current callback on this thread, or None outside callbacks."""
+    """Return the executor of the current callback on this thread, or None outside callbacks."""
     executors = active_executors.executors
     return executors[-1] if executors else None
 
 
 @contextmanager
 def add_capacity() -> Iterator[None]:
-    """Give the executor of the running callback one thread more while this one waits for others."""
+    """Allow the executor of the running callback one more thread while the calling thread blocks in here."""
     executor = current_executor()
     if executor is None:
         yield
@@ -58,14 +60,15 @@ def add_capacity() -> Iterator[None]:
 
 
 def current_groups() -> tuple[CallbackGroup, ...]:
-    """The exclusive groups that the calling callback holds."""
+    """Return the exclusive groups that the calling callback holds."""
     return held_groups.get()
 
 
 def why_it_cannot_answer(work_queue: NodeWorkQueue, group: CallbackGroup | None) -> str | None:
-    """Why a callback of `work_queue` in `group` cannot run while this thread blocks; None if it can.
+    """Return the reason why a callback of `work_queue` in `group` cannot run while this thread blocks, or
+    None.
 
-    To be asked before blocking on something that an entity of this very process has to do.
+    To be called before this thread blocks until an entity of the same process has done something.
     """
     if group is not None and group in held_groups.get():
         return (

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 E = TypeVar('E')
 
 TICKS_LIMIT = 1000
-"""Turns that one client saves up for spins to come; a program that never spins needs none."""
+"""The most turns that one client keeps for later spins. A program that never spins would pile them up."""
 
 
 class EventQueue(CallbackSource, Generic[E]):
     """Events that wait for their callback, `depth` of them at most (None: without limit).
 
-    When it is full, the oldest event is dropped; if there is a `refuse`, that gets the new one instead.
-    `dropped` counts both. However many events wait, the event queue is in the executor's queue once.
+    If the queue is full, the oldest event is dropped. With `refuse` the new event goes to `refuse` instead.
+    `dropped` counts both. The executor's ready queue holds this at most once, for any number of events.
     """
 
     __slots__ = (
@@ -55,15 +55,15 @@ class EventQueue(CallbackSource, Generic[E]):
         depth: int | None = None,
         refuse: Callable[[E], object] | None = None,
     ) -> None:
-        """`refuse` gets the events that come after `close`, on the thread that brings them."""
+        """Make a queue. `refuse` also gets the events that come after `close`, on the delivering thread."""
         super().__init__(work_queue, group)
         self.depth = depth
         self.dropped = 0
         self.closed = False
         self.note: Callable[[E], object] | None = None
-        """Is told of each event before it is queued."""
+        """Is called with each event before it is queued."""
         self.watchers: Sequence[Callable[[], None]] = ()
-        # A bound method is held weakly: the wire holds this queue, and must not hold the entity.
+        # A bound method is held weakly: the wire refers to this queue, and must not keep the entity alive.
         self._handle: Callable[[E], object] | None = None
         parts = weak_parts(handle)
         if parts is None:
@@ -93,13 +93,14 @@ class EventQueue(CallbackSource, Generic[E]):
 
     @property
     def events(self) -> int:
-        """How many events wait; see waitable.Waited."""
+        """The number of waiting events; see waitable.Waited."""
         return len(self._events)
 
     def deliver(self, event: E) -> None:
-        """Queue `event`. Any thread; short, takes no lock. What a transport calls with all that comes.
+        """Queue `event`. A transport calls this for each event, on any thread. It is short and takes no lock.
 
-        The append comes before the look at `_posted`, and `_go_on` resets that before it looks for events.
+        No event is forgotten, because both sides act in opposite order. This appends the event, then looks at
+        `_posted`. `_go_on` resets `_posted`, then looks for events.
         """
         if self.note is not None:
             self.note(event)
@@ -118,7 +119,7 @@ class EventQueue(CallbackSource, Generic[E]):
             self._posted = True
             try:
                 self.work_queue.post(self)
-            except BaseException:  # raised by a signal's handler, anywhere: one wake-up too many is harmless
+            except BaseException:  # a signal's handler has raised, before or after the post: post again
                 self.work_queue.post(self)
                 raise
         if self.watchers:
@@ -129,14 +130,14 @@ class EventQueue(CallbackSource, Generic[E]):
             wake()
 
     def handle(self, event: E) -> object:
-        """Run the callback for `event`, which was taken; as `run` does."""
+        """Run the callback for `event`, which was taken out before, and return what it returns."""
         if self._handle is not None:
             return self._handle(event)
         owner = self._object()
         return None if owner is None else self._function(owner, event)
 
     def take(self) -> E | None:
-        """Take the oldest event out, past the callback; None if there is none."""
+        """Take the oldest event out without running the callback; None if there is none."""
         try:
             return self._events.popleft()
         except IndexError:
@@ -155,7 +156,7 @@ class EventQueue(CallbackSource, Generic[E]):
             self._go_on()
             return None
         if not self._alone:
-            self._go_on()  # the callback may run beside itself: let another thread have the next event
+            self._go_on()  # the group is reentrant: another thread may run the next event at the same time
         # hot path: `handle`, without that call.
         if self._handle is not None:
             return self._handle(event)
@@ -165,7 +166,7 @@ class EventQueue(CallbackSource, Generic[E]):
     def settle(self) -> None:
         if self._alone:
             self._posted = False
-            if self._events:  # hot path: asked here, too, and mostly no: 0.6 us less a callback after a sleep
+            if self._events:  # hot path: mostly none wait, and this look saves the call (0.6 us a callback)
                 self._go_on()
 
     def _go_on(self) -> None:
@@ -181,10 +182,11 @@ class EventQueue(CallbackSource, Generic[E]):
 
 
 class ResponseTicks(EventQueue[None]):
-    """Answers whose futures nobody waits for: each is one callback's turn, in which nothing is left to do.
+    """Empty turns of the executor, one for each response whose future nobody waited for.
 
-    rclpy takes an answer in a turn of the executor, so `while not future.done(): rclpy.spin_once(node)` ends.
-    Here the future is done before that; the turn lets `spin_once` return. `owner` is whose turn it is.
+    rclpy handles a response in a turn of the executor, so `spin_once` returns after it. Here the wire
+    completes the future before any turn. The empty turn lets `spin_once` return as in rclpy, so that a loop
+    such as `while not future.done(): rclpy.spin_once(node)` ends. `owner` is the client.
     """
 
     __slots__ = ('_owner',)
@@ -199,7 +201,9 @@ class ResponseTicks(EventQueue[None]):
 
 
 class GuardCondition(CallbackSource):
-    """Triggers that come before the callback has run count as one."""
+    """Has its callback called after `trigger`. Triggers that come before the callback has run
+    count as one.
+    """
 
     __slots__ = ('__dict__', '_destroyed', '_posted', 'callback', 'events', 'watchers')
 
@@ -217,8 +221,7 @@ class GuardCondition(CallbackSource):
         self.callback = callback
         self._posted = self._destroyed = False
         self.events = 0
-        """How often it was triggered; triggers at nearly the same time may count as one. See
-        waitable.Waited."""
+        """The number of triggers; triggers at nearly the same time may count as one. See waitable.Waited."""
         self.watchers: Sequence[Callable[[], None]] = ()
 
     @property

@@ -1,4 +1,4 @@
-"""The common part of rclpy's executors: nodes, tasks, and the ways to spin (rclpy.executors)."""
+"""The base class of rclpy's executors: nodes, tasks, and the ways to spin (rclpy.executors)."""
 
 from __future__ import annotations
 
@@ -49,17 +49,17 @@ T = TypeVar('T')
 
 
 class HandleLike(Protocol):
-    """The node that does the work: goalwire's own, which both APIs share."""
+    """goalwire's own node, which the node of rclpy's API and that of the asyncio API both have inside."""
 
     @property
     def work_queue(self) -> NodeWorkQueue:
-        """Where the node's entities post their work."""
+        """The queue to which the node's entities post their work."""
 
 
 class NodeLike(Protocol):
     """A node as an executor sees it. `executor` is set by `add_node` and holds no strong reference.
 
-    It takes no name of a node that is not rclpy's: programs derive from Node and have their own.
+    It has only names that rclpy's Node has, since other names may be in use in programs' subclasses of Node.
     """
 
     @property
@@ -68,7 +68,7 @@ class NodeLike(Protocol):
 
     @property
     def executor(self) -> Any:
-        """The executor that has the node, None without."""
+        """The executor to which the node was added; None if there is none."""
 
     @executor.setter
     def executor(self, new_executor: Any) -> None: ...
@@ -106,7 +106,7 @@ async def await_or_execute(
 def _no_node(given: object, error: AttributeError) -> AttributeError:
     """Return an error that names what was given in place of a node.
 
-    A node that lacks something says so itself.
+    If the object looks like a node and lacks something else, `error` is returned unchanged.
     """
     if isinstance(given, type):
         return AttributeError(
@@ -120,9 +120,9 @@ def _no_node(given: object, error: AttributeError) -> AttributeError:
 class Executor(CallbackRunner):
     """Runs the callbacks of its nodes on the threads that spin it.
 
-    Ready work is run in the order in which it became ready, one callback a turn, but the execution of a goal
-    first. What a callback raises comes out of spin; the executor can be used on. A subclass may replace
-    `spin_once`, with the help of `wait_for_ready_callbacks`: this class's other spins use it.
+    Ready work is run in the order in which it became ready, one callback a turn. Only the execution of a goal
+    overtakes other work. Spin raises the error of a callback, and the executor can spin again after that. A
+    subclass may replace `spin_once`, with the help of `wait_for_ready_callbacks`; `spin` then calls it.
     """
 
     def __init__(self, *, context: ContextLike | None = None) -> None:
@@ -130,7 +130,7 @@ class Executor(CallbackRunner):
         self._is_nesting_told = False
         super().__init__(self._context.shutdown_signal)
         self._nodes: set[Any] = set()
-        """Those that were added. They live on here, even if the program drops them."""
+        """The nodes that were added. This keeps them alive, also if the program drops them."""
 
     # -- nodes and tasks
 
@@ -140,9 +140,9 @@ class Executor(CallbackRunner):
         return self._context
 
     def add_node(self, node: NodeLike) -> bool:
-        """Run `node`'s callbacks from now on, instead of the executor it was in. False if it is here already.
+        """Run `node`'s callbacks from now on; False if this runs them already.
 
-        Raises ShutdownException after `shutdown`.
+        The node leaves the executor that it was in before. Raises ShutdownException after `shutdown`.
         """
         if self._is_shutdown:
             self._refuse('add a node')
@@ -155,7 +155,7 @@ class Executor(CallbackRunner):
             return False
         previous = node.executor
         self._nodes.add(node)
-        if previous is self:  # the node has been here: rclpy.spin_once() and the like add it with each call
+        if previous is self:  # the node comes back: rclpy.spin_once() adds and removes it with each call
             work_queue.attach(ready, self._timer_heap)
         else:
             if previous is not None:
@@ -188,7 +188,8 @@ class Executor(CallbackRunner):
     @overload
     def create_task(self, callback: Callable[..., T], *args: object, **kwargs: object) -> Task[T]: ...
     def create_task(self, callback: Handler[T], *args: object, **kwargs: object) -> Task[T]:
-        """Run a function, a coroutine function or a coroutine here; the task is a future of its result.
+        """Have a function, a coroutine function or a coroutine run here; the task is the future of its
+        result.
 
         Raises ShutdownException after `shutdown`.
         """
@@ -204,11 +205,13 @@ class Executor(CallbackRunner):
 
     @property
     def is_spinning(self) -> bool:
-        """Whether a thread spins this, as far as it knows: a program may have replaced its spins."""
+        """True if a thread spins this. Executors with spins of their own count as spinning
+        until `shutdown`.
+        """
         return self.is_driven()
 
     def can_execute(self, entity: object) -> bool:
-        """Whether the callback group of `entity` lets it run now."""
+        """Tell whether the callback group of `entity` lets it run now."""
         group: CallbackGroup | None = getattr(entity, 'callback_group', None)
         return group is None or group.can_execute(entity)
 
@@ -223,7 +226,7 @@ class Executor(CallbackRunner):
     def spin(self) -> None:
         """Run callbacks until `shutdown` or the context's end.
 
-        Raises ExternalShutdownException if the context ends while this waits, and what callbacks raise.
+        Raises ExternalShutdownException if the context ends while this waits, and the errors of callbacks.
         """
         while self._shutdown_signal.alive and not self._is_shutdown:
             self.spin_once()
@@ -233,7 +236,9 @@ class Executor(CallbackRunner):
         self._run(None, None if timeout_sec is None else self._deadline(timeout_sec), once=True)
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
-        """Run callbacks until `future` is done or cancelled, and then those whose events came before that."""
+        """Run callbacks until `future` is done or cancelled, and the callbacks of events that came before
+        that.
+        """
         deadline = self._deadline(timeout_sec)
         while self._shutdown_signal.alive and not self._is_shutdown and not settled(future):
             left = None if deadline is None else (deadline - self._clock.now()) / 1e9
@@ -253,9 +258,9 @@ class Executor(CallbackRunner):
     ) -> tuple[Task[None], object, Any]:
         """Wait for one piece of ready work, for executors written by users.
 
-        Returns a task that runs it, the entity whose callback it is, and its node (both None for a task).
-        `nodes` is not looked at: every node of this executor is waited for. Raises
-        TimeoutException, ShutdownException, ExternalShutdownException, ConditionReachedException.
+        Returns a task that runs the work, the entity whose callback it is, and its node (both None for a
+        task). `nodes` is ignored: this waits for every node of the executor. Raises TimeoutException,
+        ShutdownException, ExternalShutdownException, ConditionReachedException.
         """
         self.has_spun = True
         deadline = self._deadline(timeout_sec)
@@ -272,7 +277,7 @@ class Executor(CallbackRunner):
         raise TimeoutException
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002
-        """End every spin and remove the nodes; True. A callback that runs ends by itself, after this."""
+        """End every spin, remove the nodes, and return True. A callback that runs now may end later."""
         self._is_shutdown = self._ready.closed = True
         for node in self.get_nodes():
             self.remove_node(node)
@@ -304,7 +309,7 @@ class Executor(CallbackRunner):
             self._drive(self._new_waiter(), stop, deadline, once=once)
 
     def _has_nothing_left(self, *, once: bool) -> bool:
-        """Whether nothing is left to run for a spin whose end has come."""
+        """Tell whether a spin whose future is done already has nothing left to run."""
         return (
             once
             or not self._ready.items
@@ -313,17 +318,19 @@ class Executor(CallbackRunner):
         )
 
     def thread_waits_alone(self) -> bool:
-        """Whether nothing of this executor runs while the calling thread blocks."""
+        """Tell whether the callbacks of this executor cannot run while the calling thread blocks."""
         return self in active_executors.executors
 
     def _wake_workers(self) -> None:
-        """At shutdown: wake the other threads that wait for this executor."""
+        """Wake the other threads that wait for this executor, at its shutdown. Subclasses with
+        threads do so.
+        """
 
     def add_capacity(self, count: int) -> None:
-        """Make up for `count` threads that block in a call of ours; negative: they are back."""
+        """Do nothing. MultiThreadedExecutor allows `count` more threads, in place of those that block."""
 
     def _run_nested(self, stop: StopCondition, deadline: int | None, *, once: bool) -> None:
-        """Spin inside a callback of this very executor, on its thread."""
+        """Spin inside a callback of this same executor, on the callback's thread."""
         if stop is NEVER and deadline is None and not once and not self._is_nesting_told:
             self._is_nesting_told = True
             get_logger('goalwire').warning(
@@ -335,7 +342,7 @@ class Executor(CallbackRunner):
             self._drive(self._new_waiter(), stop, deadline, once=once)
 
     def _drive_until_free(self, ticket: Future[None]) -> None:
-        """Run callbacks until a group is free again."""
+        """Run callbacks until `ticket` is done: then the callback has its group again."""
         self._drive(self._new_waiter(), ticket, None, once=False, leave_at_once=True)
 
     def _drive(
@@ -349,8 +356,8 @@ class Executor(CallbackRunner):
     ) -> None:
         """Run callbacks on this thread until `stop`, at `deadline`, or after one.
 
-        Of what had come by the time of `stop` nothing is left to later spins, unless `leave_at_once`: the
-        last feedback of a goal is seen before its result.
+        Events that came before `stop` are handled, too, unless `leave_at_once`. So the callback for a goal's
+        last feedback runs before the spin for its result returns.
         """
         executors = active_executors.executors
         depth, held = len(executors), held_groups.get()
@@ -367,7 +374,7 @@ class Executor(CallbackRunner):
             del executors[depth:]
             if held_groups.get() is not held:
                 held_groups.set(held)
-            if stop is not NEVER and not stop.completion_state:  # otherwise the waker has been called
+            if stop is not NEVER and not stop.completion_state:  # a completed future has no wakers left
                 stop.remove_waker(waiter.wake)
 
     def _deadline(self, timeout: Timeout) -> int | None:

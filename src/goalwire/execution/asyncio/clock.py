@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class AsyncClock(ROSClock):
-    """A clock of any type; one of ROS time follows the simulated time while that is active."""
+    """A clock of any type. A clock of ROS time follows the simulated time while that is active."""
 
     def __new__(
         cls,
@@ -38,7 +38,7 @@ class AsyncClock(ROSClock):
         source: SteadyClock = STEADY,
         shutdown_signal: ShutdownSignal | None = None,
     ) -> None:
-        """The end of `shutdown_signal` ends every sleep."""
+        """Make a clock whose sleeps all end with `shutdown_signal`."""
         super().__init__(source=source, clock_type=clock_type)
         self._shutdown_signal = shutdown_signal or ShutdownSignal(source)
         self._closed = False
@@ -53,7 +53,7 @@ class AsyncClock(ROSClock):
         self.wake_sleepers()
 
     async def sleep(self, duration_sec: float) -> None:
-        """Sleep for a time of this clock. With 0 or less only the loop's other tasks have their turn.
+        """Sleep for a time of this clock. With 0 or less it only gives the loop's other tasks a turn.
 
         Raises CancelledError if the node is destroyed meanwhile and DestroyedError if it was before,
         TimeSourceChangedError when simulated time is switched on or off, ROSInterruptException at shutdown.

@@ -1,4 +1,4 @@
-"""Runs coroutine callbacks as asyncio tasks, on whichever thread of the executor is free."""
+"""Runs coroutine callbacks as asyncio tasks, on any free thread of the executor."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Start(NamedTuple):
-    """A coroutine callback to be run: `ended` is called when it has ended."""
+    """A coroutine callback to be run, and the function `ended`, which is called when it has ended."""
 
     coroutine: Coroutine[Any, Any, object]
     context: Context
@@ -34,14 +34,14 @@ class Start(NamedTuple):
 
 
 MOST_RUNNERS = 256
-"""Coroutines of reentrant groups share runners beyond this many."""
+"""The most shared runners. If all are in use, further coroutines share a runner with others."""
 
 
 class CoroutineRunner(CallbackSource):
-    """An asyncio loop that is bound to no thread. It is ready work like any other: one turn, one step.
+    """An asyncio loop that is bound to no thread. The executor runs it as ready work, one step a turn.
 
-    One thread at a time drives it; a thread that finds it driven leaves a note and goes on. `fail` is told
-    what the coroutines raise.
+    One thread at a time runs a step. A second thread that comes meanwhile sets `_missed` and goes on with
+    other work; the first thread then asks for one more step. `fail` gets what the coroutines raise.
     """
 
     __slots__ = (
@@ -68,7 +68,7 @@ class CoroutineRunner(CallbackSource):
         self._posted = self._missed = self._closing = False
         self._turn = allocate_lock()
         self._tasks: dict[int, asyncio.Task[Any]] = {}
-        """By the id of their coroutines. asyncio itself holds its tasks weakly."""
+        """The tasks by the id of their coroutines. asyncio itself holds tasks only weakly."""
         self._starting: deque[Start] = deque()
         self._timer_entry = TimerEntry(self.wake)
         self.loop = SteppedLoop(fd_selector, clock, self.wake)
@@ -93,7 +93,7 @@ class CoroutineRunner(CallbackSource):
             self._posted = True
             try:
                 self.work_queue.post(self)
-            except BaseException:  # raised by a signal's handler, anywhere: one turn too many is harmless
+            except BaseException:  # a signal's handler has raised, before or after the post: post again
                 self.work_queue.post(self)
                 raise
 
@@ -119,7 +119,7 @@ class CoroutineRunner(CallbackSource):
             self._turn.release()
             if self._closing:
                 self.close()
-            elif not is_whole:  # Ctrl-C, or a callback that exits: the other calls go on later
+            elif not is_whole:  # Ctrl-C or an exit of a callback ended the step: the other calls run later
                 self.loop.more = True
                 self.wake()
         if self._closing:
@@ -127,14 +127,14 @@ class CoroutineRunner(CallbackSource):
         if self._missed or self.loop.more or self._starting:
             self.wake()
         elif due is not None:
-            before = self._timer_entry.due  # another thread may call it meanwhile
+            before = self._timer_entry.due  # read once: another thread may change it meanwhile
             if before is None or due < before:
                 self.work_queue.set_timer_entry(self._timer_entry, due)
 
     def close(self) -> None:
         """Cancel the coroutines of this runner and close the loop.
 
-        A thread in the middle of a step does that after the step.
+        If a thread is in the middle of a step, that thread closes the loop after the step.
         """
         self._closing = True
         self.work_queue.discard_timer_entry(self._timer_entry)
@@ -167,7 +167,7 @@ class CoroutineRunner(CallbackSource):
         if loop.is_closed():
             return
         if self._tasks or self._starting:
-            loop.step(self._begin)  # a coroutine that never began cannot clean up
+            loop.step(self._begin)  # begin all: only a coroutine that has begun can clean up
         left = asyncio.all_tasks(loop)
         for task in left:
             task.cancel()
@@ -182,9 +182,9 @@ class CoroutineRunner(CallbackSource):
 class RunnerPool:
     """The runners of one executor.
 
-    `spread` False: all coroutines share one runner, as one thread drives them anyway. True: each exclusive
-    group has a runner of its own and each callback of other groups has one while it runs, so that one that
-    blocks holds up nobody but its group.
+    Without `spread` all coroutines share one runner, since one thread runs all of them. With `spread` each
+    exclusive group has its own runner, and each callback of another group has its own runner while it runs.
+    So a coroutine that blocks holds up only the callbacks of its group.
     """
 
     def __init__(self, make: Callable[[], CoroutineRunner], *, spread: bool) -> None:
@@ -203,9 +203,9 @@ class RunnerPool:
         ended: Callable[[], None],
         group: CallbackGroup | None,
     ) -> None:
-        """Let a coroutine run in the runner that is right for `group`, and drive it to its first await.
+        """Start a coroutine in the runner for `group`, and run it up to its first await.
 
-        Once these are closed it is cancelled there, in a runner of its own. `ended` is called at its end.
+        `ended` is called at its end. After `close` the coroutine is cancelled at its first await.
         """
         with self._lock:
             runner = self._make() if self._closed else self._runner_for(group)
@@ -216,7 +216,7 @@ class RunnerPool:
             runner.run()
 
     def close(self) -> None:
-        """Cancel all coroutines and close all runners, now and later ones."""
+        """Cancel all coroutines, also those that are started later, and close all runners."""
         self._closed = True
         with self._lock:
             runners = [*self._shared, *self._of_group.values()]
@@ -224,9 +224,9 @@ class RunnerPool:
             runner.close()
 
     def reset_in_child(self) -> None:
-        """In a forked child: the coroutines are the parent's, and so is their clean-up.
+        """In a forked child, forget the coroutines: the parent cleans them up.
 
-        They are not even dropped, for a dropped coroutine runs its `finally` blocks.
+        The references are kept: Python runs the `finally` blocks of a coroutine without references.
         """
         self._lock = Lock()
         for runner in [*self._shared, *self._of_group.values()]:
@@ -244,7 +244,7 @@ class RunnerPool:
         return self._idle_runner()
 
     def _idle_runner(self) -> CoroutineRunner:
-        """A shared runner that nobody drives right now: a nested spin cannot go on with the one it is in."""
+        """Return a shared runner in which no thread is: a nested spin cannot step the runner it is in."""
         for runner in self._shared:
             if not runner.driven and (not self._spread or runner.load == 0):
                 return runner
@@ -259,7 +259,7 @@ _open: WeakSet[RunnerPool] = WeakSet()
 
 
 def _close_all() -> None:
-    """At the interpreter's exit: let the coroutines of executors that nobody shut down clean up."""
+    """At the interpreter's exit, let the coroutines of executors that were not shut down clean up."""
     perform([runners.close for runners in tuple(_open)])
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class CallbackTasks:
-    """Which tasks run the callbacks of which work. Only the loop's thread uses it."""
+    """The tasks that run coroutine callbacks, with their sources. Only the loop's thread uses it."""
 
     def __init__(self) -> None:
         self._tasks: dict[asyncio.Task[Any], CallbackSource] = {}
@@ -42,11 +42,11 @@ class CallbackTasks:
         self._tasks.pop(task, None)
 
     def cancel(self, source: CallbackSource) -> None:
-        """Cancel the callbacks of `source`, save one that calls this: it may go on to its end."""
+        """Cancel the callbacks of `source`, except the callback that calls this: it may go on to its end."""
         self._cancel([task for task, its_work in self._tasks.items() if its_work is source])
 
     def cancel_all(self) -> None:
-        """Cancel every callback, save one that calls this."""
+        """Cancel every callback, except the callback that calls this."""
         self._cancel(list(self._tasks))
 
     def _cancel(self, tasks: list[asyncio.Task[Any]]) -> None:
@@ -59,11 +59,11 @@ class CallbackTasks:
 
 
 class AsyncExecutor(CallbackRunner):
-    """Runs what `work_queue` is posted, on the loop's thread: plain callbacks in line, coroutines as tasks.
+    """Runs the work posted to `work_queue`: plain callbacks on the loop's thread, coroutines as tasks.
 
-    Posting while nothing is under way asks the loop for a turn, with one wake-up for a whole burst; the
-    turn runs what is there by then, and the loop's other callbacks have theirs in between. A callback that
-    raises ends this: the error is raised by `tasks`, which cancels what runs in them.
+    The first post asks the loop for a turn; the posts before that turn need no further wake-up. The turn runs
+    the work that is there by then, and the loop runs its other callbacks between the turns. An error of a
+    callback ends this executor: the task group `tasks` raises it, and cancels the other callbacks.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class AsyncExecutor(CallbackRunner):
         runs: CallbackTasks,
         ended: Callable[[], None],
     ) -> None:
-        """`ended` is called, on the loop's thread, when the shutdown begins."""
+        """Make an executor for the running loop. `ended` is called on the loop's thread at the shutdown."""
         super().__init__(shutdown_signal)
         self._node_work_queue = work_queue
         self._tasks = tasks
@@ -88,13 +88,13 @@ class AsyncExecutor(CallbackRunner):
         self._timer: asyncio.TimerHandle | None = None
         self._timer_due: int | None = None  # None: no timer is set
         self._stop_reading: Callable[[], None] | None = None
-        """Ends this loop's reading of the wire; None if it does not read it."""
+        """Stops the reading of the wire by this loop; None if the loop does not read it."""
         self._on_this_thread = active_executors.executors
         self._watch = shutdown_signal.watch(self._on_shutdown)
         self._spin_watch: SpinWatch | None = None
 
     def open(self) -> None:
-        """Begin. From now on a call that blocks the loop's thread, on something of this node, is refused."""
+        """Begin. From now on a call raises if it blocked the loop's thread while it waits for this node."""
         self._on_this_thread.append(self)
         self._waker.open()
         self._stop_reading = read_wire(self._loop, self._shutdown_signal.wire_poller)
@@ -106,7 +106,7 @@ class AsyncExecutor(CallbackRunner):
         self._spin_watch = SpinWatch(self._shutdown_signal, busy.find)
 
     def close(self) -> None:
-        """Stop running callbacks; waiting work goes back to the node.
+        """Stop running callbacks, and give the waiting work back to the node.
 
         Idempotent; only on the loop's thread.
         """
@@ -132,11 +132,11 @@ class AsyncExecutor(CallbackRunner):
         return True
 
     def add_capacity(self, count: int) -> None:
-        """Do nothing: there is no other thread that could take over."""
+        """Do nothing, since only the loop's thread runs callbacks."""
 
     def _on_shutdown(self) -> None:
-        """Any thread, signal handlers too."""
-        if self._loop.is_closed():  # in the midst of the block: nobody will leave it
+        """Ask for the turn that ends this. Any thread calls it, also in a signal handler."""
+        if self._loop.is_closed():  # it was closed within the block, so `close` is never called
             self._stop_counting_as_active()
         else:
             self._ask()
@@ -164,7 +164,7 @@ class AsyncExecutor(CallbackRunner):
         self._listen()
 
     def _run_what_is_there(self) -> None:
-        for _ in range(len(self._ready.items) + 1):  # one turn more for an entry
+        for _ in range(len(self._ready.items) + 1):  # one more, for a timer that `_next` finds due
             source = self._next()
             if source is None:
                 return
@@ -173,7 +173,10 @@ class AsyncExecutor(CallbackRunner):
                 return
 
     def _listen(self) -> None:
-        """Be asked when there is work, then look at the entries: one that was set in between asks, too."""
+        """Have the next post ask for a turn, and set the loop's timer for the earliest timer entry.
+
+        The order matters: an entry that is set after `listen` asks for a turn itself.
+        """
         self._ready.listen(self._ask)
         due = self._timer_heap.earliest
         if due != self._timer_due:
@@ -212,16 +215,17 @@ async def _raise(error: BaseException) -> None:
 
 
 class SharedLoop:
-    """`async with` it, once. Errors of callbacks behave as those of tasks in an asyncio.TaskGroup.
+    """A block (`async with`, once) in which the running loop runs a node's callbacks.
 
-    An error cancels the body and the other callbacks, and leaves the block in an ExceptionGroup. Leaving the
-    block cancels the callbacks that run and waits until they have cleaned up.
+    An error of a callback behaves like that of a task in an asyncio.TaskGroup: it cancels the body and the
+    other callbacks, and the block raises it in an ExceptionGroup. The end of the block cancels the running
+    callbacks and waits until they have cleaned up.
     """
 
     def __init__(
         self, work_queue: NodeWorkQueue, shutdown_signal: ShutdownSignal, runs: CallbackTasks
     ) -> None:
-        """`runs` notes the coroutine callbacks under way."""
+        """Make a block that keeps the running coroutine callbacks in `runs`."""
         self._runs = runs
         self._work_queue = work_queue
         self._shutdown_signal = shutdown_signal
@@ -232,7 +236,7 @@ class SharedLoop:
 
     @property
     def running(self) -> bool:
-        """Whether the block has been entered and not left."""
+        """True inside the block."""
         return self._tasks is not None
 
     async def __aenter__(self) -> Self:

@@ -1,8 +1,8 @@
 """Finds what keeps an asyncio loop from running the other callbacks: a time.sleep() in a coroutine.
 
-A look asks the loop for an answer, if it is in the program's code. If none has come by the next look, the
-loop has not turned in between. Loops that are not written in Python, such as uvloop's, do not show whether
-they are in the program's code, and nothing is told of them.
+If a look finds the loop in the program's code, it posts a call to the loop. If the loop has not run that call
+by the next look, the loop has not turned in between. Loops that are not written in Python, such as uvloop's,
+do not show whether they are in the program's code, so they are not watched.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ _REMEDY = (
     'takes long'
 )
 _CALLS = asyncio.events.__file__
-"""Where asyncio calls what its loop runs: the loop itself, as it waits, has no frame of that file."""
+"""The file from which asyncio's loop calls callbacks. A loop that waits has no frame of this file."""
 _told: WeakSet[asyncio.AbstractEventLoop] = WeakSet()
-"""The loops that were told once: each of their nodes looks."""
+"""The loops about which a warning was logged. Each node of a loop looks, and one warning is enough."""
 
 
 class BusyLoop:
-    """Looks at the running loop from the thread of an alarm."""
+    """Looks from the alarms' thread whether the loop turns. To be made on the loop's thread."""
 
     def __init__(self, waker: LoopWaker, ready: ReadyQueue, timer_heap: TimerHeap) -> None:
         self._loop = asyncio.get_running_loop()
@@ -43,10 +43,10 @@ class BusyLoop:
         self._ready = ready
         self._timer_heap = timer_heap
         self._question: object | None = None
-        """What the loop has not answered yet."""
+        """The mark of the posted call that the loop has not run yet; None if there is none."""
 
     def find(self) -> list[Suspect]:
-        """Return what the loop runs, with its unanswered question as the mark."""
+        """Return the callback that the loop runs, with the mark of the call that the loop has not run yet."""
         frame = self._running()
         if frame is None or self._loop in _told:
             return []
@@ -63,11 +63,11 @@ class BusyLoop:
         self._question = None
 
     def _is_awaited(self) -> bool:
-        """Whether anything of this library's waits for the loop, but for the question."""
+        """Tell whether other work of this library than the posted call waits for the loop."""
         return bool(self._ready.items) or len(self._waker.calls) > 1 or is_late(self._timer_heap)
 
     def _running(self) -> FrameType | None:
-        """Return the program's function that the loop is in."""
+        """Return the frame of the program's function that the loop runs; None if the loop runs none."""
         if not self._loop.is_running():
             return None
         frame = outer = program_frame(sys._current_frames().get(self._thread))

@@ -1,4 +1,4 @@
-"""An asyncio loop that never sleeps: the executor runs it step by step, and does the sleeping itself.
+"""An asyncio loop that never sleeps. The executor runs it step by step, and sleeps between the steps.
 
 All of asyncio works on it (tasks, timeouts, queues, threads, streams, subprocesses). Each step may run on
 another thread, also on one where another asyncio loop is running.
@@ -37,7 +37,7 @@ _leave_task: Any = getattr(asyncio, '_leave_task', None)
 NESTS = (
     bool(_set_running_loop and _enter_task and _leave_task) and os.environ.get('GOALWIRE_STOCK_LOOP') != '1'
 )
-"""Whether a step may be made if another asyncio loop runs on the thread."""
+"""True if a step may run on a thread on which another asyncio loop is running."""
 
 
 class SteppedSelector(selectors.BaseSelector):
@@ -50,9 +50,9 @@ class SteppedSelector(selectors.BaseSelector):
         self.ready: dict[int, int] = {}
         """The ready descriptors that the next `select` reports."""
         self.reported: list[int] = []
-        """The descriptors that the present step has reported."""
+        """The descriptors that `select` has reported in the present step."""
         self.opening = True
-        """True while the loop is being made. It registers its own pipe then, which is not watched."""
+        """True while the loop is constructed. It registers its own pipe then, which is not watched yet."""
         self._unwatched: list[int] = []
 
     def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
@@ -67,15 +67,14 @@ class SteppedSelector(selectors.BaseSelector):
         return key
 
     def watch_own_pipe(self) -> None:
-        """Watch the pipe that the loop has registered for itself: signals are written there.
+        """Watch the loop's own pipe, into which Python writes signals, after emptying it.
 
-        It is emptied first. Threads that queue a callback write there, too, and a full pipe has no room for a
-        signal.
+        Threads that queue a callback write into it, too, and a full pipe would have no room for a signal.
         """
         while self._unwatched:
             fd = self._unwatched.pop()
             if fd in self._keys:
-                with suppress(OSError):  # the selector is empty
+                with suppress(OSError):  # raised when the pipe is empty
                     while os.read(fd, 4096):
                         pass
                 self._fd_selector.arm(fd, self._keys[fd].events, self._report)
@@ -102,12 +101,12 @@ class SteppedSelector(selectors.BaseSelector):
         return found
 
     def rearm(self) -> None:
-        """After a step, watch the descriptors again that it has reported."""
+        """After a step, watch again the descriptors that were reported in it."""
         while self.reported:
             fd = self.reported.pop()
             key = self._keys.get(fd)
             if key is not None:
-                self._fd_selector.disarm(fd)  # if it was registered anew in the step
+                self._fd_selector.disarm(fd)  # a callback of the step may have registered it anew
                 self._fd_selector.arm(fd, key.events, self._report)
 
     def get_map(self) -> Mapping[Any, selectors.SelectorKey]:
@@ -127,7 +126,7 @@ class SteppedSelector(selectors.BaseSelector):
 
 
 class SteppedLoop(asyncio.SelectorEventLoop):
-    """See the module. `wake` asks the executor for a step, on any thread."""
+    """An asyncio loop that the executor steps. Any thread calls `wake` to ask the executor for a step."""
 
     def __init__(self, fd_selector: FdSelector, clock: SteadyClock, wake: Callable[[], None]) -> None:
         self._stepped_selector = SteppedSelector(fd_selector, wake)
@@ -135,9 +134,9 @@ class SteppedLoop(asyncio.SelectorEventLoop):
         self._wake = wake
         self._stepping = 0
         self.whens: list[float] = []
-        """The due times of postponed callbacks, as a heap; some may have been cancelled since."""
+        """A heap of the due times of `call_at`. It may hold times of calls that were cancelled since."""
         self.more = False
-        """Whether callbacks wait for the next step."""
+        """True if callbacks wait for the next step."""
         self.goalwire_waker = LoopWaker(wake)
         super().__init__(self._stepped_selector)
         self._stepped_selector.opening = False
@@ -156,8 +155,8 @@ class SteppedLoop(asyncio.SelectorEventLoop):
         due = round(when * 1e9)
         return due if _is_due(when, due / 1e9) else due + 1000
 
-    # A callback that any thread queues outside a step asks for one: so an Event that a plain callback
-    # sets, or a Queue that it fills, wakes the coroutine that waits.
+    # A callback that is queued outside a step asks for a step, on any thread. So a plain callback that sets
+    # an asyncio.Event, or fills a Queue, wakes the coroutine that waits for it.
 
     def call_soon(  # type: ignore[override]
         self, callback: Callable[..., object], *args: Any, context: Context | None = None
@@ -192,7 +191,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
     def step(self, begin: Callable[[], None] | None = None) -> None:
         """Run the callbacks that are ready now, once, including those that `begin` makes ready.
 
-        A KeyboardInterrupt or SystemExit that a task raises comes out.
+        Raises the KeyboardInterrupt or SystemExit of a task.
         """
         outer = _leave_outer() if _get_running_loop() is not None else None
         self._stepping = get_ident()
@@ -205,31 +204,31 @@ class SteppedLoop(asyncio.SelectorEventLoop):
             if waker.calls or not waker.asleep:
                 super().call_soon(waker.run_pending)
             self.more = False
-            self.stop()  # before the run, so that it runs the ready callbacks once, and does not wait
+            self.stop()  # before `run_forever`, which then runs the ready callbacks once and does not wait
             self.run_forever()
         finally:
             self._stepping = 0
             if outer is not None:
                 _return_to(*outer)
         if self._stepped_selector.reported:
-            # A reader's callback may have queued more without a public call that could be seen: signals do.
+            # The callback of a descriptor may have queued more past `call_soon`: asyncio's signals do so.
             self.more = True
             self._stepped_selector.rearm()
 
     def _discard_due(self) -> None:
-        """Discard the times that are due already: the coming step runs their callbacks."""
+        """Discard the times that are due, since this step runs their callbacks."""
         whens, now = self.whens, self.time()
         while whens and _is_due(whens[0], now):
             heappop(whens)
 
 
 def _is_due(when: float, now: float) -> bool:
-    """Whether a loop, which rounds its times to nanoseconds at best, holds `when` to be due at `now`."""
+    """Tell whether asyncio takes `when` for due at `now`: it allows one tick of its clock, here 1 ns."""
     return when < now + 1e-9
 
 
 def _leave_outer() -> tuple[asyncio.AbstractEventLoop, asyncio.Task[Any] | None]:
-    """Leave the asyncio loop that runs on this thread, and its current task, until `_return_to`."""
+    """Hide the asyncio loop that runs on this thread, and its current task, until `_return_to`."""
     if not NESTS:
         raise RuntimeError(
             'a coroutine callback cannot go on here: an asyncio loop runs on this thread, and Python has no '

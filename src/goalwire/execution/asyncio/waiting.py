@@ -1,4 +1,4 @@
-"""How any thread wakes a task of an asyncio loop: in one turn of the loop, and many with one system call.
+"""Wakes tasks of an asyncio loop from any thread: in one turn of the loop, many tasks with one system call.
 
 asyncio's own way (`call_soon_threadsafe(future.set_result, …)`) takes a handle, a write to a socket, two
 reads of it, and two turns of the loop. Here a task sleeps in a `DirectFuture`, and goes on as soon as the
@@ -38,19 +38,19 @@ class Awaitable(Protocol):
 
 
 WAKE_FDS: set[int] = set()
-"""The descriptors by which loops are woken here. Virtual time takes them for the loops' own."""
+"""The descriptors that wake loops here. Virtual time treats them like the loops' own descriptors."""
 
 _wakers: WeakKeyDictionary[asyncio.AbstractEventLoop, AsyncioLoopWaker] = WeakKeyDictionary()
 
 
 def waker_of(loop: asyncio.AbstractEventLoop) -> LoopWaker:
-    """The waker of `loop`: a runner's own, else one that all callers share."""
+    """Return the waker of `loop`: its own if it is a SteppedLoop, else the waker that all callers share."""
     own: LoopWaker | None = getattr(loop, 'goalwire_waker', None)
     return shared_waker(loop) if own is None else own
 
 
 def shared_waker(loop: asyncio.AbstractEventLoop) -> AsyncioLoopWaker:
-    """The waker of a loop that goalwire did not make."""
+    """Return the waker of a loop that goalwire did not make."""
     waker = _wakers.get(loop)
     if waker is None:
         _release_closed_loops()
@@ -59,7 +59,7 @@ def shared_waker(loop: asyncio.AbstractEventLoop) -> AsyncioLoopWaker:
 
 
 def _release_closed_loops() -> None:
-    """Give back the eventfds of loops that were closed before the nodes that they ran."""
+    """Close the eventfds of loops that were closed earlier than their nodes."""
     for key in _wakers.keyrefs():  # a list, as other threads may add loops
         loop = key()
         if loop is not None and loop.is_closed() and (waker := _wakers.pop(loop, None)) is not None:
@@ -79,13 +79,13 @@ def wait_on(loop: asyncio.AbstractEventLoop, future: Awaitable) -> Generator[obj
 
 
 _WAKER_MS = 1000
-"""How long closing waits for a thread that is about to write: microseconds."""
+"""The longest wait of closing for a thread that is about to write, in ms. Mostly it takes microseconds."""
 
 
 class DirectFuture(asyncio.Future[None]):
-    """Where one task sleeps until `resume`, or until it is cancelled.
+    """A future in which one task sleeps until `resume`, or until it is cancelled.
 
-    The task goes on inside `resume`, not a turn of the loop later, as with a plain future.
+    The task goes on inside `resume`. With a plain future it would go on one turn of the loop later.
     """
 
     _wakeup: Callable[[Any], object] | None = None
@@ -108,7 +108,9 @@ class DirectFuture(asyncio.Future[None]):
             self._context.run(wakeup, self)
 
     def cancel(self, msg: Any | None = None) -> bool:
-        """Let the task go on with a CancelledError in the loop's next turn: it calls this when cancelled."""
+        """Let the task go on with a CancelledError in the loop's next turn. asyncio calls this
+        to cancel it.
+        """
         if not super().cancel(msg):
             return False
         wakeup, self._wakeup = self._wakeup, None
@@ -120,28 +122,29 @@ class DirectFuture(asyncio.Future[None]):
 class LoopWaker:
     """Calls functions from any thread on the thread of one asyncio loop, many with one wake-up.
 
-    A caller appends, then looks whether the loop sleeps, and wakes it if it does. The loop says that it
-    sleeps, then looks for calls: one of them sees the other. `pop` gives the item of `asleep` to one thread:
-    that one wakes the loop, which runs what is pending, even if it has found the call before.
+    No call is lost, because both sides act in opposite order. A caller appends its call, then looks whether
+    the loop sleeps. The loop marks itself as asleep, then looks for calls. One of them sees the other. Of
+    several callers only one gets the item out of `asleep` by `pop`, and only this one wakes the loop. The
+    loop then runs the pending calls, also if a turn before has run some of them already.
     """
 
     __slots__ = ('__weakref__', '_next_wake', '_wake', 'asleep', 'calls')
 
     direct = DirectFuture
-    """Here, since to import it if somebody waits takes longer than to make one."""
+    """The class of the futures. It is an attribute, since an import at each wait would take longer."""
 
     def __init__(self, wake: Callable[[], object]) -> None:
-        """`wake` gets `run_pending` called soon on the loop's thread; it may be called on any thread."""
+        """Make a waker. `wake` has `run_pending` called soon on the loop's thread; any thread may call it."""
         self._wake = self._next_wake = wake
         self.calls: deque[Callable[[], object]] = deque()
         """The calls that `run_pending` makes."""
         self.asleep: list[None] = [None]
-        """Not empty while a caller has to wake the loop."""
+        """Holds one item while the loop sleeps: the next caller takes it out and wakes the loop."""
 
     def call(self, function: Callable[[], object]) -> None:
-        """Call `function()` soon, on the loop's thread and outside of its tasks. Any thread.
+        """Have `function()` called soon, on the loop's thread and outside of its tasks. Any thread.
 
-        Nothing if the loop is closed.
+        Does nothing if the loop is closed.
         """
         self.calls.append(function)
         if self.asleep:
@@ -152,9 +155,9 @@ class LoopWaker:
             self._wake()
 
     def gather(self, function: Callable[[], None]) -> None:
-        """Call `function`, then the calls that it has asked for by `call`, with no wake-up between.
+        """Call `function`, then make the calls that it has passed to `call`, without a wake-up in between.
 
-        On the loop's thread and outside of its tasks.
+        To be called on the loop's thread and outside of its tasks.
         """
         try:
             self.asleep.pop()
@@ -167,11 +170,11 @@ class LoopWaker:
             self.run_pending()
 
     def run_pending(self) -> None:
-        """Make the calls asked for until now, on the loop's thread.
+        """Make the calls that are pending now, on the loop's thread.
 
-        What the functions raise comes out (it ends the program), and the others have their turn later.
+        Raises the error of a function, which ends the program; the remaining calls are made later.
         """
-        self._wake = self._next_wake  # no call is about to wake the loop now
+        self._wake = self._next_wake  # safe here: until `asleep` has its item, no caller uses `_wake`
         self.asleep.append(None)
         calls = self.calls
         try:
@@ -184,22 +187,24 @@ class LoopWaker:
 
 
 def _nothing() -> None:
-    """Do nothing: to be called by a loop that is only to be woken."""
+    """Do nothing. A call of this wakes a loop and has no other effect."""
 
 
 class AsyncioLoopWaker(LoopWaker):
-    """To a foreign loop: over `call_soon_threadsafe` or, while this is open, an eventfd."""
+    """Wakes a loop that goalwire did not make: by an eventfd while this is open, else by
+    `call_soon_threadsafe`.
+    """
 
     __slots__ = ('_loop', '_users', '_wake_fd')
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         super().__init__(self._ask_loop)
-        self._loop = ref(loop)  # wakers are kept by loop, weakly
+        self._loop = ref(loop)  # weak: `_wakers` keeps this by its loop, and must not keep the loop
         self._users = 0
         self._wake_fd = -1
 
     def open(self) -> None:
-        """Listen to an eventfd, if the system has them, until as many `close`. For the loop's thread."""
+        """Listen to an eventfd, if the system has them, until `close` was called as often. Loop's thread."""
         self._users += 1
         loop = self._loop()
         if self._wake_fd >= 0 or loop is None or not hasattr(os, 'eventfd'):
@@ -216,7 +221,7 @@ class AsyncioLoopWaker(LoopWaker):
             self._change_wake(partial(os.eventfd_write, wake_fd, 1))
 
     def close(self) -> None:
-        """Go back to `call_soon_threadsafe` when the last user closes it. The loop's thread."""
+        """Go back to `call_soon_threadsafe` when the last user closes this. Loop's thread."""
         self._users -= 1
         loop = self._loop()
         if self._users or self._wake_fd < 0 or loop is None:
@@ -226,15 +231,19 @@ class AsyncioLoopWaker(LoopWaker):
             loop.call_soon(self.run_pending)
 
     def abandon(self) -> None:
-        """Close the eventfd of a loop that was closed first. Any thread; later calls are dropped."""
+        """Close the eventfd after its loop was closed. Any thread; later calls are dropped."""
         if self._wake_fd < 0 or self._close_wake_fd():
             return
-        self._wake = self._next_wake  # no turn of the loop will do so
+        self._wake = self._next_wake  # a turn of the loop would do so, but the loop is closed
         self.calls.clear()
         self.asleep.append(None)
 
     def _close_wake_fd(self) -> bool:
-        """Close it once no thread writes to it; False if the loop has still to take up a wake-up."""
+        """Close the eventfd once no thread writes to it; False if the loop still has calls to make.
+
+        A thread that has taken the item of `asleep` is about to write. `poll` waits for that write, so that
+        the thread does not write into another file that has got the same number.
+        """
         wake_fd, self._wake_fd = self._wake_fd, -1
         WAKE_FDS.discard(wake_fd)
         writes = self._wake != self._ask_loop
@@ -243,12 +252,15 @@ class AsyncioLoopWaker(LoopWaker):
             return True
         hearing = select.poll()
         hearing.register(wake_fd, select.POLLIN)
-        if hearing.poll(_WAKER_MS):  # a thread has written, or is about to
+        if hearing.poll(_WAKER_MS):
             os.close(wake_fd)
         return False
 
     def _change_wake(self, wake: Callable[[], object]) -> bool:
-        """Wake the loop that way from now on (True) or, if somebody may be at it, from its next turn."""
+        """Have callers wake the loop by `wake`: from now on (True), or after its next turn (False).
+
+        The item of `asleep` decides: a thread that has taken it may be waking the loop in the earlier way.
+        """
         self._next_wake = wake
         try:
             self.asleep.pop()
@@ -279,9 +291,9 @@ _MS = 1_000_000
 
 
 def delay_s(missing_ns: int) -> float:
-    """Return the delay for `call_later`, to be called no earlier than in `missing_ns`.
+    """Return the delay in s with which `call_later` calls no earlier than in `missing_ns`.
 
-    Loops wake in whole milliseconds (epoll, libuv), and libuv rounds down: so up here.
+    Loops wake in whole milliseconds (epoll, libuv), and libuv rounds down. So this rounds up.
     """
     return max(-(-missing_ns // _MS), 0) / 1e3
 
@@ -289,14 +301,14 @@ def delay_s(missing_ns: int) -> float:
 class AsyncWaiter:
     """A place for one coroutine to sleep in, as `Waiter` is for a thread.
 
-    It holds at most one wake-up. Who wakes notes that, then looks for the sleeper; who goes to sleep shows
-    itself, then looks at the note: one of them sees the other.
+    It holds at most one wake-up. `wake` sets `_woken`, then looks for the sleeper. `wait` sets the sleeper,
+    then looks at `_woken`. So one of the two sees the other.
     """
 
     __slots__ = ('_loop', '_sleeper', '_waker', '_woken')
 
     def __init__(self) -> None:
-        """Belongs to the running loop; raises RuntimeError outside one."""
+        """Make a waiter for the running loop; raises RuntimeError if no loop runs."""
         self._loop = asyncio.get_running_loop()
         self._waker = waker_of(self._loop)
         self._sleeper: DirectFuture | None = None
@@ -348,9 +360,10 @@ async def settle(future: Awaitable, shutdown_signal: ShutdownSignal, deadline: i
 
 
 def completion(future: Awaitable, waker: LoopWaker) -> DirectFuture:
-    """Return what a coroutine awaits until `future`, which ends in any case, is no longer pending.
+    """Return an awaitable that ends when `future` is no longer pending; `waker` is the running loop's.
 
-    `waker` is the running loop's. Where the coroutine is cancelled, the future must be cancelled too.
+    It takes no waker back from `future`. So `future` must end in any case: if the awaiting coroutine is
+    cancelled, the caller must cancel `future`, too.
     """
     direct = DirectFuture()
     future.add_waker(partial(waker.call, direct.resume))
@@ -364,14 +377,15 @@ _BURST = 64
 
 
 class AsyncQueue(Generic[T]):
-    """`async for` gives what is delivered, in order, to one of those who wait.
+    """A queue that coroutines read by `async for`. Each item goes to one reader, in order.
 
-    `depth` items wait at most (None: without limit); beyond it the oldest is dropped, and counted. Who
-    delivers appends, then looks for sleepers; who goes to sleep shows itself, then looks for items.
+    `depth` items wait at most (None: without limit); beyond that, the oldest is dropped and counted in
+    `dropped`. `deliver` appends its item, then looks for sleepers; a reader puts itself into the sleepers,
+    then looks for items. So one of the two sees the other.
     """
 
     def __init__(self, depth: int | None = None) -> None:
-        """Belongs to the running loop; raises RuntimeError outside one."""
+        """Make a queue for the running loop; raises RuntimeError if no loop runs."""
         self._loop = asyncio.get_running_loop()
         self._waker = waker_of(self._loop)
         self._items: deque[T] = deque(maxlen=depth)
@@ -384,7 +398,7 @@ class AsyncQueue(Generic[T]):
         return len(self._items)
 
     def deliver(self, item: T) -> None:
-        """Queue an item. Any thread; one that is closed ignores it."""
+        """Queue an item, unless the queue is closed. Any thread."""
         if self.closed:
             return
         if len(self._items) == self._items.maxlen:
@@ -445,7 +459,8 @@ class AsyncQueue(Generic[T]):
 async def in_thread(function: Callable[[], T]) -> T:
     """Call `function` in a thread and return its result, or raise its error.
 
-    A thread cannot be stopped, so a cancellation takes effect when it has ended: nothing is left half done.
+    A thread cannot be stopped. So a cancellation is raised after the function has ended: no work is left half
+    done.
     """
     source = asyncio.ensure_future(asyncio.to_thread(function))
     cancellation: asyncio.CancelledError | None = None
@@ -456,5 +471,5 @@ async def in_thread(function: Callable[[], T]) -> T:
             cancellation = error
     if cancellation is None:
         return source.result()
-    source.exception()  # the exception counts as seen: the cancellation is raised instead
+    source.exception()  # so that asyncio does not log it: the cancellation is raised instead
     raise cancellation

@@ -1,7 +1,7 @@
-"""An asyncio loop reads the wire itself, if the session has a descriptor: no thread in between.
+"""An asyncio loop reads the wire itself, without a thread in between, if the session has a descriptor.
 
-A thread that reads for the loop costs two wake-ups, its own and the loop's. Where the loop's thread is busy
-for long, the session's own thread reads (`concurrency/leader_followers.py`).
+A thread that reads for the loop costs two wake-ups, its own and the loop's. If the loop's thread is busy for
+long, the session's own thread reads (`concurrency/leader_followers.py`).
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ _readers: WeakKeyDictionary[AbstractEventLoop, dict[int, WireReader]] = WeakKeyD
 
 
 def read_wire(loop: AbstractEventLoop, wire_poller: WirePoller | None) -> Callable[[], None] | None:
-    """Have the running loop read a wire; return the function that ends that. None if it cannot.
+    """Have the running loop read a wire, and return the function that ends the reading.
 
-    Several may ask for the same; the last to end it does.
+    Returns None if the wire or the loop is not able to. If several users read the same wire, the reading ends
+    when the last of them ends it.
     """
     _release_closed_loops()
     if wire_poller is None:
@@ -44,7 +45,7 @@ def read_wire(loop: AbstractEventLoop, wire_poller: WirePoller | None) -> Callab
 
 
 def _release_closed_loops() -> None:
-    """Stop the readers of loops that were closed before the nodes that they ran."""
+    """Stop the readers of loops that were closed earlier than their nodes."""
     for key in _readers.keyrefs():  # a list, as other threads may add loops
         loop = key()
         if loop is not None and loop.is_closed():
@@ -66,7 +67,7 @@ class WireReader:
         self._timer: TimerHandle | None = None
 
     def open(self) -> bool:
-        """Begin, if the wire and the loop are able to."""
+        """Begin to read; False if the wire or the loop is not able to."""
         fd = self._wire_poller.attach_loop()
         if fd is None:
             return False
@@ -80,7 +81,7 @@ class WireReader:
             raise
         self._fd = fd
         WAKE_FDS.add(fd)
-        self._loop.call_soon(self._read)  # for the timers
+        self._loop.call_soon(self._read)  # the first read sets the timer for the wire's next due time
         return True
 
     def leave(self) -> None:
@@ -92,7 +93,7 @@ class WireReader:
         self.stop()
 
     def stop(self) -> None:
-        """Stop reading. On the loop's thread or, once the loop is closed, on any."""
+        """Stop reading. To be called on the loop's thread or, once the loop is closed, on any thread."""
         fd, self._fd = self._fd, -1
         self._loop.remove_reader(fd)
         WAKE_FDS.discard(fd)
