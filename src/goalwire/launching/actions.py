@@ -99,7 +99,7 @@ class DeclareLaunchArgument(Action):
 
     @property
     def conditionally_included(self) -> bool:
-        """Return the conditions under which it asks for the argument, as a text."""
+        """True if the argument is declared only under a condition. Known after `find_arguments`."""
         return self._conditionally_included
 
     def describe(self) -> str:
@@ -126,7 +126,7 @@ class DeclareLaunchArgument(Action):
 
 
 class LogInfo(Action):
-    """Prints a line of the launch's own."""
+    """Logs a message of the launch itself."""
 
     def __init__(self, *, msg: SomeSubstitutions, level: SomeSubstitutions = 'INFO', **options: Any) -> None:
         super().__init__(**options)
@@ -150,7 +150,7 @@ class LogInfo(Action):
 
 @expose_action('log')
 class Log(LogInfo):
-    """Prints a line of the launch's own with a level."""
+    """Logs a message of the launch itself, with a level."""
 
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
@@ -163,7 +163,7 @@ class Log(LogInfo):
 
 
 class EmitEvent(Action):
-    """Puts an event into the queue."""
+    """Puts an event into the context's queue."""
 
     def __init__(self, *, event: Event, **options: Any) -> None:
         super().__init__(**options)
@@ -206,7 +206,7 @@ class Shutdown(EmitEvent):
 
 
 class RegisterEventHandler(Action):
-    """Begins to ask an event handler."""
+    """Registers an event handler: it answers the events that follow."""
 
     def __init__(self, event_handler: EventHandler, **options: Any) -> None:
         super().__init__(**options)
@@ -223,7 +223,7 @@ class RegisterEventHandler(Action):
 
 
 class UnregisterEventHandler(Action):
-    """Ceases to ask an event handler."""
+    """Unregisters an event handler: it answers no more events."""
 
     def __init__(self, event_handler: EventHandler, **options: Any) -> None:
         super().__init__(**options)
@@ -299,7 +299,7 @@ class OpaqueCoroutine(Action):
 
 @expose_action('timer')
 class TimerAction(Action):
-    """Visits actions after `period` seconds, once, unless it is cancelled or the launch ends before."""
+    """Visits actions once, after `period` seconds. Cancelling it or the end of the launch prevents that."""
 
     def __init__(
         self,
@@ -382,7 +382,7 @@ class TimerAction(Action):
         self._timer = context.asyncio_loop.call_later(seconds, self.expire, context)
 
     def expire(self, context: LaunchContext) -> None:
-        """Say that the time has come."""
+        """Emit the timer's event, unless the timer has fired or was cancelled."""
         if self._done is not None and not self._done.done():
             context.emit_event_sync(TimerEvent(timer_action=self))
 
@@ -395,7 +395,7 @@ class TimerAction(Action):
         return self._actions
 
     def cancel(self) -> None:
-        """Let the time pass without anything; no error for a timer that has fired or never started."""
+        """Cancel the timer. Do nothing if it has fired or never started."""
         self._canceled = True
         if self._timer is not None:
             self._timer.cancel()
@@ -407,7 +407,7 @@ class TimerAction(Action):
 
 
 def _flag(context: LaunchContext, some: bool | SomeSubstitutions) -> bool:
-    """A flag that may be given as a text. Raises SubstitutionFailure for a text other than true or false."""
+    """Return a boolean that may be given as a text. Raises SubstitutionFailure for any other text."""
     if isinstance(some, bool):
         return some
     return truth(context, some)

@@ -1,7 +1,7 @@
-"""One module a class, for programs that import `launch.substitutions.launch_configuration` and the like.
+"""Modules with one class each, for imports such as `launch.substitutions.launch_configuration`.
 
-ROS 2's packages have a module for each class. Here classes of one kind share a module; this registers the
-modules of ROS 2 beside it, each with its class.
+ROS 2's packages have a module for each class. Here classes of one kind share a module. `add_modules` also
+registers ROS 2's modules, each with its class.
 """
 
 from __future__ import annotations
@@ -14,7 +14,10 @@ _made: dict[str, ModuleType] = {}
 
 
 def add_modules(package: str, exceptions: dict[str, str] | None = None) -> None:
-    """Register `package.snake_case` for each name in the package's __all__, with some `exceptions`."""
+    """Register a module for each class in the package's __all__.
+
+    Its name is the class's name in snake case, or the one that `exceptions` gives.
+    """
     module = sys.modules[package]
     for name in module.__all__:
         own = (exceptions or {}).get(name) or re.sub(

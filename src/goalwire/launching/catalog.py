@@ -1,6 +1,6 @@
 """Every tag and every substitution that XML and YAML launch files may use without an extension.
 
-The classes add themselves to the tables of `exposure.py` when their modules are imported. The overlay's
+Each class adds itself to the tables of `exposure.py` when its module is imported. The overlay's
 `launch`, `launch_xml` and `launch_yaml` import this module, and so does the command line.
 """
 

@@ -1,4 +1,4 @@
-"""Checks launch files without launching them: everything that is known before the first process starts."""
+"""Checks launch files without launching them: finds the mistakes that show before a process starts."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from goalwire.rules.parameters.file_syntax import KEY, parse_parameter_file
 
 
 def check_launch_file(path: str) -> list[str]:
-    """List the mistakes in a launch file and in those that it includes, each as `file:line: what`.
+    """List the mistakes in a launch file and in those that it includes, each as `file:line: mistake`.
 
-    Texts that depend on arguments are judged by their defaults. What only a launch finds out is not judged.
+    Texts that depend on arguments are checked with the defaults. Values that need a launch are not checked.
     """
     try:
         description = get_launch_description_from_any_launch_file(path)
@@ -59,7 +59,7 @@ def _problems(description: LaunchDescription, context: LaunchContext, depth: int
 
 
 def _entities(entities: Iterable[LaunchDescriptionEntity]) -> Iterator[LaunchDescriptionEntity]:
-    """Yield a tree's entities, including those that wait for an event; not those of included files."""
+    """Yield a tree's entities and those that wait for an event, without those of included files."""
     for entity in entities:
         yield entity
         yield from _entities(entity.describe_sub_entities())
@@ -101,7 +101,7 @@ def _problems_of_node(node: Node, context: LaunchContext) -> Iterator[str]:
 
 
 def _problems_of_parameter_file(path: str) -> Iterator[str]:
-    """Yield the reasons why the node could not read the file."""
+    """Yield the reasons why the node cannot read the parameter file."""
     try:
         parse_parameter_file(read_regular(path, LARGEST_PARAMETER_FILE))
     except OSError as error:
@@ -118,7 +118,7 @@ def _problems_of_parameter_file(path: str) -> Iterator[str]:
 
 
 def _misspelt_key(path: str) -> tuple[int, str] | None:
-    """Return line and text of a key that looks like `ros__parameters`."""
+    """Return line and text of a key that is probably `ros__parameters` misspelt, else None."""
     text = read_regular(path, LARGEST_PARAMETER_FILE).decode(errors='replace')
     for number, line in enumerate(text.splitlines(), 1):
         key = line.partition(':')[0].strip()

@@ -1,8 +1,8 @@
 """One process that a launch starts, in a process group of its own.
 
-A group of its own has two reasons. Ctrl-C in the terminal reaches the launch alone, which then passes it on
-once: a node that gets it twice would be interrupted in its own cleaning up. And a signal reaches what the
-process has started itself, a shell's commands or a debugger's program, so that nothing of it is left behind.
+The group has two reasons. Ctrl-C in the terminal reaches only the launch, which then sends it on once: a
+second SIGINT would interrupt a node that is cleaning up. And a signal to the group also reaches the processes
+that the process has started, such as a shell's commands or a debugger's program, so that none stays behind.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 
 POSIX = os.name == 'posix'
 _TO_GROUP = frozenset({'SIGINT', 'SIGTERM', 'SIGKILL', 'SIGQUIT', 'SIGHUP'})
-_RECHECKS = (0.0, 0.01, 0.05, 0.2)  # the kernel tells nobody but its parent that a process of the group ended
+_RECHECKS = (0.0, 0.01, 0.05, 0.2)  # in s: only a process's parent is notified of its end
 
 
 class Child(asyncio.SubprocessProtocol):
@@ -44,7 +44,7 @@ class Child(asyncio.SubprocessProtocol):
         if isinstance(transport, asyncio.SubprocessTransport):
             self._transport = transport
             self.pid = transport.get_pid()
-            self._on_start(self)  # before its first output
+            self._on_start(self)  # ProcessStarted comes before the first output
 
     def pipe_data_received(self, fd: int, data: bytes) -> None:
         self._on_output(self, fd, data)
@@ -78,14 +78,14 @@ class Child(asyncio.SubprocessProtocol):
         return self.exited.result() if self.exited.done() else None
 
     async def wait_for_end(self) -> int:
-        """Wait for the process's end and, if nothing of its group runs on, for its last output."""
+        """Wait for the process's end and, if nothing of its group still runs, for the end of its output."""
         code = await asyncio.shield(self.exited)
         if not self.group_alive():
             await asyncio.shield(self.streams_closed)
         return code
 
     def signal(self, wanted: signal.Signals) -> None:
-        """Send a signal. Signals that end go to the whole group, others only to the process."""
+        """Send a signal. Signals that end processes go to the whole group, others only to the process."""
         with contextlib.suppress(ProcessLookupError, PermissionError):
             if POSIX and wanted.name in _TO_GROUP:
                 os.killpg(self.pid, wanted)
@@ -93,7 +93,7 @@ class Child(asyncio.SubprocessProtocol):
                 os.kill(self.pid, wanted)
 
     def group_alive(self) -> bool:
-        """Whether a process of the group runs."""
+        """Return whether a process of the group still runs."""
         if not POSIX:
             return not self.exited.done()
         try:
@@ -122,7 +122,7 @@ class Child(asyncio.SubprocessProtocol):
         return not self.group_alive()
 
     def close(self) -> None:
-        """Let go of pipes and terminals."""
+        """Close pipes and terminals."""
         for terminal in self._terminals:
             terminal.close()
         if self._transport is not None:
@@ -132,7 +132,7 @@ class Child(asyncio.SubprocessProtocol):
 
 
 def _has_members(group: int) -> bool:
-    """Whether a process of the group still runs: on Linux, one that is not a zombie."""
+    """Return whether the group has a process that is not a zombie (Linux)."""
     for name in os.listdir('/proc'):
         if not name.isdecimal():
             continue
@@ -145,7 +145,7 @@ def _has_members(group: int) -> bool:
 
 
 class _TerminalReader(asyncio.Protocol):
-    """Reads a process's output on the terminal that it was given."""
+    """Reads a process's output from the pseudo-terminal that the process writes to."""
 
     def __init__(self, child: Child, fd: int) -> None:
         self._child = child

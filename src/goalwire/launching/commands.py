@@ -1,4 +1,4 @@
-"""The work behind `ros2 launch`: finding launch files, showing their arguments, launching them."""
+"""The implementation of `ros2 launch`: finding launch files, showing their arguments, launching them."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from goalwire.launching.sources import (
 from goalwire.launching.unknown_arguments import unknown_arguments
 
 INTERRUPTED, TERMINATED = 130, 143
-"""Exit codes of a launch that a signal has ended in order, as shells have them."""
+"""Exit codes of a launch after Ctrl-C and after another signal: as in shells, 128 plus the number."""
 ENDINGS = ('launch.py', 'launch.xml', 'launch.yaml', 'launch.yml', '.launch')
 
 
 def launch_files(folder: str) -> list[str]:
-    """The paths of the launch files below a folder, sorted."""
+    """Return the paths of the launch files below a folder, sorted."""
     return sorted(
         os.path.join(place, name)
         for place, _, names in os.walk(folder)
@@ -44,7 +44,7 @@ def launch_files(folder: str) -> list[str]:
 
 
 def file_of_package(package: str, name: str) -> str:
-    """The path of a package's launch file. Raises LaunchError, with near names."""
+    """Return the path of a package's launch file. Raises LaunchError, which suggests similar names."""
     folder = packages.share(package)
     found = [os.path.join(place, name) for place, _, names in os.walk(folder) if name in names]
     if len(found) == 1:
@@ -63,7 +63,7 @@ def file_of_package(package: str, name: str) -> str:
 
 
 def find_launch_file(words: list[str]) -> tuple[str, list[str]]:
-    """Read `PACKAGE FILE [arguments]` or `PATH [arguments]`: the file's path, and the arguments."""
+    """Return the file's path and the arguments from `PACKAGE FILE [arguments]` or `PATH [arguments]`."""
     if not words:
         raise NoLaunchFileError('no launch file: ros2 launch PACKAGE FILE, or ros2 launch PATH')
     first, rest = words[0], words[1:]
@@ -82,7 +82,7 @@ def find_launch_file(words: list[str]) -> tuple[str, list[str]]:
 
 
 def parse_arguments(arguments: Iterable[str]) -> list[tuple[str, str]]:
-    """Read `name:=value` words; the last of one name counts. Raises LaunchError for other words."""
+    """Parse `name:=value` words; the last value of a name counts. Raises LaunchError for other words."""
     found: dict[str, str] = {}
     for argument in arguments:
         name, separator, value = argument.partition(':=')
@@ -116,12 +116,12 @@ def launch(
 
 
 def show_arguments(path: str) -> str:
-    """The text of `ros2 launch --show-args`."""
+    """Return the text of `ros2 launch --show-args`."""
     return '\n'.join(print_arguments(get_launch_description_from_any_launch_file(path)))
 
 
 def arguments_as_data(path: str) -> list[dict[str, str | bool | list[str] | None]]:
-    """The arguments as data; `default` is None if the argument must be given."""
+    """Return the arguments as data; `default` is None if the argument must be given."""
     description = get_launch_description_from_any_launch_file(path)
     return [
         {
@@ -136,14 +136,14 @@ def arguments_as_data(path: str) -> list[dict[str, str | bool | list[str] | None
 
 
 def show_description(path: str) -> str:
-    """The text of `ros2 launch --print`."""
+    """Return the text of `ros2 launch --print`."""
     return LaunchIntrospector().format_launch_description(get_launch_description_from_any_launch_file(path))
 
 
 def completions(command: str, given: Sequence[str], begun: str) -> list[str]:
-    """Offer the next words: packages, then launch files or executables, then arguments of launch files.
+    """Return completions of the next word: packages, then launch files or executables, then launch arguments.
 
-    For `launch` the packages that have launch files. A launch file in Python is read for this, never run.
+    `ros2 launch` offers only packages with launch files. A launch file in Python is read, never run.
     """
     try:
         if not given:

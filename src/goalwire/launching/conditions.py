@@ -1,4 +1,4 @@
-"""Conditions of actions."""
+"""Conditions under which actions are carried out."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = [
 
 
 class IfCondition(Condition):
-    """Holds if a text says true or 1."""
+    """True if a text says true or 1."""
 
     def __init__(self, predicate_expression: SomeSubstitutions) -> None:
         super().__init__(predicate=self._holds)
@@ -38,14 +38,14 @@ class IfCondition(Condition):
 
 
 class UnlessCondition(IfCondition):
-    """Holds if a text says false or 0."""
+    """True if a text says false or 0."""
 
     def _holds(self, context: LaunchContext) -> bool:
         return not super()._holds(context)
 
 
 class LaunchConfigurationEquals(Condition):
-    """Holds if a launch configuration has a value; None stands for one that is not set."""
+    """True if a launch configuration has the expected value. To expect that it is not set, give None."""
 
     def __init__(self, launch_configuration_name: str, expected_value: SomeSubstitutions | None) -> None:
         super().__init__(predicate=self._holds)
@@ -65,21 +65,21 @@ class LaunchConfigurationEquals(Condition):
 
 
 class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
-    """Holds if a launch configuration has another value, or none."""
+    """True if a launch configuration has another value or is not set."""
 
     def _holds(self, context: LaunchContext) -> bool:
         return not super()._holds(context)
 
 
 class AndCondition(Condition):
-    """Holds if all of the conditions hold. It stops at the first that does not."""
+    """True if all conditions are true. Conditions behind the first false one are not evaluated."""
 
     def __init__(self, *conditions: Condition) -> None:
         super().__init__(predicate=lambda context: all(item.evaluate(context) for item in conditions))
 
 
 class OrCondition(Condition):
-    """Holds if one of the conditions holds."""
+    """True if one of the conditions is true."""
 
     def __init__(self, *conditions: Condition) -> None:
         super().__init__(predicate=lambda context: any(item.evaluate(context) for item in conditions))

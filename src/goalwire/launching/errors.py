@@ -1,4 +1,4 @@
-"""The errors of launch files under launch's names, with file and line in one sentence."""
+"""Errors of launch files under launch's names: one sentence each, with file and line."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def remember_launch_file(path: str) -> None:
 
 
 def locate(error: Exception, location: Location | None, prefix: str = '') -> LaunchError:
-    """The error with its place in front: the line of a launch file that raised it, else `location`."""
+    """Return the error with its file and line in front: where a launch file raised it, else `location`."""
     if isinstance(error, LaunchError) and error.located:
         return error
     place = _line_of_launch_file(error) or location
@@ -44,7 +44,7 @@ def locate(error: Exception, location: Location | None, prefix: str = '') -> Lau
 
 
 def _explain_indentation(error: IndentationError) -> str:
-    """Say how many blanks the lines above have, one of which this line must have."""
+    """Return a hint about the indentations that the lines above allow."""
     try:
         with open(error.filename or '', encoding='utf-8') as file:
             lines = file.read().splitlines()[: error.lineno or 0]
@@ -76,9 +76,9 @@ def as_sentence(error: BaseException) -> str:
 
 
 def _unknown_keyword(error: TypeError, text: str) -> str | None:
-    """Say which class does not take a keyword argument, with near names; None for other errors.
+    """Return a message for an unknown keyword argument, with a similar name; None for other errors.
 
-    Python names the base class that was asked last, so the frames tell which class it was.
+    Python's message names the base class whose __init__ failed; the frames show the constructed class.
     """
     match = re.fullmatch(r"(\w+)\.__init__\(\) got an unexpected keyword argument '(\w+)'.*", text)
     if match is None:

@@ -1,4 +1,4 @@
-"""Event handlers: on the end of actions, and of the launch; `process_handlers.py` has those of processes."""
+"""Event handlers for the end of actions and of the launch; `process_handlers.py` has those for processes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Target: TypeAlias = Callable[[Any], bool] | LaunchDescriptionEntity | None
 
 
 class OnActionEventBase(EventHandler):
-    """Answers events of one kind, about one action, about matching ones, or about any."""
+    """Answers events of one class: those of one action, of the actions that match, or of all actions."""
 
     def __init__(
         self,
@@ -94,7 +94,7 @@ class OnExecutionComplete(OnActionEventBase):
 
 
 class OnShutdown(EventHandler):
-    """Answers the end of the launch, while the processes still run."""
+    """Answers the shutdown of the launch, while the processes still run."""
 
     def __init__(self, *, on_shutdown: Answer = None, **options: Any) -> None:
         self._answer = on_shutdown if callable(on_shutdown) else None
@@ -117,7 +117,7 @@ class OnShutdown(EventHandler):
 
 
 class OnIncludeLaunchDescription(EventHandler):
-    """Carries out a description that LaunchService.include_launch_description() was given."""
+    """Carries out a description that was passed to LaunchService.include_launch_description()."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(matcher=lambda event: isinstance(event, IncludeLaunchDescription), **options)

@@ -11,7 +11,7 @@ from goalwire.launching.model import Action, Event, LaunchDescription
 
 
 class IncludeLaunchDescription(Event):
-    """A description is to be carried out, as LaunchService.include_launch_description() asks for it."""
+    """Asks the launch to carry out a description; LaunchService.include_launch_description() emits it."""
 
     name = 'launch.events.IncludeLaunchDescription'
 
@@ -20,7 +20,7 @@ class IncludeLaunchDescription(Event):
 
 
 class Shutdown(Event):
-    """The whole launch is to end."""
+    """Asks the whole launch to end."""
 
     name = 'launch.events.Shutdown'
 
@@ -30,7 +30,7 @@ class Shutdown(Event):
 
 
 class TimerEvent(Event):
-    """The time of a TimerAction has come."""
+    """The period of a TimerAction has passed."""
 
     name = 'launch.events.TimerEvent'
 
@@ -39,7 +39,7 @@ class TimerEvent(Event):
 
 
 class RunningProcessEvent(Event):
-    """Something about a process that was started."""
+    """The base of events about a process that was started."""
 
     name = 'launch.events.process.RunningProcessEvent'
 
@@ -72,7 +72,7 @@ class ProcessStarted(RunningProcessEvent):
 
 
 class ProcessExited(RunningProcessEvent):
-    """A process has ended; `returncode` is negative for one that a signal ended."""
+    """A process has ended; `returncode` is negative if a signal ended it."""
 
     name = 'launch.events.process.ProcessExited'
 
@@ -82,7 +82,7 @@ class ProcessExited(RunningProcessEvent):
 
 
 class ProcessIO(RunningProcessEvent):
-    """A process has printed; `text` is the output, in the pieces in which it came."""
+    """A process has printed; `text` is a piece of its output, as it arrived."""
 
     name = 'launch.events.process.ProcessIO'
 
@@ -105,7 +105,7 @@ class ProcessIO(RunningProcessEvent):
 
 
 class ProcessStdin(ProcessIO):
-    """Something for a process's standard input."""
+    """Data for a process's standard input."""
 
     name = 'launch.events.process.ProcessStdin'
 
@@ -132,7 +132,7 @@ class ProcessStderr(ProcessIO):
 
 
 class ProcessTargetedEvent(Event):
-    """Something that the matching processes are to do."""
+    """The base of events that ask the matching processes to do something."""
 
     name = 'launch.events.process.ProcessTargetedEvent'
 
@@ -141,13 +141,13 @@ class ProcessTargetedEvent(Event):
 
 
 class ShutdownProcess(ProcessTargetedEvent):
-    """The matching processes are to end: SIGINT, then SIGTERM, then SIGKILL."""
+    """Asks the matching processes to end: SIGINT, then SIGTERM, then SIGKILL."""
 
     name = 'launch.events.process.ShutdownProcess'
 
 
 class SignalProcess(ProcessTargetedEvent):
-    """The matching processes are to get a signal, given by number or name."""
+    """Asks to send the matching processes a signal, given by number or name."""
 
     name = 'launch.events.process.SignalProcess'
 
@@ -170,17 +170,17 @@ class SignalProcess(ProcessTargetedEvent):
 
 
 def matches_action(target_action: Action) -> Callable[[Any], bool]:
-    """Match the process of this action."""
+    """Return a function that matches the process of this action."""
     return lambda action: action is target_action
 
 
 def matches_pid(pid: int) -> Callable[[Any], bool]:
-    """Match the process of this number."""
+    """Return a function that matches the process with this pid."""
     return lambda action: (action.process_details or {}).get('pid') == pid
 
 
 def matches_name(name: str) -> Callable[[Any], bool]:
-    """Match processes of this name, with or without launch's number behind it."""
+    """Return a function that matches processes by name, with or without the number that launch appends."""
 
     def matches(action: Any) -> bool:
         found = (action.process_details or {}).get('name', '')
@@ -190,7 +190,7 @@ def matches_name(name: str) -> Callable[[Any], bool]:
 
 
 def matches_executable(name: str) -> Callable[[Any], bool]:
-    """Match processes whose program ends with this path."""
+    """Return a function that matches processes whose program ends with this path."""
     return lambda action: ((action.process_details or {}).get('cmd') or [''])[0].split('/')[-1] == name
 
 

@@ -1,4 +1,4 @@
-"""The names by which XML and YAML files reach actions and substitutions, in one table each.
+"""The names of actions and substitutions in XML and YAML files, in one table each.
 
 Each class adds itself by a decorator; `catalog.py` imports all that goalwire has. Other packages add theirs
 from entry points of the group `launch.frontend.launch_extension`, which are loaded at the first unknown name.
@@ -22,12 +22,12 @@ _loaded: set[str] = set()
 
 
 def expose_action(*names: str) -> Callable[[_Class], _Class]:
-    """Make a class with a classmethod `parse(entity, parser)`, or such a function, a tag of these names."""
+    """Give tags of these names a class with a classmethod `parse(entity, parser)`, or such a function."""
     return _expose_in(_actions, names)
 
 
 def expose_substitution(*names: str) -> Callable[[_Class], _Class]:
-    """Make a class with a classmethod `parse(data)`, or such a function, a $(name …)."""
+    """Give substitutions $(name …) a class with a classmethod `parse(data)`, or such a function."""
     return _expose_in(_substitutions, names)
 
 
@@ -41,7 +41,7 @@ def _expose_in(table: dict[str, Any], names: tuple[str, ...]) -> Callable[[_Clas
 
 
 def load_extensions() -> None:
-    """Import the extensions of other packages, once in a process."""
+    """Import the extensions of other packages, each once in a process."""
     for point in entry_points(group='launch.frontend.launch_extension'):
         if point.name in _loaded:
             continue
@@ -57,17 +57,17 @@ def load_extensions() -> None:
 
 
 def exposed_actions() -> set[str]:
-    """The names of all tags."""
+    """Return the names of all tags."""
     return set(_actions)
 
 
 def exposed_substitutions() -> set[str]:
-    """The names of all substitutions."""
+    """Return the names of all substitutions."""
     return set(_substitutions)
 
 
 def instantiate_action(entity: Any, parser: Any) -> Action:
-    """The action that a tag stands for. Raises LaunchError for an unknown tag, with near names."""
+    """Return the action that a tag stands for. Raises LaunchError for an unknown tag, with similar names."""
     made, arguments = _parse(_actions, entity.type_name, 'tag')(entity, parser)
     entity.assert_entity_completely_parsed()
     action = made(**arguments)
@@ -77,7 +77,7 @@ def instantiate_action(entity: Any, parser: Any) -> Action:
 
 
 def instantiate_substitution(name: str, data: Sequence[SomeSubstitutions] = ()) -> Substitution:
-    """The substitution that $(name data…) stands for. Raises LaunchError for an unknown one."""
+    """Return the substitution that $(name data…) stands for. Raises LaunchError for an unknown name."""
     made, arguments = _parse(_substitutions, name, 'substitution')(data)
     positional = arguments.pop('args', ())
     substitution = made(*positional, **arguments)

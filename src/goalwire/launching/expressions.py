@@ -1,8 +1,8 @@
 """Evaluates PythonExpression and $(eval …).
 
-A launch file may say anything in Python, so this is not a wall against a hostile file. It keeps an expression
-what it is meant to be: arithmetic, comparisons and the functions of the modules that the file names. There
-are no names with double underscores, no lambdas or walrus, and of Python's own functions FUNCTIONS alone.
+A launch file may run any Python, so this does not protect against a hostile file. It limits expressions to
+arithmetic, comparisons and the functions of the modules that the file names. It refuses names with double
+underscores, lambdas and walrus; of Python's own functions it allows only FUNCTIONS.
 """
 
 from __future__ import annotations
@@ -57,9 +57,9 @@ _REFUSED = (ast.Lambda, ast.NamedExpr, ast.Await, ast.Yield, ast.YieldFrom)
 
 
 def evaluate(expression: str, modules: Iterable[str] = ('math',)) -> str:
-    """The value of an expression as a string; names of `math` need no prefix, if that module is named.
+    """Return the value of an expression as a string; names of `math` need no prefix, if `modules` has it.
 
-    Raises SubstitutionFailure for what is no such expression, and for whatever it raises.
+    Raises SubstitutionFailure if the expression is not allowed or raises an error.
     """
     names: dict[str, Any] = {'__builtins__': _builtins}
     try:

@@ -1,7 +1,7 @@
 """Launch files in XML and YAML: one tree of tags, from which actions are made.
 
-Both are read into `Entity`, a tag with attributes, children and its line. The classes of actions say
-themselves, in `parse`, which attributes they take; what nobody has read is an error, with the line.
+Both are read into `Entity`, a tag with attributes, children and its line. Each action class reads
+its attributes in `parse`; an attribute or child that it does not read is an error, reported with the line.
 """
 
 from __future__ import annotations
@@ -55,21 +55,21 @@ class Entity:
 
     @property
     def children(self) -> list[Entity]:
-        """All children; they count as read."""
+        """All children. Reading this property marks them as read."""
         self._read_tags |= {child.type_name for child in self._children}
         return self._children
 
     def get_entities(self, name: str) -> list[Entity]:
-        """The children of one tag."""
+        """Return the children with this tag."""
         self._read_tags.add(name)
         return [child for child in self._children if child.type_name == name]
 
     def get_attr(
         self, name: str, *, data_type: Any = str, optional: bool = False, can_be_str: bool = True
     ) -> Any:
-        """An attribute's value, read as a type; `List[Entity]` gives the children of that name.
+        """Return an attribute's value as a type; for `List[Entity]` return the children of that name.
 
-        A text that does not fit stays one if `can_be_str`, as it may hold a substitution. Raises
+        With `can_be_str` a text that does not fit the type stays a text: it may hold a substitution. Raises
         LaunchError for a missing attribute that is not optional, and for a value of another type.
         """
         self._asked.add(name)
@@ -97,7 +97,7 @@ class Entity:
             raise LaunchError(f"attribute '{name}' of <{self._type_name}>: {error}") from error
 
     def assert_entity_completely_parsed(self) -> None:
-        """Raise LaunchError for attributes and children that nobody has read."""
+        """Raise LaunchError if there are attributes or children that were not read."""
         attributes = sorted(self._attributes.keys() - self._read)
         if attributes:
             hint = near_names(attributes, self._asked)
@@ -111,7 +111,7 @@ class Entity:
 
 
 def near_names(given: Iterable[str], known: Iterable[str]) -> str:
-    """Return `; did you mean …?` for names that were probably meant, else nothing."""
+    """Return `; did you mean …?` with the known names that are similar, or '' without any."""
     near = dict.fromkeys(
         name for item in given for name in get_close_matches(item, sorted(known), n=1, cutoff=0.6)
     )
@@ -138,7 +138,7 @@ def _is_entity_list(data_type: Any) -> bool:
 
 
 class Parser:
-    """Makes launch descriptions of files; the classes that derive from it know one notation each."""
+    """Reads files as launch descriptions; each derived class knows one notation."""
 
     endings: tuple[str, ...] = ()
 
@@ -184,11 +184,11 @@ class Parser:
 
     @classmethod
     def read(cls, data: bytes, name: str) -> Entity:
-        """Read text of this notation."""
+        """Parse text of this notation into a tree."""
         raise NotImplementedError
 
     def parse_action(self, entity: Entity) -> Action:
-        """The action of a tag. Raises LaunchError."""
+        """Return the action of a tag. Raises LaunchError."""
         try:
             action = instantiate_action(entity, self)
         except Exception as error:
@@ -197,12 +197,12 @@ class Parser:
         return action
 
     def parse_children(self, entity: Entity, skip: Iterable[str] = ()) -> list[Action]:
-        """The actions of a tag's children."""
+        """Return the actions of a tag's children."""
         skipped = set(skip)
         return [self.parse_action(child) for child in entity.children if child.type_name not in skipped]
 
     def parse_condition(self, entity: Entity) -> Condition | None:
-        """The condition that `if` or `unless` gives a tag; None without. Raises LaunchError for both."""
+        """Return the condition in a tag's `if` or `unless`, else None. Raises LaunchError if it has both."""
         yes, no = entity.get_attr('if', optional=True), entity.get_attr('unless', optional=True)
         if yes is not None and no is not None:
             raise LaunchError('`if` and `unless` cannot be used together')
@@ -211,19 +211,19 @@ class Parser:
         return None if no is None else UnlessCondition(self.parse_substitution(no))
 
     def parse_substitution(self, value: str) -> list[Substitution]:
-        """A text with $(…) in it."""
+        """Return the substitutions of a text with $(…) in it."""
         return parse_substitution(value)
 
     def parse_if_substitutions(self, value: Any) -> Any:
-        """A value, or the substitutions of a text that has some."""
+        """Return the value, or its substitutions if it is a text with $(…) in it."""
         return parse_if_substitutions(value)
 
     def escape_characters(self, value: str) -> str:
-        """A text whose backslashes are read."""
+        """Return the text without the backslashes that escape characters."""
         return replace_escaped_characters(value)
 
     def parse_description(self, entity: Entity) -> LaunchDescription:
-        """The description of a whole file. Raises LaunchError."""
+        """Return the description of a whole file. Raises LaunchError."""
         if entity.type_name != 'launch':
             raise _broken(entity.location, f'the outermost tag is <launch>, not <{entity.type_name}>')
         try:
@@ -246,7 +246,7 @@ def _contents(path: str) -> bytes:
 
 
 class XMLParser(Parser):
-    """XML: tags, attributes."""
+    """Reads XML: elements are tags, attributes are attributes."""
 
     endings = ('launch.xml', 'xml')
 
@@ -268,7 +268,7 @@ def _entity(path: str, element: xml_tree.Element) -> Entity:
 
 
 class YAMLParser(Parser):
-    """YAML: a mapping of one key is a tag; lists are children, mappings attributes."""
+    """Reads YAML: a mapping with one key is a tag; lists are children, mappings attributes."""
 
     endings = ('launch.yaml', 'launch.yml', 'yaml', 'yml')
 
@@ -356,9 +356,9 @@ def _absolute(name: str) -> str:
 
 
 def parse_texts(entity: Entity, parser: Parser, *names: str, **renamed: str) -> dict[str, Any]:
-    """Arguments of an action from attributes of its tag, as texts with $(…) in them.
+    """Return arguments of an action from attributes of its tag, which may have $(…) in them.
 
-    `renamed` has those that the tag calls otherwise: src='from'.
+    `renamed` maps arguments to attributes with another name: src='from'.
     """
     tagged = dict(zip(names, names, strict=True)) | renamed
     return {argument: parser.parse_substitution(entity.get_attr(name)) for argument, name in tagged.items()}

@@ -1,4 +1,4 @@
-"""A launch description without running it: its arguments, and its tree for printing."""
+"""Looks into a launch description without running it: its arguments, and its tree for printing."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class LaunchIntrospector:
     """Prints launch descriptions as trees."""
 
     def format_launch_description(self, launch_description: LaunchDescription) -> str:
-        """The tree of a description, one entity a line."""
+        """Return the tree of a description as text, one entity a line."""
         return '\n'.join(['LaunchDescription', *_tree(launch_description.entities)])
 
 
@@ -50,7 +50,10 @@ def _block(entity: LaunchDescriptionEntity) -> list[str]:
 
 
 def default_text(argument: DeclareLaunchArgument, *, plain: bool = False) -> str | None:
-    """An argument's default as it is described, with `plain` a text as it stands; None without one."""
+    """Return an argument's default as `describe` shows it, None without one.
+
+    With `plain` a default without substitutions is returned without quotes.
+    """
     parts = argument.default_value
     if parts is None:
         return None
@@ -60,7 +63,7 @@ def default_text(argument: DeclareLaunchArgument, *, plain: bool = False) -> str
 
 
 def missing_includes(entities: Iterable[LaunchDescriptionEntity], depth: int = 0) -> list[str]:
-    """The reasons why includes could not be read, each once, except for those that need a launch."""
+    """Return why includes could not be read, each reason once. It leaves out includes that need a launch."""
     found: list[str] = []
     for entity in entities:
         if isinstance(entity, IncludeLaunchDescription):
@@ -77,7 +80,7 @@ def missing_includes(entities: Iterable[LaunchDescriptionEntity], depth: int = 0
 
 
 def print_arguments(description: LaunchDescription) -> list[str]:
-    """The lines of `ros2 launch --show-args`."""
+    """Return the lines of `ros2 launch --show-args`."""
     lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
     arguments = description.get_launch_arguments()
     for argument in arguments:

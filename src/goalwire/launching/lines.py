@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 LONGEST_LINE = 2**16
-"""The longest unfinished line that is held back, in bytes; a longer one is passed on as a line."""
+"""Bytes of an unfinished line that are buffered at most; a longer line is passed on in pieces."""
 _OF_A_TRACEBACK = ('Traceback (most recent call last):', 'Fatal Python error:', 'Exception ignored in')
 _INTERRUPT = 'KeyboardInterrupt'
 
@@ -13,8 +13,8 @@ _INTERRUPT = 'KeyboardInterrupt'
 class Lines:
     """Gives the lines of a stream to a function as soon as they are complete.
 
-    A Python program that is interrupted while it still starts prints a traceback about its own imports. From
-    expect_interrupt() on such a traceback is held back and dropped, if it is the first that the stream has.
+    If a Python program is interrupted while it starts, it prints a traceback about its own imports. After
+    expect_interrupt(), such a traceback is dropped if it is the first output of the stream.
     """
 
     def __init__(self, tell: Callable[[str], None], *, cached: bool) -> None:
@@ -26,18 +26,18 @@ class Lines:
         self.was_interrupted_early = False
 
     def expect_interrupt(self) -> None:
-        """Hold a traceback back, if the stream has had no line yet."""
+        """Hold back the lines of a traceback from now on, if the stream has had no line yet."""
         if not self.has_begun:
             self._held = []
 
     def feed(self, data: bytes) -> None:
-        """Take output as it came."""
+        """Take a piece of output, and pass on the lines that it completes."""
         if self._cache is not None:
             self._cache.append(data)
         *lines, self._rest = (self._rest + data).split(b'\n')
         for line in lines:
             self._tell(line.rstrip(b'\r').decode(errors='replace'))
-        if len(self._rest) > LONGEST_LINE:  # a process that never ends its line fills no memory
+        if len(self._rest) > LONGEST_LINE:  # a process that never ends its line must not fill the memory
             self._tell_rest()
 
     def flush(self) -> None:
@@ -52,7 +52,7 @@ class Lines:
 
     @property
     def text(self) -> str | None:
-        """Everything that came, None if it is not kept."""
+        """All output so far; None if the output is not kept."""
         return None if self._cache is None else b''.join(self._cache).decode(errors='replace')
 
     def _tell_rest(self) -> None:

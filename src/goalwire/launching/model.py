@@ -1,12 +1,12 @@
 """The base classes of launch descriptions, and the context in which they are carried out.
 
-Theory of operation. A description is a tree of entities. Visiting an entity does what it stands for and gives
-its sub-entities, which are visited in turn, depth first: so the order of a file is the order of its effects.
-Whatever takes time (a process, a timer) answers with an asyncio future. Everything that happens later is an
-event: it goes through the context's queue, and each event handler that matches gives entities to visit.
+Theory of operation. A description is a tree of entities. Visiting an entity does its work and
+returns its sub-entities, which are visited depth first: so entities take effect in the order of the file. An
+entity that takes time (a process, a timer) returns an asyncio future. Later changes are events: they go
+through the context's queue, and each event handler that matches an event returns entities to visit.
 `service.py` is the loop that does this until nothing is left to wait for.
 
-The names are those of ROS 2's `launch`, whose public classes these are: launch files derive from them.
+The names are those of ROS 2's `launch`, since launch files derive from these classes.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ class Event:
 
 
 class Substitution:
-    """A text that is found out when the launch runs."""
+    """A text that is evaluated when the launch runs."""
 
     def describe(self) -> str:
-        """Return the substitution as it stands in the file, for printing."""
+        """Return the substitution as the launch file has it, for printing."""
         return f'{type(self).__name__}()'
 
     def perform(self, context: LaunchContext) -> str:
@@ -43,18 +43,18 @@ class Substitution:
 
     @classmethod
     def parse(cls, data: Sequence[SomeSubstitutions]) -> tuple[type[Substitution], dict[str, Any]]:
-        """For $(name …) in XML and YAML: the class and its keyword arguments."""
+        """Return the class and its keyword arguments for $(name …) in XML and YAML."""
         if data:
             raise TypeError(f'{cls.__name__} takes no arguments')
         return cls, {}
 
 
 SomeSubstitutions: TypeAlias = str | Path | Substitution | Iterable[str | Path | Substitution]
-"""Everything that may stand in place of a text: `SomeSubstitutionsType` of launch."""
+"""The values that may be given for a text: `SomeSubstitutionsType` of launch."""
 
 
 class Condition:
-    """Whether an action is carried out."""
+    """A condition under which an action is carried out."""
 
     def __init__(self, *, predicate: Callable[[LaunchContext], bool] | None = None) -> None:
         self._predicate = predicate
@@ -67,17 +67,17 @@ class Condition:
         return self._predicate is not None and self._predicate(context)
 
     def evaluate(self, context: LaunchContext) -> bool:
-        """Find out whether the condition holds."""
+        """Return whether the condition is true, and remember the result."""
         self._last = self._condition_expression(context)
         return self._last
 
     def evaluate_prev(self) -> bool | None:
-        """Return the last answer of evaluate(); None before."""
+        """Return the last result of evaluate(); None before the first."""
         return self._last
 
 
 class LaunchDescriptionEntity:
-    """A node of the tree."""
+    """A part of a launch description: the base of actions and descriptions."""
 
     location: Location | None = None
 
@@ -88,11 +88,11 @@ class LaunchDescriptionEntity:
         return []
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """The sub-entities that are certain, for printing."""
+        """Return the sub-entities that are visited in any case, for printing."""
         return self.get_sub_entities()
 
     def describe_conditional_sub_entities(self) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """The sub-entities that wait for something, each with a text about what that is."""
+        """Return the sub-entities that wait for something, each list with a text that describes it."""
         return []
 
     def visit(self, context: LaunchContext) -> Sequence[LaunchDescriptionEntity] | None:
@@ -116,9 +116,9 @@ SomeEntities: TypeAlias = LaunchDescriptionEntity | Iterable[LaunchDescriptionEn
 
 
 class ArgumentSearch(NamedTuple):
-    """Where a search for launch arguments has come to."""
+    """The state of a search for launch arguments."""
 
-    includes: tuple[LaunchDescriptionEntity, ...] = ()  # the outermost scope first
+    includes: tuple[LaunchDescriptionEntity, ...] = ()  # the outermost include first
     decided: frozenset[str] = frozenset()  # names that an include sets: not arguments of the launch
     is_conditional: bool = False
 
@@ -144,7 +144,7 @@ class Action(LaunchDescriptionEntity):
 
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
-        """For XML and YAML: the class and its keyword arguments; the parser reads `if` and `unless`."""
+        """Return the class and its keyword arguments for a tag; the parser reads `if` and `unless`."""
         condition = parser.parse_condition(entity)
         return cls, {} if condition is None else {'condition': condition}
 
@@ -160,7 +160,7 @@ class Action(LaunchDescriptionEntity):
             self._tell_completion(context)
 
     def execute(self, context: LaunchContext) -> Sequence[LaunchDescriptionEntity] | None:
-        """Do it; the entities that are returned are visited next."""
+        """Do the action's work; the returned entities are visited next."""
         return None
 
     def _tell_completion(self, context: LaunchContext) -> None:
@@ -187,7 +187,7 @@ def _emit_if_handled(context: LaunchContext, event: Event) -> None:
 
 
 def _place_outside() -> Location | None:
-    """The line of the launch file that makes an action: the nearest caller outside of this package."""
+    """Return the launch file's line that constructs an action: the nearest caller outside this package."""
     frame = sys._getframe(1)
     while frame is not None:
         name = frame.f_code.co_filename
@@ -200,7 +200,7 @@ def _place_outside() -> Location | None:
 
 
 class EventHandler:
-    """Which events to answer, and with which entities."""
+    """Answers the events that match by visiting entities."""
 
     def __init__(
         self,
@@ -246,7 +246,7 @@ class EventHandler:
 
 
 def entity_list(some: Any) -> list[LaunchDescriptionEntity]:
-    """None, an entity or several, as a list. Raises LaunchError for anything else."""
+    """Return None, an entity or several as a list. Raises LaunchError for anything else."""
     if some is None:
         return []
     items = [some] if isinstance(some, LaunchDescriptionEntity) else None
@@ -258,7 +258,7 @@ def entity_list(some: Any) -> list[LaunchDescriptionEntity]:
 
 
 class _Locals(SimpleNamespace):
-    """The names of the moment; each look makes a new one, so setting a name would be lost."""
+    """A read-only copy of the context's local names: a name that is set here would be lost."""
 
     def __init__(self, names: dict[str, Any]) -> None:
         self.__dict__.update(names)
@@ -284,7 +284,7 @@ class LaunchContext:
         self.handlers: deque[EventHandler] = deque()
         self.completion_futures: set[asyncio.Future[Any]] = set()
         self.cleanups: list[Callable[[], None]] = []  # called when the launch has ended, the last one first
-        # Awaited before these actions
+        # awaited before `cleanups` are called
         self.async_cleanups: list[Callable[[], Coroutine[Any, Any, None]]] = []
         self.on_failure: Callable[[Exception], None] = lambda _: None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -296,7 +296,7 @@ class LaunchContext:
         self._first_environment = dict(os.environ)
 
     def attach(self, loop: asyncio.AbstractEventLoop | None, wake: Callable[[], None]) -> None:
-        """Say which loop runs, and how to wake it for a new event."""
+        """Set the running loop, and the function that wakes it for a new event."""
         self._loop, self._wake = loop, wake
 
     @property
@@ -307,16 +307,16 @@ class LaunchContext:
 
     @property
     def environment(self) -> dict[str, str]:
-        """The variables that processes will see: os.environ itself."""
+        """The environment that processes will get: os.environ itself."""
         return os.environ  # type: ignore[return-value]
 
     # --- names of the moment
 
     @property
     def locals(self) -> Any:
-        """The names of the moment, such as `event`, as attributes that can only be read.
+        """The local names of the scope, such as `event`, as read-only attributes.
 
-        AttributeError for what is not there, and for setting one: extend_locals() does that.
+        Raises AttributeError for an unknown name, and if a name is set: extend_locals() sets names.
         """
         return _Locals(self.get_locals_as_dict())
 
@@ -372,7 +372,7 @@ class LaunchContext:
     # --- events
 
     def register_event_handler(self, event_handler: EventHandler, append: bool = False) -> None:
-        """Register a handler; it is asked before the others, or with `append` after them."""
+        """Register a handler. It gets events before the others, or after them with `append`."""
         if append:
             self.handlers.append(event_handler)
         else:
@@ -394,7 +394,7 @@ class LaunchContext:
         self.emit_event_sync(event)
 
     def add_completion_future(self, future: asyncio.Future[Any]) -> None:
-        """Wait for this future too before the launch is done."""
+        """Let the launch end only when this future is done, too."""
         self.completion_futures.add(future)
         future.add_done_callback(self._on_completion)
 
@@ -451,7 +451,7 @@ class LaunchDescription(LaunchDescriptionEntity):
     def get_launch_arguments_with_include_launch_description_actions(
         self, conditional_inclusion: bool = False
     ) -> list[tuple[Any, list[Any] | None]]:
-        """As get_launch_arguments(), each with the includes that lead to it, or None."""
+        """Do as get_launch_arguments(); each argument comes with the includes that lead to it, or None."""
         first: dict[str, FoundArgument] = {}
         search = ArgumentSearch(is_conditional=conditional_inclusion)
         for entity in self._entities:
@@ -473,7 +473,7 @@ def visit_tree(
 ) -> Iterator[tuple[LaunchDescriptionEntity, asyncio.Future[Any]]]:
     """Visit an entity and its sub-entities, depth first; yield each that must be awaited, with its future.
 
-    Raises LaunchError: what failed, with the file and line of the entity.
+    Raises LaunchError, which tells the failure with the file and line of the entity.
     """
     try:
         entities = entity_list(entity.visit(context))

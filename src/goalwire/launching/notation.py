@@ -1,8 +1,8 @@
 r"""The notation of substitutions in XML and YAML: `$(name argument …)` within any text.
 
-A text is plain characters, `\` before one that is meant literally, and substitutions. Arguments are separated
-by spaces; one in single or double quotes may hold spaces and parentheses. Arguments are texts themselves, so
-substitutions may stand in each other. The grammar is that of launch's front ends.
+A text has plain characters, characters escaped by `\`, and substitutions. Arguments are separated by spaces;
+an argument in single or double quotes may have spaces and parentheses in it. Arguments are texts themselves,
+so substitutions may be nested. The grammar is that of launch's front ends.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ _NAME = re.compile(r'[A-Za-z][A-Za-z0-9_-]*')
 
 
 def replace_escaped_characters(data: str) -> str:
-    r"""Read `\x` as x."""
+    r"""Return the text with each `\x` replaced by x."""
     return re.sub(r'\\(.)', r'\1', data)
 
 
 def parse_substitution(string_value: str) -> list[Substitution]:
-    """A text as its parts. Raises LaunchError for one that is not well formed, or names what is unknown."""
+    """Parse a text into its parts. Raises LaunchError for a malformed text or an unknown substitution."""
     reader = _Reader(string_value)
     parts = reader.text(end='')
     return parts or [TextSubstitution(text='')]
 
 
 def parse_if_substitutions(value: Any) -> Any:
-    """A text with substitutions as its parts; every other value as it is; lists item by item."""
+    """Parse a text with substitutions into its parts, lists item by item. Return other values unchanged."""
     if isinstance(value, list):
         kinds = {type(item) for item in value} - {str}
         if len(kinds) > 1:
@@ -53,7 +53,7 @@ class _Reader:
         self._at = 0
 
     def text(self, end: str) -> list[Substitution]:
-        """Read up to one of the characters in `end`, which stays unread; to the end of the text for none."""
+        """Read up to a character in `end` and leave it unread; read everything if `end` is empty."""
         parts: list[Substitution] = []
         plain = ''
         while self._at < len(self._text):

@@ -1,8 +1,8 @@
-"""Where a launch's lines go: the terminal, and files below a folder of their own.
+"""The outputs of a launch: the terminal, and log files in a folder of the launch.
 
-`launch.logging` of ROS 2 under its own names. The loggers are Python's, one a process name and stream; what a
-process prints goes through them line by line. The screen is standard output; if its reader has gone, lines
-go to the files alone, and the launch is told.
+This is `launch.logging` of ROS 2 under the same names. The loggers are Python's, one for each process name
+and stream; they get the output of processes line by line. The screen is standard output. If its reader has
+gone, lines go only to the files, and the screen's `on_closed` is called.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _SCREEN_WITH_TIME = '{created:.7f} [{levelname}] [{name}]: {message}'
 _FILE = '{created:.7f} [{levelname}] [{name}]: {message}'
 _LINE_ON_SCREEN, _LINE_IN_FILE = '{message}', '{created:.7f} {message}'
 _GONE = frozenset({errno.EPIPE, errno.EIO, errno.EBADF, errno.ENXIO})
-"""The errors of writing to standard output once its reader, or the terminal, has gone."""
+"""The errors of writing to standard output if its reader or the terminal has gone."""
 OUTPUTS: dict[str, dict[str, set[str]]] = {
     'screen': {'both': {'screen'}},
     'log': {'both': {'log'}, 'stderr': {'screen'}},
@@ -67,10 +67,10 @@ class _Screen(_Formatted):
             sys.stdout.flush()
         except (OSError, ValueError) as error:
             if isinstance(error, OSError) and error.errno not in _GONE:
-                return  # a full disk, or a pipe that is full for the moment, stops no robot
+                return  # a full disk or a full pipe must not stop the robot
             self._closed = True
             with contextlib.suppress(OSError, ValueError):
-                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # so that nothing complains at exit
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # so that Python's flush at exit succeeds
             self.on_closed()
 
 
@@ -83,7 +83,7 @@ class _File(_Formatted):
         self._file: Any = None
 
     def emit(self, record: logging.LogRecord) -> None:
-        with contextlib.suppress(OSError):  # a full disk stops no robot
+        with contextlib.suppress(OSError):  # a full disk must not stop the robot
             if self._file is None:
                 self._file = open(self._path, 'a', encoding='utf-8', errors='replace')  # noqa: SIM115
             self._file.write(self.format(record) + '\n')
@@ -97,13 +97,13 @@ class _File(_Formatted):
 
 
 class LaunchConfig:
-    """The form of log lines, and the folder of log files."""
+    """The settings of the launch's logging: formats, level, and the folder of log files."""
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew: a new folder for log files, the formats of the environment."""
+        """Restore the initial state: a new folder for log files, and the formats from the environment."""
         for handler in getattr(self, 'file_handlers', {}).values():
             handler.close()
         self._log_dir: str | None = None
@@ -165,7 +165,7 @@ class LaunchConfig:
         return str(Path(self.log_dir, file_name))
 
     def get_log_file_handler(self, file_name: str = 'launch.log') -> logging.Handler:
-        """Return a log file's handler; `log_handler_factory(path, encoding=…)` makes it if that is set."""
+        """Return a log file's handler. `log_handler_factory(path, encoding=…)`, if set, constructs it."""
         if file_name not in self.file_handlers:
             path = self.get_log_file_path(file_name)
             if self.log_handler_factory is None:
@@ -179,7 +179,7 @@ class LaunchConfig:
 
 
 def logging_directory() -> Path:
-    """ROS_LOG_DIR, else log/ of ROS_HOME, else ~/.ros/log. Raises LaunchError for a user without a home."""
+    """Return ROS_LOG_DIR, else log/ of ROS_HOME, else ~/.ros/log. Raises LaunchError without a home."""
     own = os.environ.get('ROS_LOG_DIR')
     chosen = Path(own) if own else Path(os.environ.get('ROS_HOME') or '~/.ros') / 'log'
     try:
@@ -204,13 +204,13 @@ launch_config = LaunchConfig()
 
 
 def log_launch_config(logger: logging.Logger) -> None:
-    """Log where the log files are, and the lowest level that is shown."""
+    """Log the folder of the log files, and the lowest level that is shown."""
     logger.info(f'All log files can be found below {launch_config.log_dir}')
     logger.info(f'Default logging verbosity is set to {logging.getLevelName(launch_config.level)}')
 
 
 def get_logger(name: str | None = None) -> logging.Logger:
-    """A logger that writes to the screen and to launch.log."""
+    """Return a logger that writes to the screen and to launch.log."""
     logger = logging.getLogger(name or 'launch')
     _write_to(
         logger,
@@ -222,7 +222,7 @@ def get_logger(name: str | None = None) -> logging.Logger:
 def get_output_loggers(
     process_name: str, output_config: str | dict[str, Any]
 ) -> tuple[logging.Logger, logging.Logger]:
-    """The loggers of a process's standard output and error. Raises LaunchError for an unknown output."""
+    """Return the loggers of a process's two output streams. Raises LaunchError for an unknown output."""
     config = _destinations(output_config)
     loggers = []
     for stream in ('stdout', 'stderr'):
@@ -273,5 +273,5 @@ def _write_to(logger: logging.Logger, handlers: list[logging.Handler]) -> None:
 
 
 def reset() -> None:
-    """Begin anew, for tests and for programs that launch several times."""
+    """Reset the logging, for tests and for programs that launch several times."""
     launch_config.reset()

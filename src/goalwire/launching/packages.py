@@ -1,10 +1,10 @@
 """Packages by name: their folders and their programs.
 
-ament_index_python answers first, which is the real one if ROS 2 is sourced: installed workspaces, and
-packages that pip installed. A package of a workspace's source, found by its package.xml below the working
-directory, has its launch files, its configuration and its Python programs where it lies; what C++ makes of it
-is there once it is installed. If the working directory is not trusted (goalwire.idl.workspace_roots), nothing
-is taken from folders that other users can write to, and what is taken is told.
+ament_index_python is asked first (ROS 2's own if ROS 2 is sourced): it finds installed workspaces and
+packages that pip installed. Then source packages below the working directory are searched, by package.xml:
+their launch files, configuration and Python programs are used in place; their C++ programs exist only after
+an install. If the working directory is not trusted (goalwire.idl.workspace_roots), nothing is used from
+folders that other users can write to, and a message names each folder that is used.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ from goalwire.idl.workspace import MANIFEST, package_name
 from goalwire.launching.source_programs import programs_of_group, starters
 
 COMPONENTS = 'rclpy_components'
-"""The group of entry points that are components; a name in it is a plugin, as in `my_robot::Camera`."""
+"""The group of entry points for components. Their names are plugins, such as `my_robot::Camera`."""
 _sources: dict[tuple[str, ...], dict[str, str]] = {}
 
 
 def names() -> list[str]:
-    """The names of all packages, sorted."""
+    """Return the names of all packages, sorted."""
     return sorted(get_packages_with_prefixes().keys() | source_packages().keys())
 
 
 def prefix(package: str) -> str:
-    """The folder that a package is installed in. Raises NoSuchPackageError."""
+    """Return the prefix that a package is installed in. Raises NoSuchPackageError."""
     try:
         return get_package_prefix(package)
     except (PackageNotFoundError, ValueError) as error:
@@ -50,7 +50,7 @@ def prefix(package: str) -> str:
 
 
 def share(package: str) -> str:
-    """The folder of a package's own files: launch/, config/, package.xml. Raises NoSuchPackageError."""
+    """Return the folder with a package's launch/, config/ and package.xml. Raises NoSuchPackageError."""
     try:
         return get_package_share_directory(package)
     except (PackageNotFoundError, ValueError) as error:
@@ -61,7 +61,7 @@ def share(package: str) -> str:
 
 
 def executables(package: str) -> list[str]:
-    """The paths of a package's programs, sorted. Raises NoSuchPackageError."""
+    """Return the paths of a package's programs, sorted. Raises NoSuchPackageError."""
     folder = Path(prefix(package), 'lib', package)
     if not folder.is_dir():
         return starters(package, source_of(package) or share(package))
@@ -69,7 +69,7 @@ def executables(package: str) -> list[str]:
 
 
 def executable(package: str, name: str) -> str:
-    """The path of one program. Raises NoSuchPackageError, and LaunchError for a program it does not have."""
+    """Return a program's path. Raises NoSuchPackageError, and LaunchError if the package does not have it."""
     found = executables(package)
     source = source_of(package)
     for path in found:
@@ -92,20 +92,20 @@ def executable(package: str, name: str) -> str:
 
 
 def has_component(package: str, plugin: str) -> bool:
-    """Say whether a package has a component in Python: an entry point of the group `rclpy_components`."""
+    """Return whether a package has a component in Python: an entry point of the group `rclpy_components`."""
     points = [*entry_points(group=COMPONENTS), *source_components(package)]
     return any(point.name == plugin for point in points)
 
 
 def source_components(package: str) -> list[EntryPoint]:
-    """Return the Python components of a package that is found only as source."""
+    """Return the Python components of a package that is not installed, only present as source."""
     source = source_of(package)
     found = {} if source is None else programs_of_group(source, COMPONENTS)
     return [EntryPoint(name, f'{module}:{what}', COMPONENTS) for name, (module, what) in found.items()]
 
 
 def source_packages() -> dict[str, str]:
-    """The folders of packages below the working directory, found by package.xml, four levels down at most."""
+    """Return the folders of packages up to four levels below the working directory, by name."""
     root = _working_directory()
     if root is None:
         return {}
@@ -120,7 +120,7 @@ def source_packages() -> dict[str, str]:
 
 
 def source_of(package: str) -> str | None:
-    """The folder below the working directory that a package is taken from; None if it is installed."""
+    """Return the source folder of a package below the working directory; None if the package is installed."""
     folder = source_packages().get(package)
     if folder is None:
         return None
@@ -128,8 +128,8 @@ def source_of(package: str) -> str | None:
         get_package_prefix(package)
     except (PackageNotFoundError, ValueError):
         return folder
-    # A source package with interfaces counts as installed in a prefix of links; one that pip installed
-    # editable from that folder does, too, and is installed.
+    # ament_index_python also finds source packages with interfaces, in a prefix made of links. A package that
+    # pip installed editable has such a prefix, too, but counts as installed.
     found = find_package(package)
     if found is None or found.origin != workspace_roots.WORKING_DIRECTORY:
         return None
@@ -137,7 +137,7 @@ def source_of(package: str) -> str | None:
 
 
 def use_source(package: str) -> str | None:
-    """The folder of a package below the working directory; its use is told if that is not trusted."""
+    """Return a package's folder below the working directory; report its use if that is not trusted."""
     folder = source_packages().get(package)
     if folder is not None:
         _tell_origin(package, folder)

@@ -1,4 +1,4 @@
-"""Actions that run a process: started, watched, respawned, ended in order."""
+"""Actions that run a process: they start, watch, respawn and end it."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ NormalizedVariables: TypeAlias = list[tuple[list[Substitution], list[Substitutio
 
 
 class Executable:
-    """A command with its folder and its environment; `prepare` finds its texts out."""
+    """A command with its folder and its environment; `prepare` evaluates their substitutions."""
 
     def __init__(
         self,
@@ -86,7 +86,7 @@ class Executable:
         self.final_env: dict[str, str] | None = None
 
     def prepare(self, context: LaunchContext, action: ExecuteLocal | None = None) -> None:
-        """Find out command, name, folder and environment."""
+        """Evaluate command, name, folder and environment into the `final_…` attributes."""
         cmd = action.command(context) if action is not None else self.command(context)
         wanted = '' if self._has_own_prefix else context.launch_configurations.get('launch-prefix-filter', '')
         if re.match(str(wanted), os.path.basename(cmd[0])):
@@ -182,12 +182,12 @@ class ExecuteLocal(Action):
 
     @property
     def process_details(self) -> dict[str, Any] | None:
-        """Name, command, folder, environment and, once it runs, pid; None before."""
+        """Name, command, folder, environment and, once it runs, pid of the process; None before execution."""
         return self._details
 
     @property
     def return_code(self) -> int | None:
-        """The exit code; None while the process runs, and before."""
+        """The exit code; None until the process has ended."""
         return None if self._child is None else self._child.returncode
 
     def get_stdout(self) -> str:
@@ -195,7 +195,7 @@ class ExecuteLocal(Action):
         return self._cache(self._stdout, 'stdout')
 
     def get_stderr(self) -> str:
-        """Return its standard error so far. Raises LaunchError without `cached_output`."""
+        """Return the process's standard error so far. Raises LaunchError without `cached_output`."""
         return self._cache(self._stderr, 'stderr')
 
     def _cache(self, lines: Lines | None, stream: str) -> str:
@@ -215,7 +215,7 @@ class ExecuteLocal(Action):
     # --- starting
 
     def command(self, context: LaunchContext) -> list[str]:
-        """The command without its prefix."""
+        """Return the command without its prefix."""
         return self.process_description.command(context)
 
     def execute(self, context: LaunchContext) -> Any:
@@ -272,7 +272,7 @@ class ExecuteLocal(Action):
         return evaluate_condition_expression(context, [TextSubstitution(text=str(configured))])
 
     async def _run(self, context: LaunchContext, *, respawn: bool) -> None:
-        """Start the process, and start it again if it is to respawn, until it has ended for good."""
+        """Run the process; with `respawn` run it again each time that it ends, until the launch stops it."""
         try:
             while await self._run_once(context) and respawn and self._respawns_left != 0:
                 if context.is_shutdown or self._stopping is None or self._stopping.is_set():
@@ -328,7 +328,7 @@ class ExecuteLocal(Action):
             context.extend_globals({'launch_failed': True})
             return False
         if self._stopping is not None and self._stopping.is_set():
-            self._begin_ending(context)  # the process was asked to end while it was being started
+            self._begin_ending(context)  # a shutdown was requested while the process was being started
         code = await child.wait_for_end()
         context.running_processes -= 1
         for lines in (self._stdout, self._stderr):
@@ -374,7 +374,7 @@ class ExecuteLocal(Action):
             child.signal(wanted)
 
     def _begin_ending(self, context: LaunchContext) -> None:
-        """Send SIGINT, then harder signals if the process goes on; once for each process."""
+        """Begin to end the process: SIGINT, then SIGTERM and SIGKILL if it still runs. Do so only once."""
         if self._stopping is not None:
             self._stopping.set()
         child = self._child
@@ -419,7 +419,7 @@ def _seconds(context: LaunchContext, text: list[Substitution]) -> float:
 
 
 class _Answers(EventHandler):
-    """Calls a method for the events of a class."""
+    """Calls a method with each event of a class."""
 
     def __init__(self, event_class: type[Any], method: Callable[[Any, LaunchContext], None]) -> None:
         super().__init__(matcher=lambda event: isinstance(event, event_class))
@@ -432,7 +432,7 @@ class _Answers(EventHandler):
 
 @expose_action('executable')
 class ExecuteProcess(ExecuteLocal):
-    """Runs a command."""
+    """Runs a command as a process of the launch."""
 
     def __init__(
         self,
@@ -496,7 +496,7 @@ class ExecuteProcess(ExecuteLocal):
 
     @classmethod
     def _parse_cmdline(cls, cmd: str, parser: Parser) -> list[list[Substitution]]:
-        """Do as parse_command_line(), for derived classes of other packages."""
+        """Do as parse_command_line(). Derived classes of other packages call this method."""
         return parse_command_line(cmd, parser)
 
     @property
@@ -528,7 +528,7 @@ class ExecuteProcess(ExecuteLocal):
 
 
 def parse_command_line(cmd: str, parser: Parser) -> list[list[Substitution]]:
-    """Split a command line as a shell would, with the substitutions in it left whole."""
+    """Split a command line as a shell does, but never inside a substitution."""
     words: list[list[Substitution]] = []
     word: list[Substitution] | None = None
     for part in parser.parse_substitution(cmd):

@@ -1,4 +1,4 @@
-"""Scopes of the actions that follow: launch configurations, environment variables, groups."""
+"""Actions that change the scope of those after them: launch configurations, environment variables, groups."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from goalwire.launching.values import (
 
 
 class _Naming(Action):
-    """An action about something of a name."""
+    """The base of actions on a configuration or variable, given by its name."""
 
     TAGGED: ClassVar[tuple[str, ...]] = ('name',)
-    """The attributes of its tag, which are arguments of the same names."""
+    """The attributes of the action's tag; the constructor has arguments of the same names."""
 
     def __init__(self, name: SomeSubstitutions, **options: Any) -> None:
         super().__init__(**options)
@@ -44,7 +44,7 @@ class _Naming(Action):
 
 
 class _Setting(_Naming):
-    """An action that gives a value to something of a name."""
+    """The base of actions that give a configuration or variable a value."""
 
     TAGGED = ('name', 'value')
 
@@ -100,7 +100,7 @@ class ResetLaunchConfigurations(Action):
 
 
 def _kept_configurations(entity: Entity, parser: Parser) -> dict[Any, Any]:
-    """Read the configurations that a tag keeps by its `keep` children."""
+    """Return the configurations of a tag's `keep` children."""
     kept = {}
     for item in entity.get_entities('keep'):
         name = tuple(parser.parse_substitution(item.get_attr('name')))
@@ -114,7 +114,7 @@ def _kept_configurations(entity: Entity, parser: Parser) -> dict[Any, Any]:
 
 @expose_action('set_env')
 class SetEnvironmentVariable(_Setting):
-    """Sets an environment variable of the processes that start later in this scope."""
+    """Sets an environment variable for the processes that start later in this scope."""
 
     def execute(self, context: LaunchContext) -> None:
         name = perform_substitutions(context, self.name)
@@ -131,7 +131,7 @@ class UnsetEnvironmentVariable(_Naming):
 
 @expose_action('append_env')
 class AppendEnvironmentVariable(_Setting):
-    """Puts a value behind or, with `prepend`, before that of an environment variable."""
+    """Appends to the value of an environment variable or, with `prepend`, puts text before it."""
 
     def __init__(
         self,
@@ -163,12 +163,12 @@ class AppendEnvironmentVariable(_Setting):
 
     @property
     def prepend(self) -> bool | list[Substitution]:
-        """Return whether the value comes first, or the substitutions that say so."""
+        """True if the new text comes first, or the substitutions that say so."""
         return self._given_prepend if isinstance(self._given_prepend, bool) else self._prepend
 
     @property
     def separator(self) -> list[Substitution]:
-        """Return the text between the values."""
+        """The separator between the old value and the new text."""
         return self._separator
 
     def execute(self, context: LaunchContext) -> None:

@@ -26,7 +26,7 @@ from goalwire.launching.model import (
 from goalwire.launching.output import get_logger, launch_config, log_launch_config
 
 SAME_S = 0.5
-"""Signals within this time, in s, count as one: wrappers such as `uv run` repeat those of the terminal."""
+"""Signals within this time, in s, count as one: wrappers such as `uv run` repeat the terminal's signals."""
 
 
 class LaunchService:
@@ -56,7 +56,7 @@ class LaunchService:
         self._return_code = 0
         self._errors: list[Exception] = []
         self.interrupted_by: signal.Signals | None = None
-        """The signal that asked for the end, None if it came otherwise."""
+        """The signal that ended the launch, None if it ended otherwise."""
 
     @property
     def context(self) -> LaunchContext:
@@ -71,7 +71,7 @@ class LaunchService:
         return self._task
 
     def emit_event(self, event: Event) -> None:
-        """Queue an event, from any thread; before run() it waits for it."""
+        """Queue an event. Any thread may call this; events queued before run() are handled in run()."""
         with self._lock:
             if self._loop is not None:
                 self._loop.call_soon_threadsafe(self._context.emit_event_sync, event)
@@ -79,14 +79,14 @@ class LaunchService:
                 self._context.events.append(event)
 
     def include_launch_description(self, launch_description: LaunchDescription) -> None:
-        """Carry out this description too, from any thread."""
+        """Carry out this description, too. Any thread may call this."""
         self.emit_event(IncludeLaunchDescription(launch_description))
 
     def shutdown(self, force_sync: bool = False) -> Coroutine[None, None, None] | None:
-        """End everything, from any thread; nothing happens if the service does not run.
+        """Shut the launch down; do nothing if the service does not run. Any thread may call this.
 
-        In the loop of the service itself the answer is a coroutine that ends with the launch, as in launch,
-        unless `force_sync`.
+        As in launch, a call in the service's own loop returns a coroutine that waits for the launch's end,
+        unless `force_sync` is set.
         """
         with self._lock:
             if self._loop is None:
@@ -100,15 +100,15 @@ class LaunchService:
             await asyncio.wait([self._task])
 
     def run(self, *, shutdown_when_idle: bool = True) -> int:
-        """Carry out the included descriptions. Returns 1 if that failed, else 0.
+        """Carry out the included descriptions. Return 1 if that failed, else 0.
 
-        In the main thread Ctrl-C, SIGTERM and SIGHUP end everything in order meanwhile. Raises LaunchError
-        if the service runs already.
+        In the main thread, Ctrl-C, SIGTERM and SIGHUP shut the launch down in order. Raises LaunchError if
+        the service runs already.
         """
         return asyncio.run(self.run_async(shutdown_when_idle=shutdown_when_idle), debug=self._debug)
 
     async def run_async(self, *, shutdown_when_idle: bool = True) -> int:
-        """As run(), in a loop of the program's own."""
+        """Do as run(), in the program's own loop."""
         with self._lock:
             if self._loop is not None:
                 raise LaunchError('this LaunchService runs already')
@@ -178,7 +178,7 @@ class LaunchService:
             for handler in tuple(self._context.handlers):
                 self._handle(handler, event)
             if not self._context.events:
-                await asyncio.sleep(0)  # tasks that were just created begin, before anybody calls this idle
+                await asyncio.sleep(0)  # let new tasks start before _work() decides that the launch is idle
 
     def _handle(self, handler: Any, event: Event) -> None:
         self._context.push_locals()
@@ -205,7 +205,7 @@ class LaunchService:
             self._news.set()
 
     def _fail(self, error: Exception) -> None:
-        """End because of an error, which is logged in one line after those of the stopping processes."""
+        """Shut down because of an error, which is logged after the lines of the ending processes."""
         self._errors.append(error)
         self._return_code = 1
         self._context.is_aborted = True
@@ -231,7 +231,7 @@ class LaunchService:
 
     @contextlib.contextmanager
     def _signals(self) -> Iterator[None]:
-        """Let signals end everything in order, if this is the main thread."""
+        """Let signals shut the launch down in order, if this is the main thread."""
         if threading.current_thread() is not threading.main_thread() or self._loop is None:
             yield
             return
@@ -240,7 +240,7 @@ class LaunchService:
         for name in ('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGQUIT'):
             number = getattr(signal, name, None)
             if number is None or (name == 'SIGHUP' and signal.getsignal(number) is signal.SIG_IGN):
-                continue  # nohup asks for that
+                continue  # nohup ignores SIGHUP, so the launch does, too
             with contextlib.suppress(NotImplementedError, ValueError, RuntimeError):
                 before[number] = signal.getsignal(number)
                 loop.add_signal_handler(number, self._on_interrupt, number)
@@ -280,7 +280,7 @@ class LaunchService:
         )
 
     def _on_screen_closed(self) -> None:
-        """End the launch: nobody reads its output any more, as with `ros2 launch … | head`."""
+        """Shut the launch down, since nobody reads its output any more, as in `ros2 launch … | head`."""
         if self._loop is not None:
             self._shut_down('standard output was closed')
 

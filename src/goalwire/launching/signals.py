@@ -11,9 +11,9 @@ Handler = Callable[[int], None]
 
 
 class AsyncSafeSignalManager:
-    """Calls handlers in a loop, while the manager is entered; then the handlers of before are back.
+    """Calls signal handlers in a loop, inside its `with` block; at the end it restores the previous handlers.
 
-    It may be entered again. Only the main thread can enter it.
+    The block may be entered several times. Only the main thread can enter it.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
@@ -23,7 +23,7 @@ class AsyncSafeSignalManager:
         self._entered = False
 
     def handle(self, signum: signal.Signals | int, handler: Handler | None) -> Handler | None:
-        """Set the handler of a signal, or with None remove it; returns the one of before."""
+        """Set the handler of a signal, or remove it with None; return the previous handler."""
         number = int(signum)
         before = self._handlers.pop(number, None)
         if handler is not None:

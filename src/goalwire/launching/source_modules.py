@@ -1,7 +1,7 @@
 """Python modules of source packages, for launch files and components that import them.
 
 `from nav2_common.launch import RewrittenYaml` finds `nav2_common/` in the source package of that name, if no
-installed module has the name: the finder is asked last.
+installed module has the name: this finder is the last on sys.meta_path.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class SourceModules:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the place of a top-level module, None if no source package has it."""
+        """Return the spec of a top-level module, None if no source package has it."""
         folder = use_source(fullname) if path is None else None
         if folder is None:
             return None
@@ -29,6 +29,6 @@ class SourceModules:
 
 
 def offer_source_modules() -> None:
-    """Let this process import the modules of source packages; more calls do nothing."""
+    """Let this process import the modules of source packages. Later calls do nothing."""
     if not any(isinstance(finder, SourceModules) for finder in sys.meta_path):
         sys.meta_path.append(SourceModules())

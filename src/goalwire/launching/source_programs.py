@@ -1,8 +1,8 @@
 """Programs of Python packages that are not installed: the console scripts of their setup files.
 
-Each gets a small starter in the user's cache, which imports the function from the source folder and calls it,
-as the script that pip would install does. The folder of starters is named after what they are made of, so it
-is never stale, and several processes may fill it at once.
+Each program gets a small starter in the user's cache, which imports the function from the source folder and
+calls it, as a script installed by pip does. The folder's name is a hash of the starters' contents, so a
+starter is never out of date, and several processes may write it at once.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ sys.exit({function}())
 
 
 def starters(package: str, folder: str) -> list[str]:
-    """The paths of starters for a source package's programs, sorted; empty if it names none."""
+    """Return the paths of starters for a source package's programs, sorted; [] if it has no programs."""
     texts = {name: _starter(name, target, folder) for name, target in console_scripts(folder).items()}
     if not texts or os.name != 'posix':
         return []
@@ -45,17 +45,17 @@ def starters(package: str, folder: str) -> list[str]:
         place = Path(cache_folder('sources')) / f'{package}-{digest}'
         place.mkdir(parents=True, exist_ok=True)
         return [_write(place / name, text) for name, text in sorted(texts.items())]
-    except OSError:  # nowhere to write, or no home
+    except OSError:  # the cache cannot be written, or the user has no home
         return []
 
 
 def console_scripts(folder: str) -> dict[str, tuple[str, str]]:
-    """Module and function by program, of setup.py, setup.cfg and pyproject.toml, if these can be read."""
+    """Return (module, function) by program, from setup.py, setup.cfg and pyproject.toml if readable."""
     return programs_of_group(folder, 'console_scripts')
 
 
 def programs_of_group(folder: str, group: str) -> dict[str, tuple[str, str]]:
-    """Module and object by name, of one group of entry points of a source package."""
+    """Return (module, object) by name, for one group of entry points of a source package."""
     found: dict[str, tuple[str, str]] = {}
     for entry in (
         *_of_setup_py(folder, group),
@@ -75,7 +75,7 @@ def _read(folder: str, name: str) -> str:
 
 
 def _of_setup_py(folder: str, group: str) -> list[str]:
-    """The strings of the list of a group; the file is read, not run."""
+    """Return the entry points of a group in setup.py; the file is parsed, not run."""
     with contextlib.suppress(SyntaxError, ValueError, RecursionError):
         for node in ast.walk(ast.parse(_read(folder, 'setup.py'))):
             if not isinstance(node, ast.Dict):
@@ -109,7 +109,7 @@ def _starter(name: str, target: tuple[str, str], folder: str) -> str:
     module, function = target
     inner = os.path.join(folder, 'src')
     top = module.partition('.')[0]
-    root = inner if os.path.isdir(os.path.join(inner, top)) else folder  # the layout with a folder src
+    root = inner if os.path.isdir(os.path.join(inner, top)) else folder  # the module may be below src/
     return _STARTER.format(
         python=sys.executable,
         name=name,

@@ -1,4 +1,4 @@
-"""Launch files: reading them, whatever they are written in, and including one in another."""
+"""Reads launch files in Python, XML and YAML, and includes them in each other."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ from goalwire.launching.values import (
 )
 
 LARGEST = 2**24
-"""Bytes that a launch file may have."""
+"""The largest launch file, in bytes."""
 DEEPEST = 20
-"""Includes in includes that are followed without a launch."""
+"""The deepest nesting of includes that is followed without a launch."""
 PYTHON_ENDINGS = ('.py',)
 Loader: TypeAlias = Callable[[str], LaunchDescription]
 
@@ -71,7 +71,7 @@ def load_python_launch_file_as_module(launch_file_path: str) -> ModuleType:
     remember_launch_file(path)
     _readable(path)
     offer_source_modules()
-    before, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # no __pycache__ beside launch files
+    before, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # writes no __pycache__
     try:
         loader.exec_module(module)
     except Exception as error:
@@ -105,7 +105,7 @@ def get_launch_description_from_python_launch_file(launch_file_path: str) -> Lau
 def get_launch_description_from_frontend_launch_file(
     launch_file_path: str, *, parser: type[Parser] | None = None
 ) -> LaunchDescription:
-    """The description that an XML or YAML file holds, by its ending."""
+    """Return the description in an XML or YAML file; the file's ending tells the format."""
     _readable(launch_file_path)
     chosen = parser or Parser
     root, chosen_parser = chosen.load(launch_file_path)
@@ -116,7 +116,7 @@ def get_launch_description_from_frontend_launch_file(
 def get_launch_description_from_any_launch_file(
     launch_file_path: str, *, parser: type[Parser] | None = None
 ) -> LaunchDescription:
-    """The description that a launch file of any kind holds. Raises LaunchError, with file and line."""
+    """Return the description in a launch file of any kind. Raises LaunchError, with file and line."""
     if launch_file_path.endswith(PYTHON_ENDINGS):
         return get_launch_description_from_python_launch_file(launch_file_path)
     if parser is None and not Parser.is_filename_valid(launch_file_path):
@@ -125,9 +125,9 @@ def get_launch_description_from_any_launch_file(
 
 
 def _description_by_content(path: str) -> LaunchDescription:
-    """Read a file whose ending tells nothing, such as `.launch`: as XML, as YAML or as Python, in this order.
+    """Read a file whose ending does not tell the format, such as `.launch`: try XML, then YAML, then Python.
 
-    Raises InvalidLaunchFileError with the reasons of all three; if the file begins with a tag, of XML alone.
+    Raises InvalidLaunchFileError with the reasons of all three, or only of XML if the file begins with a tag.
     """
     _readable(path)
     content = read_regular(path, LARGEST)
@@ -161,7 +161,7 @@ def _readable(path: str) -> None:
 
 
 class LaunchDescriptionSource:
-    """Where a description comes from; it is read when the include is carried out."""
+    """The source of an included description. It is read when the include is carried out."""
 
     def __init__(
         self,
@@ -177,7 +177,7 @@ class LaunchDescriptionSource:
 
     @property
     def location(self) -> str:
-        """The path, once it is known; before that the file's text."""
+        """The path, once it is evaluated; before that its description."""
         return self._expanded or describe_text(self._location)
 
     @property
@@ -199,9 +199,9 @@ class LaunchDescriptionSource:
     def try_get_launch_description_without_context(
         self, including: Location | None = None
     ) -> LaunchDescription | None:
-        """Read it if its path depends on nothing that only a launch finds out; else return None.
+        """Read the file and return its description; return None if its path is known only in a launch.
 
-        `including` is the line of the include, whose folder $(dirname) stands for.
+        `including` is the line of the include: $(dirname) stands for the folder of that file.
         """
         context = LaunchContext()
         if including is not None:
@@ -220,7 +220,7 @@ class LaunchDescriptionSource:
 
     @property
     def missing(self) -> str | None:
-        """Return why the file was not found when it was read without a context; None if it was."""
+        """The reason why a read without a context did not find the file; None if it found it."""
         return self._missing
 
 
@@ -274,7 +274,7 @@ Arguments: TypeAlias = Iterable[tuple[SomeSubstitutions, SomeSubstitutions]]
 
 @expose_action('include')
 class IncludeLaunchDescription(Action):
-    """Carries out another launch file; its configurations are those of this one, as in launch."""
+    """Carries out another launch file. As in launch, both files share their launch configurations."""
 
     def __init__(
         self,
@@ -321,10 +321,10 @@ class IncludeLaunchDescription(Action):
         return self._source.try_get_launch_description_without_context(self.location)
 
     def decided_names(self) -> set[str]:
-        """Return the names of arguments that the include decides.
+        """Return the names of the arguments that the include sets.
 
-        An argument that it passes on under its own name, as in `<arg name="a" value="$(var a)"/>`, is left to
-        the command line.
+        It leaves out arguments that it passes on, as in `<arg name="a" value="$(var a)"/>`: the command line
+        sets these.
         """
         names = set()
         for name, value in self._arguments:
@@ -361,14 +361,14 @@ class IncludeLaunchDescription(Action):
             (perform_text(context, name), normalize_to_list_of_substitutions(value))
             for name, value in self._arguments
         ]
-        if self.location is not None:  # for the outermost file the argument's own line is the better place
+        if self.location is not None:  # the outermost file has no include: an error names the argument's line
             self._check_required(context, description, {name for name, _ in given})
         sets: list[LaunchDescriptionEntity] = []
         for name, value in given:
             action = SetLaunchConfiguration(name, _outside(value, globals_))
             action.location = self.location
             sets.append(action)
-        # Of the outermost file the names stay, so that $(dirname) is known to its event handlers.
+        # The names of the outermost file stay, since its event handlers may use $(dirname) later.
         back = [OpaqueFunction(function=go_back)] if names & globals_.keys() else []
         return [*sets, description, *back]
 
@@ -390,7 +390,7 @@ class IncludeLaunchDescription(Action):
 
 
 def _configurations_in(value: SomeSubstitutions) -> set[str]:
-    """Return the names of the launch configurations that a text refers to, as far as they are plain."""
+    """Return the launch configurations that a text refers to by plain names."""
     names = set()
     for part in normalize_to_list_of_substitutions(value):
         if isinstance(part, LaunchConfiguration):
@@ -400,13 +400,13 @@ def _configurations_in(value: SomeSubstitutions) -> set[str]:
 
 
 def _this_file(path: str) -> dict[str, str]:
-    """The names of the moment that say which launch file is read."""
+    """Return the global names that tell the path and the folder of a launch file."""
     full = os.path.abspath(path)
     return {'current_launch_file_path': full, 'current_launch_file_directory': os.path.dirname(full)}
 
 
 class _Outside(Substitution):
-    """An argument of an include: $(dirname) in it is the folder of the file that includes."""
+    """The value of an include's argument: $(dirname) in it stands for the folder of the including file."""
 
     def __init__(self, inner: list[Substitution], globals_: dict[str, Any]) -> None:
         self._inner = inner
@@ -431,7 +431,7 @@ def _outside(value: list[Substitution], globals_: dict[str, Any]) -> _Outside:
 
 
 class ScopedIncludeLaunchDescription(IncludeLaunchDescription):
-    """Includes a launch file whose configurations and environment stay inside of it."""
+    """Includes a launch file. Changes of configurations and environment end with that file."""
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         return [

@@ -58,7 +58,7 @@ __all__ = [
 
 
 class CompoundSubstitution(Substitution):
-    """A substitution made of texts; `names` are its arguments in $(…), of which `least` must be there."""
+    """A substitution made of texts; `names` are its arguments in $(…), the first `least` are required."""
 
     names: ClassVar[tuple[str, ...]] = ()
     least: ClassVar[int | None] = None
@@ -178,7 +178,7 @@ class PythonExpression(CompoundSubstitution):
 
 
 def _resolve_program(words: list[str]) -> list[str]:
-    """Return a command whose program is on the path, else beside this Python, as pip puts it there."""
+    """Return the command. Take a program that is not on PATH from this Python's folder (pip's scripts)."""
     if words and os.path.dirname(words[0]) == '' and shutil.which(words[0]) is None:
         beside = shutil.which(words[0], path=os.path.dirname(sys.executable))
         return [beside or words[0], *words[1:]]
@@ -189,8 +189,8 @@ def _resolve_program(words: list[str]) -> list[str]:
 class Command(CompoundSubstitution):
     """The output of a program, which runs without a shell when the text is needed.
 
-    `on_stderr` says what becomes of a program that prints to its standard error: 'fail', 'ignore', 'warn', or
-    'capture', which takes that output too.
+    `on_stderr` says what to do if the program prints to its standard error: 'fail', 'ignore', 'warn', or
+    'capture', which adds this output to the result.
     """
 
     names = ('command', 'on_stderr')
@@ -333,7 +333,7 @@ class LocalSubstitution(Substitution):
 
 @expose_substitution('anon')
 class AnonName(CompoundSubstitution):
-    """A name with a unique addition. Within one launch a name always has the same addition."""
+    """A name with a unique suffix. Within one launch a name always gets the same suffix."""
 
     names = ('name',)
 
@@ -372,7 +372,7 @@ class FileContent(CompoundSubstitution):
 
 
 class PathSubstitution(CompoundSubstitution):
-    """A path; `/` puts more behind it."""
+    """A path; the operator `/` appends to it."""
 
     def __init__(self, path: SomeSubstitutions) -> None:
         super().__init__(path)
@@ -385,7 +385,7 @@ class PathSubstitution(CompoundSubstitution):
 
 
 class PathJoinSubstitution(CompoundSubstitution):
-    """Parts of a path, joined by the system's separator; a part may be a list, which is one text."""
+    """Parts of a path, joined by the system's separator. If a part is a list, its texts are concatenated."""
 
     def __init__(self, substitutions: Iterable[SomeSubstitutions]) -> None:
         super().__init__(*substitutions)
@@ -429,7 +429,7 @@ def _word(value: bool) -> str:
 
 
 class BooleanSubstitution(CompoundSubstitution):
-    """true or false, of a text that says either."""
+    """`true` or `false`, from a text that stands for a boolean."""
 
     names = ('value',)
 
@@ -478,7 +478,7 @@ class AndSubstitution(_LeftRight):
 
 @expose_substitution('or')
 class OrSubstitution(_LeftRight):
-    """Whether one of both says true."""
+    """True if one of the two conditions is true."""
 
     def perform(self, context: LaunchContext) -> str:
         return _word(truth(context, self.left) | truth(context, self.right))
@@ -486,20 +486,20 @@ class OrSubstitution(_LeftRight):
 
 @expose_substitution('any')
 class AnySubstitution(CompoundSubstitution):
-    """Whether one of several says true."""
+    """True if one of several conditions is true."""
 
     @classmethod
     def parse(cls, data: Sequence[SomeSubstitutions]) -> tuple[type[Substitution], dict[str, Any]]:
         return cls, {'args': data}
 
     def perform(self, context: LaunchContext) -> str:
-        found = [truth(context, part) for part in self._parts]  # each is judged, as in launch
+        found = [truth(context, part) for part in self._parts]  # evaluates each, as launch does
         return _word(any(found))
 
 
 @expose_substitution('all')
 class AllSubstitution(AnySubstitution):
-    """Whether all of several say true."""
+    """True if all of several conditions are true."""
 
     def perform(self, context: LaunchContext) -> str:
         found = [truth(context, part) for part in self._parts]
@@ -508,7 +508,7 @@ class AllSubstitution(AnySubstitution):
 
 @expose_substitution('equals')
 class EqualsSubstitution(_LeftRight):
-    """Whether two texts are the same, or the same number or boolean."""
+    """True if two texts are equal, or stand for the same number or boolean."""
 
     def __init__(self, left: Any, right: Any) -> None:
         super().__init__(_as_text(left), _as_text(right))
@@ -549,7 +549,7 @@ def _same(left: str, right: str) -> bool:
 
 @expose_substitution('if')
 class IfElseSubstitution(CompoundSubstitution):
-    """One of two texts, by a condition."""
+    """One of two texts, chosen by a condition."""
 
     names = ('condition', 'if_value', 'else_value')
     least = 2

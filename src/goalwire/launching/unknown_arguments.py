@@ -24,9 +24,9 @@ _DEEPEST = 20
 
 
 def unknown_arguments(path: str, names: Iterable[str]) -> list[str]:
-    """Say which names stand neither in an XML or YAML file nor in its includes, with near names.
+    """Return a warning for each name that is neither in an XML or YAML file nor in its includes.
 
-    A Python file can make names while it runs, so nothing is said if one takes part or a file cannot be read.
+    A Python file can create names while it runs: with one among the files, or an unreadable file, return [].
     """
     wanted = [name for name in names if name not in OF_LAUNCH]
     if not wanted or path.endswith(PYTHON_ENDINGS):
@@ -38,7 +38,7 @@ def unknown_arguments(path: str, names: Iterable[str]) -> list[str]:
             return []
         known = [argument.name for argument in description.get_launch_arguments()]
     except (LaunchError, OSError):
-        return []  # the launch itself reports the fault of the file
+        return []  # the launch itself reports the error in the file
     words = {word for text in texts for word in re.findall(r'[\w.-]+', text)}
     return [_sentence(name, known) for name in wanted if name not in words]
 
@@ -53,7 +53,7 @@ def _sentence(name: str, known: list[str]) -> str:
 
 
 def _texts(path: str, description: LaunchDescription, depth: int) -> list[str] | None:
-    """Return the texts of a file and of those that it includes, None if one of them cannot be known."""
+    """Return the texts of a file and of those that it includes, None if one is in Python or unknown."""
     text = read_regular(path, LARGEST).decode(errors='replace')
     if 'def generate_launch_description' in text:
         return None
@@ -61,7 +61,7 @@ def _texts(path: str, description: LaunchDescription, depth: int) -> list[str] |
     for include in _includes(description.entities):
         source = include.launch_description_source
         if source.location.rstrip("'").endswith(PYTHON_ENDINGS) or depth >= _DEEPEST:
-            return None  # Python is not run for this
+            return None  # a Python file is not run only to check names
         inner = include.read_ahead()
         more = None if inner is None else _texts(source.location, inner, depth + 1)
         if more is None:

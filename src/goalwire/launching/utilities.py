@@ -18,7 +18,7 @@ SomeEntitiesType_types_tuple = (LaunchDescriptionEntity, collections.abc.Iterabl
 def ensure_argument_type(
     argument: object, types: type | Iterable[type], argument_name: str, caller: str | None = None
 ) -> None:
-    """Raise TypeError for an argument of another type."""
+    """Raise TypeError if an argument is not of one of these types."""
     allowed = (types,) if isinstance(types, type) else tuple(types)
     if not isinstance(argument, allowed):
         names = ', '.join(item.__name__ for item in allowed)
@@ -27,24 +27,24 @@ def ensure_argument_type(
 
 
 def is_a(obj: Any, entity_type: type) -> bool:
-    """Whether an object is of a type."""
+    """Return whether an object is an instance of a type."""
     return isinstance(obj, entity_type)
 
 
 def is_a_subclass(obj: Any, entity_type: type) -> bool:
-    """Return whether an object, or a class, is of a type or of one derived from it."""
+    """Return whether an object is an instance of a type, or a class derived from it."""
     return isinstance(obj, entity_type) or (isinstance(obj, type) and issubclass(obj, entity_type))
 
 
 def isclassinstance(obj: object) -> bool:
-    """Whether an object is an instance, and no class itself."""
+    """Return whether an object is not a class."""
     return not isinstance(obj, type)
 
 
 def visit_all_entities_and_collect_futures(
     entity: LaunchDescriptionEntity, context: LaunchContext
 ) -> list[tuple[LaunchDescriptionEntity, Future[Any]]]:
-    """Visit an entity and its sub-entities, depth first; return those to be waited for, each with its
-    future.
+    """Visit an entity and its sub-entities, depth first; return the entities to wait for, each with
+    its future.
     """
     return list(visit_tree(entity, context))

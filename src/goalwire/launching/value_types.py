@@ -1,4 +1,4 @@
-"""Which Python values launch takes for a type: `launch.utilities.type_utils` of ROS 2 under its own names."""
+"""Checks and conversions of values by type: `launch.utilities.type_utils` of ROS 2, under the same names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from goalwire.launching.values import SCALARS, coerce_to_type, scalar_type
 
 
 def is_typing_list(data_type: object) -> bool:
-    """Say whether a type is `List` or `List[…]`, which plain `list` is not."""
+    """Return whether a type is `List` or `List[…]`; plain `list` is not."""
     return typing.get_origin(data_type) is list
 
 
@@ -28,7 +28,7 @@ def is_normalized_substitution(value: object) -> bool:
 def is_instance_of_valid_type(value: object, *, can_be_str: bool = False) -> bool:
     """Say whether a value is a scalar or a list of scalars of one type.
 
-    With `can_be_str` texts may stand among them, as they may hold substitutions.
+    With `can_be_str` the list may also have texts in it, since a text may hold a substitution.
     """
     if not isinstance(value, list):
         return type(value) in SCALARS
@@ -50,7 +50,7 @@ def is_instance_of(value: object, data_type: object = None, *, can_be_str: bool 
 
 
 def coerce_list(value: list[str], data_type: object = None, can_be_str: bool = False) -> list[Any]:
-    """Read several texts as values of one type. Raises ValueError, TypeError for all but lists of texts."""
+    """Convert several texts to one type. Raises ValueError, and TypeError unless it is a list of texts."""
     if not _is_list_of_texts(value):
         raise TypeError(f'expected a list of strings, got {value!r:.100}')
     found = [coerce_to_type(item, data_type, can_be_str) for item in value]
@@ -60,7 +60,7 @@ def coerce_list(value: list[str], data_type: object = None, can_be_str: bool = F
 
 
 def get_typed_value(value: str | list[str], data_type: object = None, *, can_be_str: bool = False) -> Any:
-    """Read a text or a list of texts as a type. Raises ValueError, and TypeError for other objects."""
+    """Convert a text or a list of texts to a type. Raises ValueError, and TypeError for other objects."""
     if isinstance(value, str):
         return coerce_to_type(value, data_type, can_be_str)
     if not _is_list_of_texts(value):

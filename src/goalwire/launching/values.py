@@ -1,6 +1,6 @@
 """Texts with substitutions, and their values: strings, numbers, booleans, lists.
 
-As in launch, a text that must become a number or a list is read by YAML's rules.
+As in launch, a text that becomes a number or a list is parsed by YAML's rules.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SCALARS = (bool, int, float, str)
 
 
 class TextSubstitution(Substitution):
-    """A text that is known already."""
+    """A plain text as a substitution."""
 
     def __init__(self, *, text: str) -> None:
         if not isinstance(text, str):
@@ -55,7 +55,7 @@ def _substitution(item: object) -> Substitution:
 
 
 def perform_substitutions(context: LaunchContext, subs: Iterable[Substitution]) -> str:
-    """Their texts, one after the other."""
+    """Evaluate substitutions, and return their texts joined."""
     return ''.join([context.perform_substitution(sub) for sub in subs])
 
 
@@ -68,7 +68,7 @@ def describe_text(some: SomeSubstitutions) -> str:
 
 
 def is_substitution(value: object) -> bool:
-    """Whether this is a substitution, or a list of texts with at least one substitution in it."""
+    """Return whether this is a substitution, or a list of texts with at least one substitution in it."""
     if isinstance(value, Substitution):
         return True
     return (
@@ -80,7 +80,7 @@ def is_substitution(value: object) -> bool:
 
 
 def scalar_type(data_type: object) -> tuple[Any, bool]:
-    """Of `int` (int, False), of `List[int]` (int, True). Raises ValueError for other types than launch's."""
+    """Return (int, False) for `int`, (int, True) for `List[int]`. Raises ValueError for unknown types."""
     inner = typing.get_args(data_type)
     if typing.get_origin(data_type) is list and inner and inner[0] in SCALARS:
         return inner[0], True
@@ -90,9 +90,9 @@ def scalar_type(data_type: object) -> tuple[Any, bool]:
 
 
 def coerce_to_type(value: str, data_type: object = None, can_be_str: bool = False) -> Any:
-    """Read a text as a value of a type, or by YAML's rules if none is given.
+    """Convert a text to a type, or by YAML's rules if no type is given.
 
-    `can_be_str`: what does not fit stays a text, as it may hold a substitution. Raises ValueError.
+    With `can_be_str` a text that does not fit stays a text: it may hold a substitution. Raises ValueError.
     """
     if data_type is None:
         return _by_yaml(value, can_be_str=can_be_str)
@@ -120,7 +120,7 @@ def coerce_to_type(value: str, data_type: object = None, can_be_str: bool = Fals
 
 
 def as_bool(text: str) -> bool | None:
-    """True for true, yes, on and 1, False for false, no, off and 0, in any case; else None."""
+    """Return True for true, yes, on, 1 and False for false, no, off, 0, whatever the case; else None."""
     text = text.strip().lower()
     if text in {'true', 'yes', 'on', '1'}:
         return True
@@ -155,7 +155,7 @@ def _is_of(value: object, kinds: tuple[type, ...]) -> bool:
 
 
 def normalize_typed_substitution(value: Any, data_type: object = None) -> Any:
-    """Return a value of a type, or the substitutions that will give it.
+    """Return the value if it has the type, or the substitutions that will give the value.
 
     Raises TypeError for other objects.
     """
@@ -180,7 +180,7 @@ _EXAMPLES = {int: '3', float: '1.5', bool: 'true', str: "'a'"}
 
 
 def _misfit(value: object, scalar: Any, *, many: bool = False) -> BadLaunchValueError:
-    """Return the error for a value that is not of a type, with an example."""
+    """Return the error for a value that is not of a type; it shows an example."""
     example, kind = _EXAMPLES[scalar], scalar.__name__
     if many:
         example, kind = f'[{example}, {example}]', f'list of {kind}'
@@ -196,7 +196,7 @@ def _plain(item: object, scalar: Any) -> object:
 
 
 def perform_typed_substitution(context: LaunchContext, value: Any, data_type: object = None) -> Any:
-    """Return the value that a normalized one stands for. Raises ValueError if it is not of the type."""
+    """Evaluate a value normalized by normalize_typed_substitution(). Raises ValueError for another type."""
     if isinstance(value, list) and is_substitution(value):
         return coerce_to_type(perform_substitutions(context, value), data_type)
     if isinstance(value, list):
@@ -209,7 +209,7 @@ def perform_typed_substitution(context: LaunchContext, value: Any, data_type: ob
 
 
 def evaluate_condition_expression(context: LaunchContext, expression: Iterable[Substitution]) -> bool:
-    """Whether a text says true or 1, not false or 0; InvalidConditionExpressionError for other texts."""
+    """Return True for true or 1, False for false or 0; raise InvalidConditionExpressionError for others."""
     text = perform_substitutions(context, expression)
     if text.strip().lower() in {'true', '1'}:
         return True
@@ -221,7 +221,7 @@ def evaluate_condition_expression(context: LaunchContext, expression: Iterable[S
 
 
 def truth(context: LaunchContext, some: SomeSubstitutions) -> bool:
-    """Return a text, which says true or false, as a boolean. Raises SubstitutionFailure."""
+    """Return the boolean that a text stands for, by as_bool(). Raises SubstitutionFailure for other texts."""
     text = perform_text(context, some)
     found = as_bool(text)
     if found is None:

@@ -1,4 +1,4 @@
-"""The additions of launch_ros to launch: nodes, their parameters and names, managed nodes, packages."""
+"""launch_ros's additions to launch: nodes, their parameters and names, managed nodes, packages."""
 
 from goalwire.launching.ros import composition, lifecycle, node, scope, substitutions
 

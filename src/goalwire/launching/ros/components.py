@@ -18,7 +18,7 @@ from goalwire.launching.values import describe_text, normalize_to_list_of_substi
 
 
 class ComposableNode:
-    """A node that a container is to load: the plugin of a package, with names, parameters and remappings."""
+    """Describes a node that a container loads: a package's plugin, with names, parameters and remappings."""
 
     def __init__(
         self,
@@ -89,11 +89,11 @@ class ComposableNode:
         return self._extra_arguments
 
     def condition(self) -> Condition | None:
-        """Return the condition for loading the component, None if it is always loaded."""
+        """Return the condition under which the component is loaded; None if it is always loaded."""
         return self._condition
 
     def describe(self) -> str:
-        """Say in a word which plugin it is."""
+        """Return package and plugin as a short text."""
         return f'{describe_text(self._package)} {describe_text(self._plugin)}'
 
 

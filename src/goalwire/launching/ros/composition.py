@@ -29,7 +29,7 @@ from goalwire.launching.ros.own_node import LaunchNode
 from goalwire.launching.values import describe_text, normalize_to_list_of_substitutions, perform_text
 
 PATIENCE_S = 5.0
-"""Seconds until a launch says that a container does not answer."""
+"""Seconds until the launch warns that a container does not answer."""
 PYTHON_CONTAINER = [sys.executable, '-m', 'rclpy_components.component_container']
 
 
@@ -75,7 +75,7 @@ class ComposableNodeContainer(Node):
         return loading(self.composable_node_descriptions, self)
 
     def _load_python(self, context: LaunchContext, error: LaunchError) -> list[LaunchDescriptionEntity]:
-        """Log what is skipped for want of the container's program, and load the Python components."""
+        """Log the components that are skipped, and return the action that loads those in Python."""
         python, others = divide(context, self.composable_node_descriptions)
         if others or not python:
             which = ', '.join(_plugin(context, item) for item in others)
@@ -91,20 +91,20 @@ class ComposableNodeContainer(Node):
 def divide(
     context: LaunchContext, components: Iterable[ComposableNode]
 ) -> tuple[list[ComposableNode], list[ComposableNode]]:
-    """Divide the components whose conditions hold into those in Python and those in C++."""
+    """Return the components in Python and those in C++, without those whose conditions are false."""
     wanted = [item for item in components if (held := item.condition()) is None or held.evaluate(context)]
     python = [item for item in wanted if _is_python(context, item)]
     return python, [item for item in wanted if item not in python]
 
 
 def stand_in(context: LaunchContext, container: Node) -> None:
-    """Start goalwire's container of Python components in the place of one that was skipped, once."""
+    """Start goalwire's container for Python components instead of a skipped container; only once."""
     if container.process_details is None:
         container.start(context, PYTHON_CONTAINER)
 
 
 def loading(components: list[ComposableNode], container: Node) -> list[LaunchDescriptionEntity]:
-    """Return the action that loads components, if there are any."""
+    """Return the action that loads components, as a list; [] if there are no components."""
     if not components:
         return []
     return [LoadComposableNodes(composable_node_descriptions=components, target_container=container)]
@@ -120,7 +120,7 @@ def _is_python(context: LaunchContext, component: ComposableNode) -> bool:
 
 @expose_action('load_composable_node')
 class LoadComposableNodes(Action):
-    """Loads composable nodes into a container that runs, one after the other."""
+    """Loads composable nodes into a running container, one after the other."""
 
     def __init__(
         self,
@@ -179,7 +179,7 @@ class LoadComposableNodes(Action):
         return None
 
     def _loadable(self, context: LaunchContext, skipped: Node | None) -> list[ComposableNode]:
-        """Return the components to load: only those in Python if the container in C++ was skipped."""
+        """Return the components to load: only those in Python if the C++ container was skipped."""
         if skipped is None or self._target is skipped:
             return self.composable_node_descriptions
         python, others = divide(context, self.composable_node_descriptions)
@@ -203,9 +203,9 @@ def _describe(components: Iterable[ComposableNode]) -> list[str]:
 
 
 async def _load(context: LaunchContext, container: str, requests: list[Any]) -> None:
-    """Ask a container to load components in order, once it is there.
+    """Wait for a container, and ask it to load components in order.
 
-    If one is refused, the others are loaded all the same.
+    If the container refuses one, this still loads the others.
     """
     from composition_interfaces.srv import LoadNode
 

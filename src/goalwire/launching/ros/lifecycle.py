@@ -28,7 +28,7 @@ from goalwire.launching.ros.node import Node
 from goalwire.launching.ros.own_node import LaunchNode
 from goalwire.launching.values import normalize_to_list_of_substitutions, perform_substitutions, truth
 
-# numbers of lifecycle_msgs/msg/Transition
+# ids of lifecycle_msgs/msg/Transition
 CREATE, CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = 0, 1, 2, 3, 4
 UNCONFIGURED_SHUTDOWN, INACTIVE_SHUTDOWN, ACTIVE_SHUTDOWN, DESTROY = 5, 6, 7, 8
 TRANSITIONS = {
@@ -54,7 +54,7 @@ _WAY = {
 
 
 class ChangeState(Event):
-    """Asks the matching managed nodes for a transition."""
+    """Asks the matching managed nodes to make a transition."""
 
     name = 'launch_ros.events.lifecycle.ChangeState'
     valid_transitions = TRANSITIONS
@@ -94,7 +94,7 @@ class StateTransition(Event):
 
 
 def matches_node_name(node_name: str) -> Callable[[Any], bool]:
-    """Match the action of a node with this full name."""
+    """Return a function that matches the action of a node with this full name."""
     wanted = node_name if node_name.startswith('/') else f'/{node_name}'
     return lambda action: action.node_name == wanted
 
@@ -133,7 +133,7 @@ class OnStateTransition(EventHandler):
 
 
 async def _hear(own: LaunchNode, action: LifecycleNode, ready: asyncio.Future[Any]) -> None:
-    """Make each message of a node's ~/transition_event an event; `ready` once it is heard."""
+    """Emit an event for each message of a node's ~/transition_event. Set `ready` once subscribed."""
     from lifecycle_msgs.msg import TransitionEvent
 
     try:
@@ -150,7 +150,7 @@ async def _hear(own: LaunchNode, action: LifecycleNode, ready: asyncio.Future[An
 async def _change(
     own: LaunchNode, action: LifecycleNode, transition: int, ready: asyncio.Future[Any]
 ) -> None:
-    """Ask a node for a transition, once the node is there."""
+    """Wait for a node, and ask it to make a transition."""
     from lifecycle_msgs.srv import ChangeState as Service
 
     transitions = await asyncio.shield(ready)
@@ -160,7 +160,7 @@ async def _change(
     what = f"Failed to make transition '{TRANSITIONS[transition]}' for LifecycleNode '{action.node_name}'"
     try:
         await client.wait_for_server()
-        await transitions.wait_for_publishers()  # otherwise the answer might come before its event
+        await transitions.wait_for_publishers()  # so that no transition is missed
         response = await client.call(request)
     except CallError as error:
         get_logger('launch_ros').error(f'{what}: {error}')
@@ -171,7 +171,7 @@ async def _change(
 
 @expose_action('lifecycle_node')
 class LifecycleNode(Node):
-    """Runs a managed node: its changes of state are events, and ChangeState events make it change."""
+    """Runs a managed node. It emits StateTransition events and answers ChangeState events."""
 
     def __init__(
         self,
@@ -255,7 +255,7 @@ class LifecycleNode(Node):
 
 @expose_action('lifecycle_transition')
 class LifecycleTransition(Action):
-    """Takes managed nodes through transitions, the next one when the state before is reached."""
+    """Takes managed nodes through transitions. Each transition begins when the one before has ended."""
 
     def __init__(
         self,
@@ -291,7 +291,7 @@ class LifecycleTransition(Action):
         ]
 
     def _way(self, context: LaunchContext, name: str, transitions: list[int]) -> list[Action]:
-        """Ask for the first transition, and for each further one when the one before is done."""
+        """Return the actions that ask for the first transition and, after each transition, for the next."""
         full = name if name.startswith('/') else f'/{name}'
         handlers: list[EventHandler] = []
 
@@ -337,4 +337,4 @@ class LifecycleTransition(Action):
             )
         )
         first, *others = [RegisterEventHandler(handler) for handler in handlers]
-        return [first, asks[0], *others]  # the event is handled when all are registered
+        return [first, asks[0], *others]  # events are handled later, after all of these

@@ -18,7 +18,7 @@ def get_composable_node_load_request(
 ) -> Any:
     """Return the LoadNode.Request for a component, or None if its condition does not hold.
 
-    Names, remappings and parameters that hold for the scope are in it. Raises LaunchError.
+    It includes the names, remappings and parameters set for the scope. Raises LaunchError.
     """
     from composition_interfaces.srv import LoadNode
 

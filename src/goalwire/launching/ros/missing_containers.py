@@ -21,5 +21,5 @@ def note_missing_container(context: LaunchContext, name: str, action: Any) -> No
 
 
 def missing_container(context: LaunchContext, name: str) -> Any:
-    """Return the action of a container that was skipped, None for any other."""
+    """Return the action of a skipped container; None if no container with this name was skipped."""
     return context.get_globals().get(_GLOBAL, {}).get(name)

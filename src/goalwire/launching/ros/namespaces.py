@@ -8,17 +8,17 @@ from goalwire.rules.names import absolute_namespace
 
 
 def is_root_namespace(ns: str) -> bool:
-    """Say whether a namespace is `/`."""
+    """Return whether a namespace is `/`."""
     return ns == '/'
 
 
 def is_namespace_absolute(ns: str) -> bool:
-    """Say whether a namespace begins with a slash, so that no other is put before it."""
+    """Return whether a namespace begins with a slash. Such a namespace gets no prefix."""
     return ns.startswith('/')
 
 
 def prefix_namespace(base_ns: str | None, ns: str | None) -> str | None:
-    """Put a base before a relative namespace. An absolute one stays, and None stands for a missing one."""
+    """Put a base before a relative namespace; return an absolute namespace unchanged. Either may be None."""
     if base_ns is None or ns is None:
         return base_ns if ns is None else ns
     if is_namespace_absolute(ns) or not base_ns:
@@ -40,6 +40,6 @@ def make_namespace_absolute(ns: str | None) -> str | None:
 
 
 def join_namespace(base: str | None, own: str | None) -> str | None:
-    """Join both and make the result absolute; None if there is neither."""
+    """Join both and make the result absolute; None if both are None."""
     joined = prefix_namespace(base, own)
     return None if joined is None else make_namespace_absolute(joined.rstrip('/'))

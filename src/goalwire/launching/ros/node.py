@@ -36,7 +36,7 @@ from goalwire.rules.names import validate_namespace, validate_node_name
 
 
 class _NameRule(Substitution):
-    """The rule that gives a node its name or namespace, which are found out later than the command."""
+    """A remapping rule for a node's name or namespace, which are evaluated later than the command."""
 
     def __init__(self, key: str, value: Callable[[], str]) -> None:
         self._key = key
@@ -50,7 +50,7 @@ class _NameRule(Substitution):
 
 
 def warn_of_twins(context: LaunchContext, node_name: str, logger: str) -> None:
-    """Say that a launch has started several nodes with one full name."""
+    """Warn if the launch has started several nodes with this full name."""
     if (count := get_node_name_count(context, node_name)) > 1:
         get_logger(logger).warning(
             f'there are now at least {count} nodes with the name {node_name} '
@@ -131,7 +131,7 @@ class Node(ExecuteProcess):
 
     @property
     def given_parameters(self) -> list[Any]:
-        """The parameters as they stand in the file: mappings, files, paths."""
+        """The parameters as the launch file gives them: mappings, files, paths."""
         return self._parameters
 
     @property
@@ -140,7 +140,7 @@ class Node(ExecuteProcess):
 
     @property
     def node_name(self) -> str:
-        """The full name, with markers for what the file leaves open. Raises LaunchError before execution."""
+        """The full name, with placeholders for missing parts. Raises LaunchError before execution."""
         if self._full_name is None:
             raise LaunchError("'node_name' is known once the action is executed")
         return self._full_name
@@ -178,7 +178,7 @@ class Node(ExecuteProcess):
         return self.start(context)
 
     def start(self, context: LaunchContext, program: list[str] | None = None) -> Any:
-        """Start the process; `program` takes the place of the file's own."""
+        """Start the process; `program` replaces the program of the launch file."""
         if program is not None:
             self.cmd[:1] = [normalize_to_list_of_substitutions(word) for word in program]
         self._perform_substitutions(context)
@@ -189,11 +189,11 @@ class Node(ExecuteProcess):
         return done
 
     def may_lack_program(self, context: LaunchContext) -> bool:
-        """Say whether the launch goes on if the program is not installed, as it does for C++ containers."""
+        """Return whether the launch may continue without the program, as it does for C++ containers."""
         return self._is_missing_container(context)
 
     def _is_missing_container(self, context: LaunchContext) -> bool:
-        """Say whether this is the container program of ROS 2's C++ components, which is not installed."""
+        """Return whether this runs ROS 2's container for C++ components and that is not installed."""
         if self._package is None or perform_text(context, self._package) != CPP_CONTAINERS:
             return False
         try:
@@ -203,7 +203,7 @@ class Node(ExecuteProcess):
         return False
 
     def expand_names(self, context: LaunchContext) -> None:
-        """Find out name and namespace, once. Raises LaunchError for names that ROS 2 does not allow."""
+        """Evaluate name and namespace, once. Raises LaunchError for names that ROS 2 does not allow."""
         if self._full_name is not None:
             return
         try:
@@ -220,7 +220,7 @@ class Node(ExecuteProcess):
         self._full_name = f'{self._expanded_namespace.rstrip("/")}/{self._expanded_name}'
 
     def _perform_substitutions(self, context: LaunchContext) -> None:
-        """Find the names out and put the arguments for ROS behind the command, once."""
+        """Evaluate the names, and append the ROS arguments to the command; only once."""
         if self._has_ros_arguments:
             return
         self.expand_names(context)

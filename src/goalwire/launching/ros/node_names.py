@@ -1,4 +1,4 @@
-"""How many nodes of each full name a launch has started, to warn of two with one name."""
+"""Counts the nodes that a launch has started with each full name, to warn of duplicates."""
 
 from __future__ import annotations
 

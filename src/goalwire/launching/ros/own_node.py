@@ -1,6 +1,6 @@
 """The launch's own node, `launch_ros_<pid>`, for actions that talk to other nodes.
 
-The first action that needs it opens it. It lives in the launch's loop and closes when the launch has ended.
+The first action that needs the node opens it. It runs in the launch's loop and closes at the launch's end.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class LaunchNode:
     async def _live(self) -> None:
         from goalwire.aio import Node
 
-        try:  # `name:=value` on a launch's command line is an argument of its file, and no remapping
+        try:  # `name:=value` on the command line is a launch argument, not a remapping
             async with Node(f'launch_ros_{os.getpid()}', program_arguments=False) as node:
                 self._node.set_result(node)
                 await self._stop.wait()
@@ -54,7 +54,7 @@ class LaunchNode:
         return await asyncio.shield(self._node)
 
     async def client(self, service: type, name: str) -> Any:
-        """Return the client of a service, one for each name."""
+        """Return the client of a service; calls with the same name share one client."""
         node = await self.opened()
         if name not in self._clients:
             self._clients[name] = node.client(service, name)
@@ -68,7 +68,7 @@ class LaunchNode:
         return task
 
     async def close(self) -> None:
-        """Cancel the users of the node, and close it."""
+        """Cancel the tasks that use the node, and close it."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -76,4 +76,4 @@ class LaunchNode:
         await self._life
         self.context.remove_globals([_GLOBAL])
         if self._node.done() and not self._node.cancelled():
-            self._node.exception()  # those who needed the node have got the error
+            self._node.exception()  # marks the error as retrieved: callers of opened() got it

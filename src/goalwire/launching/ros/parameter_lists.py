@@ -1,4 +1,4 @@
-"""Evaluated parameters as a list for one node, as a container of components is sent them."""
+"""Converts evaluated parameters to the list that a request to a component container has."""
 
 from __future__ import annotations
 
@@ -19,10 +19,9 @@ from goalwire.rules.parameters.parameter import Parameter, Type
 def to_parameters_list(
     context: LaunchContext, node_name: str, namespace: str | None, evaluated_parameters: Iterable[Any]
 ) -> list[Parameter]:
-    """Make a node's parameters of mappings and of paths to parameter files.
+    """Return a node's parameters from mappings and paths to parameter files.
 
-    A file without names of nodes counts for every node. Raises LaunchError for a file that cannot be read,
-    BadLaunchValueError for a value that is none.
+    Raises LaunchError for a file that cannot be read, BadLaunchValueError for an invalid value.
     """
     full_name = f'/{(namespace or "").strip("/")}/{node_name.lstrip("/")}'.replace('//', '/')
     found: list[Parameter] = []
@@ -35,7 +34,7 @@ def to_parameters_list(
 
 
 def values_for_node(context: LaunchContext, path: Path, full_name: str) -> dict[str, Any]:
-    """Read the parameters of a file for one node. An exact name wins over `/**`."""
+    """Return the parameters of a file for one node. An exact name takes precedence over `/**`."""
     try:
         content = yaml.safe_load(read_regular(str(path), LARGEST_PARAMETER_FILE))
     except OSError as error:
@@ -56,7 +55,7 @@ def values_for_node(context: LaunchContext, path: Path, full_name: str) -> dict[
 
 
 def _by_node(content: Mapping[Any, Any], prefix: str) -> Iterator[tuple[str, Mapping[Any, Any]]]:
-    """Yield the parameters of each node of a file, by its name below the namespaces around it."""
+    """Yield the parameters of each node in a file, with the node's full name."""
     for key, value in content.items():
         if key == KEY and isinstance(value, Mapping):
             yield prefix, value

@@ -1,7 +1,7 @@
 """Parameters as launch files write them, and as nodes get them.
 
-Values are those of Python, substitutions, lists and nested mappings. What a substitution gives is read by
-YAML's rules, as in launch_ros; a string that stands in the file itself stays a string.
+Values are Python values, substitutions, lists and nested mappings. As in launch_ros, the text of a
+substitution is parsed by YAML's rules; a plain string in the launch file stays a string.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _NO_SEQUENCE = (
 
 
 class ParameterValue:
-    """A value with a type, for the result of a substitution."""
+    """A parameter's value with a given type, for example for the result of a substitution."""
 
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
         self._value = normalize_typed_substitution(value, value_type)
@@ -48,7 +48,7 @@ class ParameterValue:
 
     @property
     def value(self) -> Any:
-        """Return the file's value; after evaluate() the result."""
+        """The value in the launch file; after evaluate() the result."""
         return self._value if self._evaluated is None else self._evaluated
 
     @property
@@ -56,7 +56,7 @@ class ParameterValue:
         return self._value_type
 
     def evaluate(self, context: LaunchContext) -> Any:
-        """Find the value out. Raises BadLaunchValueError if it is not of the type."""
+        """Evaluate the value. Raises BadLaunchValueError if it is not of the type."""
         if self._value_type is None and is_substitution(self._value):
             found = by_yaml(perform_substitutions(context, self._value))
             self._evaluated = list(found) if isinstance(found, tuple) else found
@@ -69,7 +69,7 @@ class ParameterValue:
 
 
 class Parameter:
-    """A parameter by name, to be given to a node on its own."""
+    """One parameter of a node: its name and value."""
 
     def __init__(self, name: SomeSubstitutions, value: Any, *, value_type: Any = None) -> None:
         self._name = normalize_to_list_of_substitutions(name)
@@ -78,7 +78,7 @@ class Parameter:
 
     @property
     def name(self) -> list[Substitution] | str:
-        """Return the file's name; after evaluate() the resulting one."""
+        """The name in the launch file; after evaluate() the result."""
         return self._name if self._evaluated_name is None else self._evaluated_name
 
     @property
@@ -95,7 +95,7 @@ class Parameter:
 
 
 class ParameterFile:
-    """A parameter file; with `allow_substs` its $(…) are found out first."""
+    """A parameter file; with `allow_substs` the $(…) in it are evaluated first."""
 
     def __init__(
         self, param_file: SomeSubstitutions, *, allow_substs: bool | SomeSubstitutions = False
@@ -107,7 +107,7 @@ class ParameterFile:
 
     @property
     def param_file(self) -> list[Substitution] | Path:
-        """Return the launch file's value; after evaluate() the path that the node reads."""
+        """The path in the launch file; after evaluate() the path that the node reads."""
         return self._file if self._evaluated is None else self._evaluated
 
     @property
@@ -115,7 +115,7 @@ class ParameterFile:
         return self._allow_substs
 
     def evaluate(self, context: LaunchContext) -> Path:
-        """The path of the file that the node is to read. Raises LaunchError if it cannot be read."""
+        """Return the path of the file that the node will read. Raises LaunchError if it cannot be read."""
         path = Path(perform_substitutions(context, self._file))
         allowed = (
             self._allow_substs if isinstance(self._allow_substs, bool) else truth(context, self._allow_substs)
@@ -135,7 +135,7 @@ class ParameterFile:
         return self._written
 
     def cleanup(self) -> None:
-        """Remove the file that evaluate() has written; without that it goes with the launch."""
+        """Remove the file that evaluate() has written. Otherwise the end of the launch removes it."""
         if self._written is not None:
             self._written.unlink(missing_ok=True)
             self._evaluated = self._written = None
@@ -184,7 +184,7 @@ def normalize_parameters(parameters: Any) -> tuple[Any, ...]:
 
 
 def normalize_parameter_dict(parameters: Mapping[Any, Any]) -> dict[tuple[Substitution, ...], Any]:
-    """Make names and values of a mapping ready for evaluate_dictionary(). Raises TypeError."""
+    """Prepare names and values of a mapping for evaluate_dictionary(). Raises TypeError."""
     if not isinstance(parameters, Mapping):
         raise TypeError(f'expected a mapping of parameters, got {parameters!r:.100}')
     return {
@@ -244,7 +244,7 @@ def evaluate_parameters(context: LaunchContext, parameters: Iterable[Any]) -> tu
 def evaluate_dictionary(
     context: LaunchContext, parameters: Mapping[Any, Any], prefix: str = ''
 ) -> dict[str, Any]:
-    """The parameters of a mapping by their full names, `arm.reach` for nested ones."""
+    """Evaluate a mapping to parameters by full names; nested names are joined, as in `arm.reach`."""
     found: dict[str, Any] = {}
     for key, value in parameters.items():
         name = prefix + perform_text(context, key)
@@ -259,7 +259,7 @@ def evaluate_dictionary(
 
 
 def evaluate_value(context: LaunchContext, value: Any) -> Any:
-    """Evaluate one value; several are a tuple. Raises TypeError for a value that no parameter can have."""
+    """Evaluate one value; a list becomes a tuple. Raises TypeError for a value that no parameter can have."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if isinstance(value, Substitution) or is_substitution(value):
@@ -282,9 +282,9 @@ def _item(context: LaunchContext, item: Any) -> Any:
 
 
 def by_yaml(text: str) -> Any:
-    """Read a text by YAML's rules. Raises BadLaunchValueError for what no parameter can be.
+    """Parse a text by YAML's rules. Raises BadLaunchValueError for a value that no parameter can have.
 
-    A text that YAML refuses, and one without content, stays the text that it is.
+    A text that is not valid YAML or has no content is returned unchanged.
     """
     try:
         found = yaml.safe_load(text)
@@ -313,18 +313,18 @@ def _uniform(items: list[Any]) -> tuple[Any, ...]:
 
 
 def as_rule(name: str, value: Any) -> str:
-    """`name:=value` for the command line."""
+    """Return `name:=value` for the command line."""
     text = yaml.safe_dump(value, default_flow_style=True, width=10**6).strip()
     return f'{name}:={text.removesuffix("...").strip()}'
 
 
 def as_file(node: str, parameters: Mapping[str, Any]) -> str:
-    """The text of a parameter file for one node, or for '/**'."""
+    """Return the text of a parameter file for one node, or for '/**'."""
     return yaml.safe_dump({node: {'ros__parameters': dict(parameters)}}, default_flow_style=False)
 
 
 def parse_parameters(entities: Sequence[Entity], parser: Parser) -> list[Any]:
-    """The <param> tags of a node."""
+    """Read the <param> tags of a node."""
     found: list[Any] = []
     for entity in entities:
         source = entity.get_attr('from', optional=True)

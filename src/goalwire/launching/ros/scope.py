@@ -1,4 +1,4 @@
-"""Actions that hold for the nodes which follow in the same scope: namespace, parameters, remappings."""
+"""Actions that set namespace, parameters and remappings for the nodes after them in the same scope."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from goalwire.rules.names import validate_namespace
 
 @expose_action('push_ros_namespace', 'push-ros-namespace')
 class PushROSNamespace(Action):
-    """Puts a namespace before those of the following nodes."""
+    """Puts a namespace before the namespaces of the nodes that follow."""
 
     def __init__(self, namespace: SomeSubstitutions, **options: Any) -> None:
         super().__init__(**options)
@@ -114,7 +114,7 @@ class SetParametersFromFile(Action):
 
 @expose_action('set_use_sim_time')
 class SetUseSimTime(SetParameter):
-    """Says whether the nodes that follow take their time from /clock."""
+    """Sets whether the nodes that follow take their time from /clock."""
 
     def __init__(self, value: Any, **options: Any) -> None:
         super().__init__('use_sim_time', value, **options)
@@ -127,7 +127,7 @@ class SetUseSimTime(SetParameter):
 
 @expose_action('set_remap')
 class SetRemap(Action):
-    """Gives a remapping to the nodes that follow."""
+    """Gives a remapping rule to the nodes that follow."""
 
     def __init__(self, src: SomeSubstitutions, dst: SomeSubstitutions, **options: Any) -> None:
         super().__init__(**options)
@@ -157,7 +157,7 @@ class SetRemap(Action):
 
 @expose_action('set_ros_log_dir')
 class SetROSLogDir(Action):
-    """Sets the folder for log files of the nodes that follow; a relative one is below the folder so far."""
+    """Sets the log folder of the nodes that follow. A relative path is below the current log folder."""
 
     def __init__(self, new_log_dir: SomeSubstitutions, **options: Any) -> None:
         super().__init__(**options)
@@ -179,7 +179,7 @@ class SetROSLogDir(Action):
 
 @expose_action('ros_timer')
 class ROSTimer(TimerAction):
-    """As TimerAction, in seconds of ROS time, which is /clock if `use_sim_time` is set for these nodes."""
+    """A TimerAction in ROS time: it follows /clock if `use_sim_time` is set in this scope."""
 
     _task: asyncio.Task[None] | None = None
 
@@ -201,5 +201,5 @@ class ROSTimer(TimerAction):
 
 
 def _append(context: LaunchContext, name: str, *items: object) -> None:
-    """Add to the settings of the following nodes; those of the enclosing scope stay."""
+    """Append to a list of settings in this scope; the list of the enclosing scope stays unchanged."""
     context.launch_configurations[name] = [*context.launch_configurations.get(name, ()), *items]

@@ -13,7 +13,7 @@ from goalwire.launching.values import perform_text
 
 
 class FindPackage(CompoundSubstitution):
-    """The common part of substitutions that find something of a package."""
+    """The base of substitutions that look something up in a package."""
 
     names = ('package',)
 
@@ -44,7 +44,7 @@ class FindPackagePrefix(FindPackage):
 
 @expose_substitution('find-pkg-share')
 class FindPackageShare(FindPackage):
-    """The folder of a package's own files."""
+    """The share folder of a package."""
 
     def find(self, package_name: str) -> str:
         return packages.share(package_name)
