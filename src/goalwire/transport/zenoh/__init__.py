@@ -6,7 +6,7 @@ from goalwire.transport.contract import Session, SessionOptions, Transport
 
 
 def _open(options: SessionOptions) -> Session:
-    """Connect as the environment says. Raises TransportError or ForkedError."""
+    """Open a session as the environment's variables say. Raises TransportError or ForkedError."""
     from goalwire.transport.zenoh.session import open_session
 
     return open_session(options)

@@ -4,7 +4,7 @@
 Older peers (humble up to 0.1.1, jazzy up to 0.2.3) name each field and need 77 bytes; those are read too.
 Source: rmw_zenoh_cpp src/detail/attachment_helpers.cpp.
 
-Payload and attachment together become the Sample that entities get.
+A payload and its attachment become the Sample that entities receive.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SIZE = 33
 NAMED_SIZE = 77
 
 Attachment: TypeAlias = tuple[int, int, bytes]
-"""Sequence, source timestamp in ns, gid."""
+"""The fields of an attachment: sequence number, source timestamp in ns, gid."""
 
 _PLAIN = Struct('<qqB16s')
 _NAMED = Struct('<16sq17sq12s16s')
@@ -32,10 +32,10 @@ _NAMES = (b'\x0fsequence_number', b'\x10source_timestamp', b'\x0asource_gid\x10'
 
 
 encode: Callable[[int, int, int, bytes], bytes] = _PLAIN.pack
-"""Makes the 33 bytes of a sequence, a time in ns, GID_SIZE and a gid; no call of Python code."""
+"""Makes the 33 bytes from a sequence number, a time in ns, GID_SIZE and a gid, without Python code."""
 
 split: Callable[[bytes], tuple[int, int, int, bytes]] = _PLAIN.unpack
-"""Takes 33 bytes apart, unchecked; no call of Python code."""
+"""Splits 33 bytes into the four fields without checks and without Python code."""
 
 
 def decode(data: bytes) -> Attachment:
@@ -58,10 +58,10 @@ def decode(data: bytes) -> Attachment:
 
 
 def sample_of(carrier: Message | Query) -> Sample:
-    """Return the sample that came; raises RemoteError if it breaks the rules.
+    """Return a received message as a Sample; raises RemoteError if its attachment breaks the rules.
 
-    Everything that comes passes here, on a thread that has just been woken: so the ordinary attachment is
-    read in place, which saves three calls.
+    Most received messages pass here, on the thread that reads. So the ordinary attachment is read in place,
+    which saves three calls.
     """
     received = time_ns()
     data, payload = carrier.attachment, carrier.payload

@@ -1,10 +1,11 @@
 """The things that all endpoints of a session share: wire, counters, the order of publications on a key.
 
-Zenoh drops a message that has found no room for 50 ms, and tells nobody (1.10.2). The time does not depend on
-the size, so a message of 100 MB never gets through. So large ones of reliable publishers go at once on each
-link that has room. On every other link they are sent with congestion control BLOCK, on a thread of that link.
-As many may wait for a link as the publisher keeps; what is dropped beyond that is counted. A peer that stops
-reading takes nothing away from others that way. eclipse-zenoh's session shows no links, and counts as one.
+Zenoh drops a message that has found no room for 50 ms, without an error (1.10.2). The time does not depend on
+the size, so a message of 100 MB never arrives. So a reliable publisher sends a large message at once on each
+link that has room. On every other link a thread of that link sends it with congestion control BLOCK. As many
+messages may wait for a link as the publisher's history depth; further ones are dropped and counted. So a peer
+that stops reading does not disturb the others. eclipse-zenoh's session shows no links, and counts as one
+link.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from goalwire.transport.contract import GraphEntity
 from goalwire.transport.zenoh.wire import Wire
 
 LARGE = 1 << 18
-"""Bytes from which a message counts as large: a link's queue holds four of these (settings/built_in.py).
+"""Messages of this many bytes or more count as large. A link's queue holds four (settings/built_in.py).
 
-The thread costs a message 0.1 ms. Of 200 messages of 500 KB in a row a third were lost without it; of 200 KB
-none.
+The thread costs each message 0.1 ms. Without it a third of 200 messages of 500 KB in a row were lost, and
+none of 200 messages of 200 KB.
 """
 
 
@@ -39,7 +40,7 @@ class Waiting(NamedTuple):
     owner: object
     size: int
     send: Callable[[], None]
-    """Hands the message to the wire, and waits for room; may fail if the publisher has gone."""
+    """Sends the message and waits for room; fails if the publisher has been undeclared."""
 
 
 class Lane:
@@ -52,7 +53,7 @@ class Lane:
         self.sending: Waiting | None = None
 
     def has(self, owner: object) -> bool:
-        """Whether a message of an owner waits, or is being sent."""
+        """Return whether a message of an owner waits or is being sent."""
         sending = self.sending
         return (sending is not None and sending.owner is owner) or any(
             each.owner is owner for each in self.waiting
@@ -62,26 +63,24 @@ class Lane:
 class Turn:
     """The order of publications on one key.
 
-    A message is numbered, stamped and sent in one critical section: what a signal's handler publishes while
-    its thread is just publishing on the key follows that.
+    A message is numbered, stamped and sent in one critical section. If a signal handler publishes on the key
+    while its thread is in the section, the handler's message follows.
     """
 
     def __init__(self) -> None:
         self.section = CriticalSection()
         self.is_busy = False
-        """True while messages wait; others may not overtake them on the same link then."""
+        """True while messages wait. Later messages must not overtake them on the same link."""
         self.lanes: dict[object, Lane] = {}
-        """The links for which messages wait. Only who has the section may look."""
+        """The waiting messages by link. Only the thread in the section may read this."""
         self._changed = Condition(self.section.lock)
 
     def post(self, link: object, message: Waiting, depth: int) -> Waiting | None:
-        """Queue a message behind those that wait for a link; return the owner's oldest, which is dropped, if
-        `depth` of these wait already.
-        """
+        """Queue a message for a link. If `depth` of its owner's wait already, drop and return the oldest."""
         with self.section.lock:
             lane = self.lanes.get(link)
             if lane is None:
-                lane = Lane()  # its thread waits for the lock; if it cannot start, nothing has changed
+                lane = Lane()  # the thread waits for the lock; if it cannot start, nothing has changed yet
                 Thread(
                     target=self._send_all, args=(link, lane), name='zenoh large messages', daemon=True
                 ).start()
@@ -95,7 +94,7 @@ class Turn:
         return dropped
 
     def wait(self) -> None:
-        """Wait until no message waits; others may have the section meanwhile."""
+        """Leave the section until no message waits, and enter it again."""
         section = self.section
         with section.lock:
             was_busy = section.is_busy
@@ -106,7 +105,7 @@ class Turn:
                 section.is_busy = was_busy
 
     def finish(self, owner: object, timeout: float) -> list[int]:
-        """Wait until an owner's messages have gone; return the sizes of those cancelled at the end."""
+        """Wait until an owner's messages are sent; drop the rest after `timeout`, and return their sizes."""
         if not self.is_busy:
             return []
         end = monotonic() + timeout
@@ -134,12 +133,12 @@ class Turn:
                 send = lane.sending.send
             try:
                 send()
-            except Exception as error:  # out of memory, for example: the waiting messages go out all the same
+            except Exception as error:  # out of memory, for example: later messages are sent nevertheless
                 report_failure('large message', error)
 
 
 class Turns:
-    """The turns of a session, by key; each goes with the last publisher that holds it."""
+    """The turns of a session, by key. A turn is deleted with the last publisher that uses it."""
 
     def __init__(self) -> None:
         self._lock = RLock()
@@ -168,11 +167,11 @@ class ZenohContext:
         self.turns = Turns()
         self.next_id = count().__next__
         self.own: dict[str, GraphEntity] = {}
-        """The meaning of this session's own tokens, so that they need not be parsed."""
+        """The entities of this session's own tokens, so that these need not be parsed."""
 
     @contextmanager
     def refusing(self, title: str) -> Iterator[None]:
-        """Raise TransportError if the wire refuses a declaration of the block."""
+        """Raise TransportError if the wire refuses a declaration inside the block."""
         try:
             yield
         except self.errors as error:

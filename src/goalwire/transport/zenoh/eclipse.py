@@ -1,13 +1,13 @@
-"""The wire of the ROS layer on a session of eclipse-zenoh.
+"""The ROS layer's wire on a session of eclipse-zenoh.
 
 Zenoh's threads call back through `Callback(…, indirect=False)`. Each callback first keeps its thread's state
 (threads.py). Open sessions are counted: a thread that calls into an interpreter that is ending aborts the
 process.
 
-Zenoh keeps about a kilobyte of each query until the query's time is over, even when it was answered at once
-(measured with 1.10.2), and a querier has one time for all its queries. So requests with a time go through
-queriers of their own, one for each power of two of seconds, declared at the first use. `session.get` takes
-any time, but costs 5 µs more.
+Zenoh keeps about a kilobyte of each query until the query's timeout, even if it was answered at once
+(measured with 1.10.2), and a querier has one timeout for all its queries. So requests with a timeout go
+through separate queriers, one for each power of two of seconds, declared at the first use. `session.get`
+takes any timeout, but costs 5 µs more.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
 from goalwire.zenoh.protocol.queries import Answer
 
 UNTIMED_S: float | None = None
-"""Of requests without a time; None: what the session's configuration says, ten minutes as under rmw_zenoh.
-Less would end slow calls: a request may be answered late, and must not be sent twice."""
+"""The timeout of requests that have none. None leaves it to the configuration: ten minutes, as in rmw_zenoh.
+A shorter one would end slow calls: a request may be answered late, and must not be sent twice."""
 
 _MANNER: dict[str, Any] = {
     'target': zenoh.QueryTarget.ALL_COMPLETE,
@@ -51,16 +51,16 @@ class Queriers:
     """The queriers of one key."""
 
     def __init__(self, session: zenoh.Session, key: str) -> None:
-        """Declare the one for requests without a time."""
+        """Declare the querier for requests without a timeout."""
         self._declare: Callable[..., zenoh.Querier] = partial(session.declare_querier, key, **_MANNER)
         lasting = self._declare(timeout=UNTIMED_S)
         self._declared = {0: lasting}
-        """By their time in s; 0 for requests without one."""
+        """The queriers by their timeout in s; 0 stands for requests without one."""
         self.get: Callable[..., object] = lasting.get
-        """Send a request without a time."""
+        """Sends a request without a timeout."""
 
     def get_within(self, timeout_ns: int) -> Callable[..., object]:
-        """Return a function that sends a request with a time: `timeout_ns`, twice that (or 1 s) at most."""
+        """Return a function that sends a request with a timeout from `timeout_ns` to twice that, or 1 s."""
         seconds = 1 << (timeout_ns // S_TO_NS).bit_length()
         querier = self._declared.get(seconds) or self._add(seconds)
         return querier.get
@@ -73,42 +73,42 @@ class Queriers:
         return kept
 
     def undeclare(self) -> None:
-        """Take them off the wire; sending after that raises RuntimeError."""
+        """Undeclare the queriers. To send after that raises RuntimeError."""
         self.get = self._declare = refuse_use
         while self._declared:
             undeclare(self._declared.popitem()[1])
 
 
 CLOSING_S = 1.0
-"""How long closing waits for callbacks under way; they only append to a queue."""
+"""How long closing waits for running callbacks, which only append to a queue."""
 ANSWER_S = 2.0
-"""How long a peer that is there, but does not answer, can hold up the first look, and with it a program's
-start. What it answers later is not lost: its tokens come by the subscription."""
+"""How long a peer that does not answer can delay the first look at the graph, and so a program's start.
+Its tokens are not lost: they arrive later through the subscription."""
 
 
 class InFlight:
-    """The callbacks zenoh still holds: while one is held it may be running or be about to."""
+    """The callbacks that zenoh still holds: each may be running, or may run later."""
 
     def __init__(self) -> None:
         self._held: set[object] = set()
         self._nobody_left: Event | None = None
         self.enter: Callable[[object], None] = self._held.add
-        """A callback of this owner was handed to zenoh."""
+        """Notes that a callback of this owner was given to zenoh."""
 
     def leave(self, owner: object) -> None:
-        """Zenoh has let go of it; runs on any thread."""
+        """Note that zenoh has released the owner's callback. Runs on any thread."""
         self._held.discard(owner)
         if self._nobody_left is not None and not self._held:
             self._nobody_left.set()
 
     def wait(self, timeout: float) -> bool:
-        """Wait until zenoh holds none; False if it still does after `timeout` seconds."""
+        """Wait until zenoh holds no callback; False if it still does after `timeout` seconds."""
         self._nobody_left = Event()
         return not self._held or self._nobody_left.wait(timeout)
 
 
 class EclipseMessage(NamedTuple):
-    """A message of zenoh's; all but payload and attachment is read when it is needed."""
+    """A message from zenoh. Payload and attachment are read at once, the rest when needed."""
 
     raw: zenoh.Sample
     payload: Payload | None
@@ -121,13 +121,13 @@ class EclipseMessage(NamedTuple):
 
     @property
     def timestamp(self) -> Timestamp | None:
-        """Return whose clock stamped it; the time itself is not needed, and 0 here."""
+        """Return the timestamp with the id of its session's clock. Its time is not needed, and always 0."""
         stamp = self.raw.timestamp
         return None if stamp is None else Timestamp(0, read_id(str(stamp.get_id())))
 
     @property
     def source_info(self) -> SourceInfo | None:
-        """Return the publisher that numbered it."""
+        """Return the message's publisher and number; None if the publisher does not number."""
         info = self.raw.source_info
         if info is None:
             return None
@@ -141,7 +141,7 @@ def _message(raw: zenoh.Sample) -> EclipseMessage:
 
 
 class EclipseQuery(Query):
-    """A query that zenoh brought."""
+    """A query that was received from zenoh."""
 
     __slots__ = ('_query',)
 
@@ -179,7 +179,7 @@ class _Asked:
         in_flight.enter(self)
 
     def replied(self, reply: zenoh.Reply) -> None:
-        """Hand a reply over; runs on zenoh's thread, or the caller's within one session."""
+        """Deliver a reply. Runs on zenoh's thread, or on the caller's within one session."""
         keep_thread_state()
         if reply.ok is not None:
             self._on_answer(_message(reply.ok))
@@ -187,7 +187,7 @@ class _Asked:
             self._on_answer(ReplyError(reply.err.payload.to_bytes()))
 
     def dropped(self) -> None:
-        """Zenoh has let go of the query: no reply can come any more."""
+        """End the query: zenoh has released it, so no reply can come any more."""
         keep_thread_state()
         try:
             self._on_end()
@@ -234,7 +234,7 @@ class _Querier(wire.Querier):
 
 
 class _Held:
-    """Something declared; to take it back is left to a thread that is just using it."""
+    """A declaration. If a thread is using it, that thread undeclares it."""
 
     def __init__(self, declared: Declared) -> None:
         self._declared = declared
@@ -274,7 +274,7 @@ class _Publisher(_Held):
         *,
         waits: bool,
     ) -> Sequence[wire.Left]:
-        """Leave the message for all links at once: zenoh does not tell which of them has room."""
+        """Put nothing yet; return one entry for all links, since zenoh does not tell which have room."""
         put = self._put_waiting if waits else self.put
         return [(_ALL_LINKS, partial(put, payload, attachment=attachment))]
 
@@ -282,8 +282,8 @@ class _Publisher(_Held):
 class _TokenWatch:
     """One watcher and the tokens on their way to it.
 
-    A liveliness subscriber alone tells of the tokens already there in its own time. So they are asked for,
-    and the answer waited for, while changes queue up: a token that goes meanwhile is shown first.
+    A liveliness subscriber reports the existing tokens only at some later time. So they are queried, and the
+    answer is awaited while changes queue up. A token that disappears meanwhile is first reported as present.
     """
 
     def __init__(self, in_flight: InFlight, on_token: wire.OnToken) -> None:
@@ -294,7 +294,7 @@ class _TokenWatch:
         )
 
     def start(self, session: zenoh.Session, key: str, *, waits: bool) -> zenoh.Subscriber[None]:
-        """Tell of everything there is, then follow the changes."""
+        """Report all existing tokens, then follow the changes."""
         liveliness = session.liveliness()
         self._in_flight.enter(self)
         follow = Callback(self._on_change, drop=self._on_drop, indirect=False)
@@ -311,7 +311,7 @@ class _TokenWatch:
     def _on_answer(self, reply: zenoh.Reply) -> None:
         keep_thread_state()
         if reply.ok is not None:
-            self._on_token(str(reply.ok.key_expr), True)  # ahead of the changes, which wait for their turn
+            self._on_token(str(reply.ok.key_expr), True)  # before the changes
 
     def _on_change(self, sample: zenoh.Sample) -> None:
         keep_thread_state()
@@ -329,7 +329,7 @@ class EclipseWire(wire.Wire):
     wire_poller = None
 
     def __init__(self, configuration: Configuration) -> None:
-        """Open it. Raises TransportError or ForkedError."""
+        """Open the session. Raises TransportError or ForkedError."""
         try:
             self._zenoh = library.open_zenoh(configuration)
         except zenoh.ZError as error:
@@ -354,12 +354,12 @@ class EclipseWire(wire.Wire):
     def declare_history_publisher(
         self, key: str, *, reliable: bool, waits: bool, depth: int
     ) -> wire.Publisher:
-        """Unlike rmw_zenoh's, a reliable one sends no heartbeat half a second after a message.
+        """Declare a publisher with history. Unlike rmw_zenoh's, a reliable one sends no heartbeats.
 
-        It waits for room instead, so that no last message is missed. Zenoh 1.10.2 sends heartbeats from the
-        thread that also learns when a socket has room again: while a burst waits for room, a heartbeat waits
-        for the burst, and nothing moves until the link is given up a minute later (seen in 1 of 12 runs of a
-        thousand goals at once).
+        It waits for room instead, so that the last message is not lost. Zenoh 1.10.2 sends heartbeats from
+        the thread that also learns when a socket has room again. While a burst waits for room, a heartbeat
+        waits for the burst, and the link is blocked until it is closed a minute later (seen in 1 of 12 runs
+        of a thousand goals at once).
         """
         detection = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None)
         publisher = ext.declare_advanced_publisher(

@@ -1,4 +1,4 @@
-"""Opens the router of a rendezvous: goalwire's own, or eclipse-zenoh's if its configuration asks for more."""
+"""Opens a rendezvous's router: goalwire's own, or eclipse-zenoh's if the configuration needs more."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.zenoh.io.listeners import AddressTakenError
 
 PORT_IS_TAKEN = 'listener'
-"""How zenoh's error tells a port that cannot be bound from a configuration that it cannot use."""
+"""The text in zenoh's error for a port that cannot be bound; other errors are about the configuration."""
 _CHECK = 'check ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE, or set GOALWIRE_ROUTER=off'
 
 
@@ -21,7 +21,7 @@ class OpenRouter(Protocol):
     """A router that runs."""
 
     def close(self) -> None:
-        """Give the port up, and end all links."""
+        """Release the port, and close all links."""
 
 
 def open_router(port: int, config: Configuration, before_eclipse: Callable[[], None]) -> OpenRouter:

@@ -1,8 +1,8 @@
 """Checks what comes over links against the policy, by the identities of the links' certificates.
 
-The policy, the list of revoked names and this session's own certificate are read anew when their files
-change. Links whose identity may do something else than before are closed and made anew, and links whose
-certificate has ended or was revoked are closed for good.
+The policy, the list of revoked names and this session's own certificate are read again when their files
+change. A link is closed and made again if the rights of its identity have changed. It is closed for good if
+its certificate has expired or was revoked.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
     from goalwire.zenoh.io.native_session import NativeSession
 
 LOOK_S = 1.0
-"""Between two looks at the files and at the ends of certificates: three calls of stat.
+"""The seconds between two checks of the files and of the ends of certificates, each three calls of stat.
 
-inotify would need no looks, but it says nothing of folders that come over a network.
+inotify would need no checks, but it reports no changes in network folders.
 """
 MOST_TOLD = 4096
-"""How many different refusals are logged: a peer may make up names without end."""
+"""How many different refusals are logged, since a peer could invent names without limit."""
 
 
 class SessionSecurity:
@@ -88,7 +88,7 @@ class SessionSecurity:
     # ---- what it may do
 
     def refusal(self, who: str, act: Act, key: str, session: str) -> str:
-        """Return why an identity may not do something, in words for its caller; '' if it may."""
+        """Return why an identity may not do something, as a text for that identity; '' if it may."""
         policy = self._policy
         if questions.is_of_links(act, key, session):
             return ''
@@ -103,14 +103,14 @@ class SessionSecurity:
             reason = next(filter(None, (_why_not(policy, who, each) for each in every)), '')
         if not reason:
             return ''
-        if act is not Act.RECEIVE:  # a link that is not told all yet is not at fault
+        if act is not Act.RECEIVE:  # RECEIVE asks what a link may be sent: the peer has done nothing wrong
             self._tell(policy, who, act, key, reason)
         if not policy.is_enforced:
             return ''
         return reasons.denied(reason.replace(policy.title, self._policy_path.name))
 
     def _tell(self, policy: Policy, who: str, act: Act, key: str, reason: str) -> None:
-        """Log the first refusal of each kind, identity and endpoint, also in the audit log."""
+        """Log the first refusal of each identity, act and key, and queue it for the audit log."""
         with self._lock:
             if (who, act, key) in self._told or len(self._told) >= MOST_TOLD:
                 return
@@ -121,10 +121,10 @@ class SessionSecurity:
         get_logger(LOGGER).warning(f"'{who}': a {act.value} {what}: {reason}")
         time = datetime.now(UTC).isoformat(timespec='milliseconds')
         entry = {'time': time, 'outcome': what, 'who': who, 'act': act.value, 'key': key, 'reason': reason}
-        self._unwritten.append(entry)  # the session's section is held: waiting for a disk is not allowed here
+        self._unwritten.append(entry)  # written later: the session's section must not wait for a disk
 
     def write_audit(self) -> None:
-        """Write the refusals since the last time into the audit log. If that fails, it is logged once."""
+        """Write the queued refusals into the audit log. A failure is logged once."""
         entries = [self._unwritten.popleft() for _ in range(len(self._unwritten))]
         if not entries:
             return
@@ -138,7 +138,7 @@ class SessionSecurity:
                 get_logger(LOGGER).error(f"the audit log '{self._audit_path}' cannot be written: {error}")
 
     def close(self) -> None:
-        """Write what is not written yet, and end the work that is under way."""
+        """Write the queued refusals, and stop the renewal of the certificate."""
         if self._renewal is not None:
             self._renewal.close()
         self.write_audit()
@@ -146,7 +146,7 @@ class SessionSecurity:
     # ---- what changes
 
     def watch(self, session: NativeSession) -> None:
-        """Look at the files from time to time, and at the certificates of the session's links."""
+        """Begin to check the files and the certificates of the session's links, every LOOK_S seconds."""
 
         self._succession.listen(session)
 
@@ -168,7 +168,7 @@ class SessionSecurity:
         session.call_later(LOOK_S, look)
 
     def _reload(self) -> None:
-        """Read the files anew. What cannot be read changes nothing, and is logged."""
+        """Read the policy and the revoked names again. If that fails, keep the old ones and log the error."""
         from goalwire.logging import get_logger
 
         try:
@@ -182,7 +182,7 @@ class SessionSecurity:
         get_logger(LOGGER).info(f'{self._policy_path} and {self._revoked_path.name} are read anew')
 
     def _close_links(self, session: NativeSession, before: Policy) -> None:
-        """Close links whose other side is refused now, or may do something else than before."""
+        """Close links whose peer is refused now, or has other rights than before."""
         after = self._policy
         for link in session.protocol.links:
             guard = link.guard

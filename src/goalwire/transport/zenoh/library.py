@@ -1,6 +1,6 @@
-"""eclipse-zenoh: imported by whoever imports this, which only its sessions and routers need.
+"""Opens sessions and routers of eclipse-zenoh. To import this module imports eclipse-zenoh.
 
-They are started in the right process, with a configuration as it reads it, and fail in its own words.
+It refuses forked processes, converts the configuration, and reports zenoh's own error texts.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.zenoh.io.endpoints import LOOPBACK, is_localhost_known
 
 _LOCALHOST = '"tcp/localhost:'
-"""The beginning of an address that zenoh looks up; if a certificate is checked, the name must stay."""
+"""The start of an address whose name zenoh would look up. With TLS the name must stay, to be compared."""
 
 
 def reason(error: Exception) -> str:
-    """Return zenoh's words without the place in its source."""
+    """Return zenoh's error text without the position in its source code."""
     return str(error).partition(' at /')[0].strip()
 
 

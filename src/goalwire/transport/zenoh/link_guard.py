@@ -1,4 +1,4 @@
-"""The guard of one link: who is at its other end, and what the policy lets that one do."""
+"""The guard of one link: the identity of the peer, and the checks of what it may do."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from goalwire.zenoh.io.identities import PeerCertificate
 from goalwire.zenoh.protocol.guard import Act
 
 ROUTER = 'router'
-"""The kind of certificates whose links are not checked here: a router has rules of its own."""
+"""The kind of a router's certificate. Links to routers are not checked here: a router has its own rules."""
 
 
 class Judge(Protocol):
-    """Knows the policy."""
+    """Decides by the policy."""
 
     @property
     def refused(self) -> RejectCounters:
-        """Counts what was refused."""
+        """The counters of refused acts."""
 
     def refusal(self, who: str, act: Act, key: str, session: str) -> str:
         """Return why an identity may not do something; '' if it may."""
@@ -29,14 +29,14 @@ class LinkGuard:
     def __init__(self, judge: Judge, certificate: PeerCertificate) -> None:
         self._judge = judge
         self.certificate = certificate
-        """The newest certificate that the other side has shown."""
+        """The newest certificate that the peer has shown."""
         self.who = certificate.name
         self.forwards = certificate.kind == ROUTER
         self.shown = 0
-        """How many renewals of this session's own certificate the other side has been told of."""
+        """The number of the latest renewal of this session's certificate that was shown to the peer."""
 
     def refusal(self, act: Act, key: str, session: str) -> str:
-        """Return why the other side may not do something; '' if it may."""
+        """Return why the peer may not do something; '' if it may."""
         if self.forwards:
             return ''
         return self._judge.refusal(self.who, act, key, session)

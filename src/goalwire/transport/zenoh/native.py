@@ -33,15 +33,15 @@ if TYPE_CHECKING:
     from goalwire.transport.zenoh.guards import SessionSecurity
 
 TOKEN_KEYS = (f'{GRAPH_SPACE}/**', '**/@adv/**')
-"""The tokens of nodes and endpoints, and of publishers with history."""
+"""The key expressions of tokens: of nodes and endpoints, and of publishers and subscribers with history."""
 UNNUMBERED = 'uhlc'
-"""Stands for the number of a publisher that does not number its messages."""
+"""The chunk in place of the entity number, for a publisher that does not number its messages."""
 
-_MOST_DIGITS = 20  # more than any number of 64 bits has
+_MOST_DIGITS = 20  # a number of 64 bits has at most 20 digits
 
 
 class _Declared:
-    """A declaration with a number."""
+    """A declaration, which the protocol knows by a number."""
 
     __slots__ = ('_number', '_protocol', 'address')
 
@@ -51,7 +51,7 @@ class _Declared:
         self.address = f'{protocol.id}/{number}'
 
     def undeclare(self) -> None:
-        """Take it off the wire."""
+        """Undeclare it."""
         self._protocol.undeclare(self._number)
 
 
@@ -77,7 +77,7 @@ def _no_loan(_size: int) -> Loan | None:
 
 
 class HistoryPublisher:
-    """A publisher that keeps its last messages. Those that number do so from 0 on."""
+    """A publisher that keeps its last messages. If it `numbers` them, it counts from 0."""
 
     def __init__(
         self, session: NativeSession, key: str, publication: Publication, depth: int, *, numbers: bool
@@ -98,7 +98,7 @@ class HistoryPublisher:
         ]
 
     def put(self, payload: Payload, attachment: bytes | None = None) -> None:
-        """Put a message and keep it. Calls come one at a time."""
+        """Put a message and keep it. The caller makes sure that calls do not overlap."""
         stamp, source = self._keep(payload, attachment)
         self._publication.put(payload, attachment, stamp, source)
 
@@ -122,7 +122,7 @@ class HistoryPublisher:
         return stamp, source
 
     def _on_query(self, query: Query) -> None:
-        """Answer with the kept messages: the last `_max`, those with the numbers `_sn`."""
+        """Answer with kept messages: the last ones up to `_max`, or those in the range of numbers `_sn`."""
         with self._lock:
             kept = list(self._kept)
         wanted = dict(part.partition('=')[::2] for part in query.parameters.split(';'))
@@ -146,7 +146,7 @@ class HistoryPublisher:
 
 
 def _number(text: str, otherwise: int) -> int:
-    """Return a number of a query. A stranger may write thousands of digits, which int() refuses."""
+    """Read a number in a query. Digits beyond 20 are cut off, since int() refuses thousands of them."""
     return int(text[:_MOST_DIGITS]) if text.isascii() and text.isdigit() else otherwise
 
 
@@ -192,7 +192,7 @@ class NativeWire(wire.Wire):
     discovers_at_once = True
 
     def __init__(self, settings: Settings, security: SessionSecurity | None = None) -> None:
-        """Open it; with `security` all links are checked against a policy. Raises TransportError."""
+        """Open the session; with `security` all links are checked against a policy. Raises TransportError."""
         self._security = security
         if security is not None:
             settings = replace(settings, identify=security.identify, token_keys=TOKEN_KEYS)
@@ -208,7 +208,7 @@ class NativeWire(wire.Wire):
         return str(error)
 
     def declare_publisher(self, key: str, *, reliable: bool, waits: bool) -> wire.Publisher:
-        # Best-effort messages go in the reliable channel too, as rmw_zenoh has it: TCP loses nothing.
+        # Best-effort messages use the reliable channel, too, as in rmw_zenoh: TCP loses nothing.
         publication = Publication(self._protocol, key, droppable=not (reliable and waits))
         memory = self._protocol.memory
         return _Publisher(publication, _no_loan if memory is None else memory.borrow)

@@ -23,12 +23,12 @@ from goalwire.transport.zenoh.wire import Left, LoanPublisher, Publisher, Wire, 
 from goalwire.zenoh.protocol.shared_memory import Loan
 
 LARGEST = 1 << 30
-"""Bytes of a message that a Zenoh session receives, by default and in rmw_zenoh's settings."""
+"""The largest message in bytes that a Zenoh session receives, by default and in rmw_zenoh's settings."""
 
 SLOWER = 'the network or a subscription is slower than the publisher'
 
 LEAVING_S = 5.0
-"""How long large messages that wait hold up the closing of their publisher."""
+"""How long the closing of a publisher waits for its large messages."""
 
 
 def may_block(endpoint: Endpoint) -> bool:
@@ -43,7 +43,7 @@ def declare(wire: Wire, key: str, endpoint: Endpoint) -> Publisher:
     """Declare a publisher that puts messages on `key` as the endpoint's QoS asks."""
     qos = endpoint.qos
     waits = may_block(endpoint)
-    if not qos.is_transient_local:  # on the wire the same as an advanced publisher without its features
+    if not qos.is_transient_local:  # equals an advanced publisher without its features
         return wire.declare_publisher(key, reliable=qos.is_reliable, waits=waits)
     return wire.declare_history_publisher(key, reliable=qos.is_reliable, waits=waits, depth=actual_depth(qos))
 
@@ -52,12 +52,12 @@ class Large(NamedTuple):
     """How a publisher sends messages that are too large for a link's queue."""
 
     blocks: bool
-    """Publishing waits for room, as with any message."""
+    """True if `publish` waits for room, as it does for small messages."""
     waits: bool
-    """A message waits for each link without room, on a thread of that link. Otherwise it may be dropped, as
-    any message of a best-effort publisher."""
+    """True if a thread of each full link waits for room with the message. Otherwise the message may be
+    dropped, as any message of a best-effort publisher."""
     depth: int
-    """How many may wait for one link."""
+    """How many messages may wait for one link."""
 
 
 def large(endpoint: Endpoint) -> Large:
@@ -70,9 +70,9 @@ def large(endpoint: Endpoint) -> Large:
 class ZenohPublisher(OpenPort, PublisherPort):
     """A declared publisher.
 
-    Zenoh stamps a message inside `put`. A subscription of rmw_zenoh drops one whose stamp is not newer than
-    the last of its session on that key. So all publishers of a session on one key share a `turn`: messages
-    are numbered, stamped and sent in one order.
+    Zenoh stamps a message inside `put`. A subscription of rmw_zenoh drops a message whose stamp is not newer
+    than the last one of the same session and key. So all publishers of a session on one key share a `turn`:
+    messages are numbered, stamped and sent in one order.
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         If several threads publish, all subscriptions get the messages in the same order.
         """
         state = self.state
-        if state.closed or state.guard.is_silent:  # in a forked child the turn may be another thread's
+        if state.closed or state.guard.is_silent:  # a child may wait for ever for the section
             state.check_sending()
         section = self._section
         entered = False
@@ -123,14 +123,14 @@ class ZenohPublisher(OpenPort, PublisherPort):
             if section.late:
                 section.run_late()
             entered = section.is_busy = True
-            if state.guard.is_silent:  # since then: the turn may have been long in coming
+            if state.guard.is_silent:  # again: the context may have ended during the wait for the turn
                 state.check_sending()
             if len(payload) >= LARGE or self._turn.is_busy:
                 self._publish_large(payload)
             else:
                 self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
         except ClosedError:
-            raise  # the context has ended in the meantime: zenoh was not asked
+            raise  # the context has ended meanwhile, and zenoh was not called
         except self._context.errors as error:
             state.check()  # closed by another thread in the meantime
             reason = self._context.wire.explain(error)
@@ -144,7 +144,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
             finally:
                 try:  # noqa: SIM105
                     section.release()
-                except RuntimeError:  # a signal's handler raised while this waited for its turn
+                except RuntimeError:  # a signal handler raised in `acquire`: nothing is held
                     pass
 
     def borrow(self, size: int) -> contract.Loan | None:
@@ -154,8 +154,8 @@ class ZenohPublisher(OpenPort, PublisherPort):
         return self._lender.borrow(size)
 
     def publish_loan(self, loan: contract.Loan) -> None:
-        """Put what was written into a loan: uncopied if everybody can read it there."""
-        if self._section.is_entered():  # this interrupts a publish of its own thread: it goes after that
+        """Publish the message in a loan, without a copy if all subscribers can read shared memory."""
+        if self._section.is_entered():  # a signal handler in a publish: the message follows it
             self.publish(bytes(loan.view))
         else:
             self._section.run(partial(self._put_loan, loan))
@@ -174,9 +174,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         return encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid)
 
     def _publish_late(self, payload: bytes) -> None:
-        """Publish the messages that a signal's handler has published in the midst of a publish; in the
-        section.
-        """
+        """Publish a message that a signal handler published during a publish. Runs in the section."""
         try:
             if self.state.closed or self.state.guard.is_silent:
                 return
@@ -189,7 +187,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
             self._note_drop([len(payload)], f'zenoh refused it: {reason}')
 
     def _publish_large(self, payload: bytes) -> None:
-        """Publish a large message, or a message that waits behind a large one. The caller has the turn."""
+        """Publish a large message, or one that must follow waiting ones. The caller is in the section."""
         if len(payload) > LARGEST:
             raise TransportError(
                 f'{self.state.title}: a message of {len(payload)} bytes cannot be sent, for peers take '
@@ -233,7 +231,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
     def leave(self) -> None:
         """Stop publishing.
 
-        If another thread publishes at the moment, the publisher is undeclared after that.
+        If another thread is publishing, the publisher is undeclared after that.
         """
         cancelled = self._turn.finish(self, LEAVING_S)
         self._put = self._put_where_free = refuse_use

@@ -1,7 +1,7 @@
 """The meaning of ROS's keys on Zenoh for a policy: the verbs and names that allow an act on a key.
 
-Topics, services and the parts of actions have keys of one form; the DDS type in a key tells them apart. What
-is not of ROS's form is nothing that a policy can allow.
+Topics, services and the parts of actions have keys of one form; the DDS type in a key tells them apart. A
+policy cannot allow keys of another form.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from goalwire.transport.zenoh.tokens import GRAPH_SPACE, dds_type, parse
 from goalwire.zenoh.protocol.guard import Act
 
 CERTIFICATE = '@goalwire/certificate/'
-"""Stands before a session's id in the key on which others show it their renewed certificates."""
+"""The prefix of the key on which a session receives renewed certificates; the session's id follows."""
 HISTORY = '/@adv/'
-"""Stands behind a topic's key in the keys by which its publishers show and tell what they keep."""
+"""The part after a topic's key in the keys with which publishers announce and serve their history."""
 
 _SUBSCRIBER = 'sub'
-"""Stands there in the token of a subscription with history; in a publisher's it is 'pub'."""
+"""The next part in the token of a subscription with history; a publisher's token has 'pub'."""
 _LEAST_CHUNKS = 4
 _PART = '/_action/'
 _READING = ('get_parameters', 'get_parameter_types', 'list_parameters', 'describe_parameters')
 _SETTING = ('set_parameters', 'set_parameters_atomically')
 _REQUESTS = ('_SendGoal_', '_GetResult_')
-"""How the types of an action's own services end; that of its cancelling is an ordinary service type."""
+"""The endings of an action's own service types. The type of the cancel service is an ordinary one."""
 _OF_ACTIONS = {
     'send_goal': (Verb.SEND,),
     'cancel_goal': (Verb.CANCEL,),
@@ -38,7 +38,7 @@ _OF_ACTIONS = {
 
 
 class Question(NamedTuple):
-    """One of several ways to be allowed: any of these verbs on a name in a domain."""
+    """A question to a policy: is any of these verbs allowed on a name in a domain?"""
 
     verbs: tuple[Verb, ...]
     name: str
@@ -46,7 +46,7 @@ class Question(NamedTuple):
 
 
 Questions: TypeAlias = tuple[Question, ...] | None
-"""All must be answered with yes; None: nothing can allow it."""
+"""Several questions; None if no policy can allow the act."""
 
 
 class _Subject(NamedTuple):
@@ -58,7 +58,7 @@ class _Subject(NamedTuple):
 
     @property
     def action(self) -> tuple[str, str]:
-        """The action that it is a part of, and which part; empty if it is not."""
+        """The action's name and the part of it that this is; '' and '' if it belongs to no action."""
         name, found, part = self.name.rpartition(_PART)
         return (name, part) if found and part in _OF_ACTIONS else ('', '')
 
@@ -75,7 +75,7 @@ def _subject(domain: int, name: str, dds_type: str) -> _Subject:
 
 
 def _offering(subject: _Subject) -> Question:
-    """Ask whether somebody may publish on a topic, or answer a service."""
+    """Return the question whether an identity may publish on a topic, or serve a service."""
     action, _ = subject.action
     if action:
         return Question((Verb.SERVE,), action, subject.domain)
@@ -84,7 +84,7 @@ def _offering(subject: _Subject) -> Question:
 
 
 def _using(subject: _Subject) -> Question:
-    """Ask whether an identity may receive a topic's messages, or call a service."""
+    """Return the question whether an identity may receive a topic's messages, or call a service."""
     action, part = subject.action
     if action:
         return Question(_OF_ACTIONS[part], action, subject.domain)
@@ -102,9 +102,7 @@ _USERS = (EndpointKind.SUBSCRIPTION, EndpointKind.CLIENT)
 
 
 def _of_token(token: str, session: str, *, learns: bool) -> tuple[Questions, Questions]:
-    """Return what a token's owner must be allowed, and what another identity needs to see the token: one
-    of these.
-    """
+    """Return the questions for a token's owner (all), and for another identity that sees it (any)."""
     try:
         entity = parse(token)
         domain = int(token.split('/')[1])
@@ -126,7 +124,7 @@ def _of_token(token: str, session: str, *, learns: bool) -> tuple[Questions, Que
 
 
 def need_of(entity: GraphEntity) -> Question:
-    """Return the need of an endpoint's owner; for an action's feedback or result, the need to watch it."""
+    """Return the question for an endpoint's owner; for an action's feedback or result, may it WATCH?"""
     subject = _subject(0, entity.name, dds_type(entity.type_name))
     wanted = _using(subject) if entity.kind in _USERS else _offering(subject)
     if Verb.WATCH in wanted.verbs and subject.action[1] != 'send_goal':
@@ -147,9 +145,9 @@ _DATA: dict[Act, Callable[[_Subject], Question]] = {
 
 
 def is_of_links(act: Act, key: str, session: str) -> bool:
-    """Whether an act serves the link itself, so that no policy need allow it: `session` is at its other end.
+    """Return whether an act only shows certificates, which needs no permission; `session` is the peer.
 
-    Anybody may show a certificate to this session, and receives those that are shown to itself, but no other.
+    Every peer may show a certificate to this session, and receives only those that are shown to itself.
     """
     if not key.startswith(CERTIFICATE):
         return False
@@ -157,7 +155,7 @@ def is_of_links(act: Act, key: str, session: str) -> bool:
 
 
 def all_of(act: Act, key: str, session: str) -> Questions:
-    """Return the questions that must all be answered with yes; none for what is only seen in the graph."""
+    """Return the questions that must all be answered with yes before an act is allowed."""
     if act is Act.DECLARE_TOKEN:
         if key.startswith(f'{GRAPH_SPACE}/'):
             return _of_token(key, session, learns=False)[0]
@@ -183,7 +181,7 @@ def any_of(act: Act, key: str, session: str) -> Questions:
     wanted = _DATA[act](subject)
     action, _ = subject.action
     looks = Question((Verb.INTROSPECT,), action or subject.name, subject.domain)
-    # A service is told to those who see it, so that a call of it is refused, and does not wait for it.
+    # Whoever may see a service learns of it, so that a forbidden call is refused instead of waiting.
     return (wanted, looks) if act is Act.LEARN_QUERYABLE else (wanted,)
 
 

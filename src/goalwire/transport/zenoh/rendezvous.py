@@ -4,9 +4,9 @@ One process of a machine holds the port. The others keep trying to bind it, and 
 the holder dies. Ordinary sessions, goalwire's and rmw_zenoh's, connect there, learn of each other and then
 talk directly. The router's code is imported by the process that takes the port, and by no other.
 
-A program that will never answer as a router may hold the port. Zenoh waits a minute (`open_timeout`) for the
-answer of a program that accepts and says nothing, and such a session closes only after 10 s (1.10.2). So the
-holder is greeted first.
+The port may be held by a program that is not a router. Zenoh waits a minute (`open_timeout`) for the answer
+of a program that accepts and says nothing, and such a session closes only after 10 s (1.10.2). So this module
+first sends a greeting to the program on the port.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from goalwire.transport.zenoh.settings.values import Configuration
 
 PATIENCE_S = 2.0
-"""How long a holder may take to answer. A router of a busy machine takes some milliseconds."""
+"""How long the program on the port may take to answer. A router on a busy machine takes milliseconds."""
 
 _INIT = bytes.fromhex('1900c109f1') + os.urandom(15) + b'\x01' + bytes.fromhex('0ac8ff812701')
 """The first batch of a Zenoh connection: its length, INIT of a peer with an id of 16 bytes, sizes, offers."""
@@ -46,7 +46,7 @@ _LISTENS = '0A'
 
 
 class Holder(Enum):
-    """The kinds of holders of a port of this machine."""
+    """The kinds of programs that may hold a port of this machine."""
 
     NOBODY = 'nobody listens there'
     ZENOH = 'speaks Zenoh'
@@ -56,10 +56,10 @@ class Holder(Enum):
 
 def look(port: int, patience: float = PATIENCE_S) -> Holder:
     """Greet the program that listens on a TCP port of this machine, as a Zenoh session does."""
-    import _socket  # as in rendezvous.py: `socket` itself may not be imported while Ctrl-C ends the program
+    import _socket  # as in `is_taken`: `socket` must not be imported while Ctrl-C ends the program
 
     class Greeter(_socket.socket):
-        """A socket that can be held weakly."""
+        """A socket that allows weak references."""
 
         __slots__ = ('__weakref__',)
 
@@ -87,7 +87,7 @@ def look(port: int, patience: float = PATIENCE_S) -> Holder:
 
 
 def name_of_holder(port: int) -> str:
-    """Return the command and number of the process that listens on a TCP port, as far as Linux tells."""
+    """Return the command and id of the process that listens on a TCP port, if Linux shows them."""
     from pathlib import Path  # costs 5 ms, and is needed only when something is broken
 
     sockets = {f'socket:[{inode}]' for inode in _inodes(port)}
@@ -123,22 +123,22 @@ def _has_open(process: Path, sockets: set[str]) -> bool:
 
 
 RETRY_S = 0.2
-"""Between two looks whether the port can be taken; one costs 20 µs of CPU."""
+"""The seconds between two attempts to take the port; each costs 20 µs of CPU."""
 
 _TCP = Pattern(r'(?:tcp|tls|ws)/(?:\[([^]"]+)\]|(localhost|[\d.]+)):(\d+)')
-"""Host and port of zenoh's TCP endpoints; host names that need a look-up are left out."""
+"""Matches host and port of zenoh's TCP endpoints, except host names that need a look-up."""
 
 
 def is_taken(endpoints: str) -> bool:
-    """Return whether somebody listens at one of these endpoints (a list, as text), as far as TCP shows it."""
-    # The C part of `socket`. To import that one while Ctrl-C ends the program, on this thread, makes Python
-    # forget that it was Ctrl-C (its namedtuples call `eval`): the program would exit with 1.
+    """Return whether a program listens at one of these TCP endpoints (a list as text)."""
+    # `_socket` is the C part of `socket`. If `socket` were imported while Ctrl-C ends the program, Python
+    # would forget the Ctrl-C (since `socket`'s namedtuples call `eval`), and the program would exit with 1.
     import _socket
 
     for bracketed, plain, port in _TCP.findall(endpoints):
         family = _socket.AF_INET6 if bracketed else _socket.AF_INET
         with forks_wait, closing(_socket.socket(family, _socket.SOCK_STREAM)) as probe:
-            # As zenoh's own sockets: a connection left by the last holder does not count
+            # as zenoh's own sockets: connections that the last holder has left do not block the port
             if os.name == 'posix':
                 probe.setsockopt(_socket.SOL_SOCKET, _socket.SO_REUSEADDR, 1)
             try:
@@ -150,7 +150,7 @@ def is_taken(endpoints: str) -> bool:
 
 
 def _sockets_on(port: int) -> list[int]:
-    """Return the descriptors of this process's TCP sockets whose own end is on a port."""
+    """Return the descriptors of this process's TCP sockets whose local port is `port`."""
     import _socket  # as in `is_taken`
 
     internet = (_socket.AF_INET, _socket.AF_INET6)
@@ -171,9 +171,9 @@ def _sockets_on(port: int) -> list[int]:
 class EmbeddedRouter:
     """One router, from the first attempt to open it until `close`.
 
-    A thread repeats the attempt. eclipse-zenoh could do so itself, but a session that still does closes only
-    by its time limit of 10 s, with an error (1.10.2; upstream pull request 2754). And an attempt of its that
-    fails never gives 20 KiB of memory back. So a plain socket looks before whether there is something to try.
+    A thread repeats the attempt. eclipse-zenoh could do so itself, but then its session closes only after a
+    limit of 10 s, with an error (1.10.2; upstream pull request 2754). And each failed attempt leaks 20 KiB.
+    So a plain socket first tests if the port is free.
     """
 
     def __init__(self, port: int, config: Configuration) -> None:
@@ -182,7 +182,8 @@ class EmbeddedRouter:
         self._endpoints = str(config.at('listen/endpoints'))
         self._router: OpenRouter | None = None
         self._may_hold = False
-        """Whether sockets of eclipse-zenoh's may be open on the port. Those of ours reset themselves."""
+        """True if sockets of eclipse-zenoh may be open on the port. goalwire's own close in a child by
+        themselves."""
         self._closed = Event()
         self._thread: Thread | None = None
         if is_taken(self._endpoints) or not self._take_port():
@@ -195,7 +196,10 @@ class EmbeddedRouter:
         return self._router is not None
 
     def _take_port(self) -> bool:
-        """Raises TransportError, and ForkedError if the parent of this process has used eclipse-zenoh."""
+        """Open the router; return False if the port is taken.
+
+        Raises TransportError, and ForkedError if the parent of this process has used eclipse-zenoh.
+        """
         from goalwire.transport.zenoh.embedded_router import open_router
         from goalwire.zenoh.io.listeners import AddressTakenError
 
@@ -222,28 +226,28 @@ class EmbeddedRouter:
             get_logger(LOGGER).warning(str(error))
 
     def stand_back(self) -> None:
-        """Stop waiting for the port. Any thread; takes no lock, not even one of zenoh's."""
+        """Stop waiting for the port. Any thread may call this; it takes no lock, not even one of zenoh."""
         self._closed.set()
 
     def close_sockets(self) -> None:
-        """In a forked child: close its copies of the sockets on the port, which are zenoh's.
+        """Close a forked child's copies of zenoh's sockets on the port.
 
-        While one is open nobody else can listen there, and those whom the parent had accepted do not notice
-        its end. A router's sockets are known by their port: nobody else's have it at this end.
+        While one is open no other process can listen on the port, and the parent's peers do not notice the
+        parent's end. A router's sockets are found by their local port, which no other socket here has.
         """
         if self._may_hold:
             for descriptor in _sockets_on(self._port):
                 os.close(descriptor)
 
     def close(self) -> None:
-        """Give the port up; another process takes over."""
+        """Release the port; another process takes over."""
         self._closed.set()
         if self._thread is not None:
             join_begun(self._thread)
         if self._router is not None:
             try:
                 self._router.close()
-            except Exception as error:  # a ZError: zenoh gives its closing up after 10 s
+            except Exception as error:  # a ZError: zenoh stops waiting for its own closing after 10 s
                 from goalwire.logging import get_logger
 
                 get_logger(LOGGER).warning(f'the Zenoh rendezvous did not close in order: {error}')
@@ -253,16 +257,15 @@ class Rendezvous:
     """This process's routers, one per port, each kept as long as a session uses it."""
 
     def __init__(self) -> None:
-        in_child(self._leave_to_parent)  # before the routers are forgotten
+        in_child(self._leave_to_parent)  # registered before `Shared` registers its reset
         self._routers: Shared[int, EmbeddedRouter] = Shared(EmbeddedRouter.close)
         self._left: set[int] = set()
 
     def offer(self, port: int, config: Configuration) -> None:
-        """Offer the rendezvous until `stop_offering` was called as often; raises TransportError if zenoh
-        refuses.
+        """Offer the rendezvous until `stop_offering` was called as often. Raises TransportError.
 
-        Where the port was left to somebody else's router, nothing is offered; nor in a forked child of a
-        process that has used eclipse-zenoh, which cannot be started there.
+        Does nothing if the port was left to another router, or in a forked child of a process that has used
+        eclipse-zenoh, which cannot be started there.
         """
         if port in self._left and self._routers.get(port) is None:
             return
@@ -273,18 +276,19 @@ class Rendezvous:
         close_at_exit(self)
 
     def stop_offering(self, port: int) -> None:
-        """Take one session's offer back. After the last one another process takes over."""
+        """End one session's offer. After the last one another process takes over."""
         self._routers.close(port)
 
     def close(self) -> None:
-        """Stop offering any, even if there are users left: the interpreter is ending."""
+        """Close all routers, even those in use, since the interpreter is ending."""
         self._routers.close_all()
 
     def leave_to_other(self, port: int) -> None:
-        """Never take the port from now on: a router that is not of a goalwire process holds it.
+        """Never take the port from now on, since a router that does not belong to goalwire holds it.
 
-        Else that router could not come back once it has ended, and ours listens only to this machine. Called
-        by zenoh's threads, so it takes no lock: one that opens a router holds it, and waits for them.
+        Otherwise that router could not start again after its end, and goalwire's serves only this machine.
+        Zenoh's threads call this, so it takes no lock: a thread that opens a router holds the lock and waits
+        for zenoh's threads.
         """
         self._left.add(port)
         router = self._routers.get(port)
@@ -292,7 +296,7 @@ class Rendezvous:
             router.stand_back()
 
     def is_left(self, port: int) -> bool:
-        """Return whether a port was left to somebody else's router."""
+        """Return whether a port was left to another router."""
         return port in self._left
 
     def holds(self, port: int) -> bool:
@@ -301,7 +305,7 @@ class Rendezvous:
         return router is not None and router.is_open
 
     def _leave_to_parent(self) -> None:
-        """In a forked child: the routers are the parent's; dropping them there could wait for ever."""
+        """Leak the parent's routers in a forked child, since to delete them there could block for ever."""
         for router in self._routers.things():
             leak(router)
             router.close_sockets()

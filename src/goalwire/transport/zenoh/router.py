@@ -1,4 +1,4 @@
-"""A router for a whole site. It does for all machines that reach it what the rendezvous does for one."""
+"""A router for a whole site: all machines that reach it find each other through it."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ def router(
 ) -> Iterator[str]:
     """Run a router in the block; yields its id. Raises TransportError.
 
-    It listens at `listen`, on `port` of every address where that is empty, and connects to `connect`, other
-    routers. ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE count, as for rmw_zenoh's router. With an
-    identity it speaks mutual TLS, and keeps its keystore's policy; raises SecurityError without a usable one.
+    It listens at `listen`, or on `port` of every address if that is empty, and connects to the routers in
+    `connect`. ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE count, as for rmw_zenoh's router. With an
+    identity it speaks mutual TLS and enforces its keystore's policy; raises SecurityError if that is
+    unusable.
     """
     rules = None if identity is None else rules_of(identity)
     settings = router_config(port, listen, connect, identity, rules)

@@ -1,13 +1,13 @@
 """A policy as the access control of a Zenoh router: rules on key expressions, bound to names of certificates.
 
-A router judges each message twice: when it comes from a link, and when it goes out on one. So an identity
-has rules for both: whoever may publish a topic may put on its keys, and is told of its subscribers. Keys and
+A router checks each message twice: when it arrives on a link, and when it leaves on one. So an identity has
+rules for both: if it may publish on a topic, it may put on its keys, and learns of its subscribers. Keys and
 types are those of rmw_zenoh; `**` does not cross a chunk that begins with `@`, so that graph and history have
 expressions of their own.
 
-Rules that deny come before those that allow, whatever they say. So "all services, but not those for
-parameters" is said by denying the latter; whoever may set parameters of some nodes only cannot have both.
-`inexpressible` tells of that.
+Rules that deny always override rules that allow. So "all services, but not those for parameters" becomes a
+rule that denies the latter. An identity that may call all services and set the parameters of some nodes only
+cannot be expressed. `inexpressible` reports such cases.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Rule(NamedTuple):
 
 
 class _Narrower(NamedTuple):
-    """A verb whose names lie within those of a wider verb, and which must not come with that one."""
+    """A verb whose keys are also covered by a wider verb, but which the wider verb must not grant."""
 
     wide: Verb
     narrow: Verb
@@ -74,7 +74,7 @@ _NARROWER = (
 
 
 def _paths(grant: Grant) -> Iterator[str]:
-    """Return how the keys of a grant's names begin, one for each domain."""
+    """Yield the beginnings of the keys of a grant's names, one for each domain."""
     path = '/'.join(
         chunk if chunk in {'*', '**'} else chunk.replace('*', '$*') for chunk in grant.pattern.split('/')[1:]
     )
@@ -83,11 +83,11 @@ def _paths(grant: Grant) -> Iterator[str]:
 
 
 def _mangled(pattern: str) -> list[str]:
-    """Return the expressions of the one chunk of a token that holds a name, '%' for each slash.
+    """Return expressions for the chunk of a token that holds a name, in which '%' replaces each slash.
 
-    Within a chunk nothing stands for "at least one sign, and no '%'": so '/*/b' is also the token of /x/y/b,
-    and '/*' as a namespace that of no namespace. Only tokens are seen or shown by that; data has expressions
-    with slashes. `inexpressible` tells of it.
+    No wildcard inside a chunk stands for "one or more characters except '%'". So '/*/b' matches also the
+    token of /x/y/b, and the namespace '/*' matches also the empty one. This affects only tokens; the keys of
+    data have slashes. `inexpressible` reports it.
     """
     found = ['']
     for chunk in pattern.split('/')[1:]:
@@ -99,7 +99,7 @@ def _mangled(pattern: str) -> list[str]:
 
 
 def _tokens(grant: Grant, codes: str, suffix: str = '') -> Iterator[str]:
-    """Return the key expressions of the liveliness tokens of endpoints whose names a grant covers."""
+    """Yield the key expressions of the liveliness tokens of endpoints whose names a grant covers."""
     for domain in grant.domains or ('*',):
         for code in codes.split():
             for name in _mangled(grant.pattern + suffix):
@@ -107,13 +107,13 @@ def _tokens(grant: Grant, codes: str, suffix: str = '') -> Iterator[str]:
 
 
 def _nodes(grant: Grant, codes: str = '*') -> Iterator[str]:
-    """Return the key expressions of the liveliness tokens of a grant's nodes, and of their endpoints."""
+    """Yield the key expressions of the liveliness tokens of a grant's nodes, and of their endpoints."""
     space, _, name = grant.pattern.rpartition('/')
     places = [(namespace, name.replace('*', '$*') if name != '*' else '*') for namespace in _mangled(space)]
     if name == '**':
         below = [namespace for each in _mangled(space) for namespace in (each, f'{each.rstrip("%")}%$*')]
         places = [(namespace, '*') for namespace in below]
-        if space:  # /arm/** is the node /arm, too
+        if space:  # /arm/** covers the node /arm, too
             above, _, own = space.rpartition('/')
             places += [(namespace, own.replace('*', '$*')) for namespace in _mangled(above)]
     for domain in grant.domains or ('*',):
@@ -167,7 +167,7 @@ def _rules_of(grant: Grant) -> Iterator[Rule]:
 
 
 def _token_rules(grant: Grant) -> Iterator[Rule]:
-    """Return the rules of endpoints' tokens: their owners declare them, and their users see them."""
+    """Return the rules for endpoints' tokens: the owner declares them, and the other side sees them."""
     offers = {Verb.PUBLISH: ('MP', 'MS', ('',)), Verb.SERVE: ('SS MP', 'SC MS', ('', '/_action/*'))}
     uses: dict[Verb, tuple[str, str, tuple[str, ...]]] = {
         Verb.SUBSCRIBE: ('MS', 'MP', ('',)),
@@ -187,7 +187,7 @@ def _token_rules(grant: Grant) -> Iterator[Rule]:
 
 
 def _denials(grants: tuple[Grant, ...]) -> Iterator[tuple[_Narrower, Rule]]:
-    """Return the denials for keys that a wider grant would let through."""
+    """Yield the rules that deny keys which a wider grant would allow."""
     for each in _NARROWER:
         is_covered = any(
             grant.verb is each.wide and _could_cover(grant.pattern, each.suffix) for grant in grants
@@ -201,17 +201,17 @@ def _denials(grants: tuple[Grant, ...]) -> Iterator[tuple[_Narrower, Rule]]:
 
 
 def _could_cover(pattern: str, suffix: str) -> bool:
-    """Whether a pattern matches at least one name that ends with `suffix`."""
+    """Return whether a pattern matches at least one name that ends with `suffix`."""
     last = pattern.rpartition('/')[2]
     return last == '**' or matches(f'/{last}', f'/{suffix.rpartition("/")[2]}')
 
 
 _SEEN = (Verb.RUN, Verb.INTROSPECT)
-"""Verbs that are kept by tokens alone."""
+"""The verbs that concern only tokens."""
 
 
 def inexpressible(policy: Policy) -> list[str]:
-    """Return sentences about acts that the policy allows and a router's rules refuse, or the reverse."""
+    """Return sentences about acts that only one of policy and router rules allows."""
     found = []
     for who, grants in policy.grants.items():
         found += [
@@ -233,8 +233,8 @@ def inexpressible(policy: Policy) -> list[str]:
 def access_control(policy: Policy, revoked: Collection[str]) -> Settings:
     """Return the settings `access_control` of a router, goalwire's or rmw_zenoh's.
 
-    A router knows names, and not when a certificate was issued. So a name that is or was revoked may do
-    nothing by way of a router, until it is taken off the list.
+    A router knows names, but not when a certificate was issued. So a revoked name may do nothing through a
+    router, even with a new certificate, until it is removed from the list.
     """
     rules: list[Settings] = []
     policies: list[Settings] = []
@@ -273,6 +273,6 @@ def access_control(policy: Policy, revoked: Collection[str]) -> Settings:
 
 
 def _always() -> list[Rule]:
-    """Return the rights of everybody: to ask for tokens. Each one gets those that it may see."""
+    """Return the rules for every identity: it may ask for tokens, and receives those that it may see."""
     keys = ('**', f'{_GRAPH}/**', '**/@adv/**')
     return [Rule(flow, _WATCHING, key) for flow in (_IN, _OUT) for key in keys]

@@ -1,4 +1,4 @@
-"""Service clients and servers on Zenoh. Requests get their numbers here, and replies are matched to them.
+"""Service clients and servers on Zenoh, which number requests and match replies to them.
 
 A request is a query. A server is a complete queryable that keeps each request until it is answered.
 """
@@ -39,10 +39,10 @@ class ZenohCall:
         self._on_end = on_end
         self._reason = ''
         self.asked: object = None
-        """The wire's name for it; None until it was sent."""
+        """The wire's handle of the query; None until it was sent."""
 
     def answered(self, answer: Message | ReplyError) -> None:
-        """Hand a reply over; runs on the wire's thread, or the caller's within one session."""
+        """Deliver a reply. Runs on the wire's thread, or on the caller's within one session."""
         if type(answer) is ReplyError:
             self._reason = self._reason or peer_text(answer.payload.decode(errors='replace'))
             return
@@ -58,7 +58,7 @@ class ZenohCall:
             self._on_reply(sample)
 
     def end(self) -> None:
-        """End the call once: no reply can come any more, or the client closes."""
+        """End the call, since no reply can come any more or the client closes. Later calls do nothing."""
         if self._client.waiting.pop(self._sequence, None) is not None:  # only one thread gets the function
             self._on_end(self._reason)
 
@@ -99,13 +99,13 @@ class ZenohClient(OpenPort, ClientPort):
         return sequence
 
     def cancel(self, sequence: int) -> None:
-        """Forget a request. If a reply is being handed over, wait for that."""
+        """Forget a request. If a reply is being delivered, wait for that."""
         call = self.waiting.pop(sequence, None)
         if call is not None and call.asked is not None and not self.state.guard.is_forked:
             self._querier.cancel(call.asked)
 
     def leave(self) -> None:
-        """Take the querier off the wire and end every call."""
+        """Undeclare the querier, and end every call."""
         self._querier.undeclare()
         for call in list(self.waiting.values()):
             call.end()
@@ -142,7 +142,7 @@ class ZenohRequest(Request):
             service.context.rejects.add('reply', service.context.wire.explain(error), service.state)
 
     def cancel(self, reason: str = '') -> None:
-        """Give the request up, with an error report if there is a reason; nothing after an answer."""
+        """End the request, with an error reply if there is a reason. Does nothing after an answer."""
         if not self._service.discard(self):
             return
         context = self._service.context
@@ -178,7 +178,7 @@ class ZenohService(OpenPort):
         return self.context.wire.declare_queryable(self.key, self._on_query)
 
     def _on_query(self, query: Query) -> None:
-        """Put a query on the list and deliver it; one that breaks the rules is refused."""
+        """Add a query to the requests and deliver it; refuse one that breaks the rules."""
         try:
             sample = sample_of(query)
         except RemoteError as error:
@@ -207,7 +207,7 @@ class ZenohService(OpenPort):
         query.end()
 
     def discard(self, request: ZenohRequest) -> bool:
-        """Take a request off the list; True for the one caller that found it there."""
+        """Remove a request; return True only to the caller that has removed it."""
         if self.state.guard.is_forked:
             self.state.check()
         _, sequence, _, _, gid = request.sample
@@ -215,7 +215,7 @@ class ZenohService(OpenPort):
         with self._lock:
             if self._waiting.get(call) is not request:
                 return False
-            return self._waiting.pop(call, None) is not None  # a signal's handler may have been here
+            return self._waiting.pop(call, None) is not None  # a signal handler may have removed it meanwhile
 
     def cancel_all(self) -> None:
         """Undeclare the queryable, and end every unanswered request."""

@@ -1,4 +1,4 @@
-"""One context's session: opened as the environment says, closed once with all that it has; and its nodes.
+"""The Zenoh session of one context, and its nodes.
 
 GOALWIRE_ZENOH says which session is opened: `native`, the default, for goalwire's own, or `eclipse`. If the
 configuration asks for something that goalwire's own does not do, eclipse-zenoh is used in its place, and
@@ -85,7 +85,7 @@ def _open_wire(configuration: Configuration, security: SessionSecurity | None) -
 
 
 def _refuse_unprotected(security: SessionSecurity | None, why: str) -> None:
-    """Raise TransportError if a session is to be eclipse-zenoh's, which knows no policy."""
+    """Raise TransportError if the program has an identity, since eclipse-zenoh checks no policy."""
     if security is not None:
         raise TransportError(
             f"{why} opens a session of eclipse-zenoh's, which would not check the policy: leave that out, "
@@ -106,7 +106,7 @@ def _open_eclipse(configuration: Configuration, why: str) -> Wire:
 
 
 def _watch_tokens(context: ZenohContext, listener: GraphListener) -> Declared:
-    """Tell `listener` of every token; of the present ones before this returns."""
+    """Report every token to `listener`; those that exist now are reported before this returns."""
 
     def on_token(token: str, is_there: bool) -> None:
         try:
@@ -123,7 +123,7 @@ def _watch_tokens(context: ZenohContext, listener: GraphListener) -> Declared:
 
 
 class NewEndpoint(NamedTuple):
-    """One endpoint on its way onto the wire, and its names there."""
+    """An endpoint that is being declared: its state, its key, its token and its entity."""
 
     state: EndpointState
     key: str
@@ -186,7 +186,7 @@ class ZenohNode(OpenNode):
 
     @contextmanager
     def _opening(self, endpoint: Endpoint) -> Iterator[NewEndpoint]:
-        """Name an endpoint. If the block fails, its declarations are undone."""
+        """Prepare an endpoint's key and token. If the block fails, its declarations are undone."""
         context, node_id = self._context, self._id
         title = f"{endpoint.kind.value} '{endpoint.name}'"
         with self.ports.opening(title) as state, context.refusing(title):
@@ -208,13 +208,14 @@ class ZenohNode(OpenNode):
 
 
 NO_ROUTER = (Holder.MUTE, Holder.STRANGER)
-"""The holders of a port that cannot be a router."""
+"""The kinds of programs on the port that are not a router."""
 
 GREETING_MS = 1000
-"""How long a session waits for an answer on the port, if it was not held by a router when it opened."""
+"""How long a session waits for an answer on the port, if another program than a router held the port."""
 
 TAKE_OVER_S = 1.0
-"""How long the rendezvous may be without a holder: its port is bound, and found, again within this."""
+"""The longest time after which another process has taken the rendezvous's port, and sessions have found
+it."""
 
 
 def open_session(options: SessionOptions) -> Session:
@@ -225,7 +226,7 @@ def open_session(options: SessionOptions) -> Session:
     if plan.rendezvous is not None:
         RENDEZVOUS.offer(plan.port, plan.rendezvous)
     try:
-        # A port with TLS does not answer to a greeting without it.
+        # A port with TLS does not answer a greeting without TLS.
         found = Holder.NOBODY if security is not None else _greet_holder(plan)
         wire = _open_wire(plan.session, security)
     except BaseException:
@@ -240,7 +241,7 @@ def open_session(options: SessionOptions) -> Session:
 
 
 def _secure(enclave: str) -> SessionSecurity | None:
-    """Return the session's part of its keystore. Raises SecurityError."""
+    """Return the session's identity and policy from the keystore. Raises SecurityError."""
     # Imported here, since most programs run without security
     from goalwire.security.environment import choose_identity
     from goalwire.transport.zenoh.guards import SessionSecurity
@@ -250,10 +251,10 @@ def _secure(enclave: str) -> SessionSecurity | None:
 
 
 def _greet_holder(plan: Plan) -> Holder:
-    """Return a description of the program at the port of the rendezvous; one that is not a router is logged.
+    """Return the kind of program on the rendezvous's port; warn if that is not a router.
 
-    A session that meets such goes on trying, but never waits long for one answer, so that it can be closed at
-    any time.
+    In that case the session goes on trying, but waits only shortly for each answer, so that it can be closed
+    at any time.
     """
     if plan.local is None:
         return Holder.NOBODY
@@ -273,7 +274,7 @@ def _greet_holder(plan: Plan) -> Holder:
 
 
 def _watch_port(context: ZenohContext, port: int) -> Declared:
-    """Leave the port of the rendezvous to somebody else's router from the moment the session meets it."""
+    """Leave the rendezvous's port to a router that is not goalwire's as soon as the session meets one."""
 
     def on_router(zid: str, address: str) -> None:
         if local_port([address], '') == port and not built_in.is_rendezvous_id(zid):
@@ -288,9 +289,10 @@ def _stop_offering(plan: Plan) -> None:
 
 
 def _look_for_router(wire: Wire, plan: Plan, found: Holder) -> None:
-    """Warn if no router is met within ZENOH_ROUTER_CHECK_ATTEMPTS; sessions meet each other there.
+    """Warn if no router answers within ZENOH_ROUTER_CHECK_ATTEMPTS: sessions find each other through it.
 
-    One that has answered, or that this process is about to offer, has a moment more to greet the session.
+    A router that has answered the greeting, or that this process is about to offer, gets TAKE_OVER_S at
+    least.
     """
     seconds = environment.router_check_seconds()
     if seconds is None or wire.wait_for_router(0):
@@ -330,7 +332,7 @@ class ZenohSession(OpenSession):
         self._context = context
         self._lock = RLock()
         self.watchers: list[Declared] = []
-        """The declarations of the session itself, beside those of its nodes."""
+        """The session's own declarations; those of its nodes are kept by the nodes."""
         self.state.undo += [stop_offering, self._disconnect, self.nodes.close, self._unwatch_all]
         close_at_exit(self)
 
@@ -341,7 +343,7 @@ class ZenohSession(OpenSession):
             return self.nodes.keep(ZenohNode(self._context, name, state))
 
     def watch_graph(self, listener: GraphListener) -> None:
-        """Tell `listener` of every token of the domain."""
+        """Report every node and endpoint of the domain to `listener`, and every change."""
         self.state.check()
         watcher = _watch_tokens(self._context, listener)
         with self._lock:
