@@ -1,9 +1,9 @@
 """The life of sessions, nodes and endpoints, the same on all wires: open, then closed once.
 
 An `EndpointState` keeps the steps that take it off the wire in `undo`. They run when it is closed, the last
-one first; also where opening fails halfway. `Children` are what was declared through it and closes with it: a
-session's nodes, a node's endpoints. A `ForkGuard` says that none of it may be used any more: because this
-process is a forked child of the one that opened it, or because the context has ended. `Shared` holds what
+one first; also if opening fails halfway. `Children` were declared through it and close with it: a
+session's nodes, a node's endpoints. A `ForkGuard` tells if a session may not be used any more, since this
+process is a forked child of the one that opened it, or the context has ended. `Shared` holds what
 several sessions use, as long as one of them does.
 
 A fork copies a session's memory but not its threads and links. Whatever was opened before the fork raises
@@ -32,24 +32,25 @@ OTHER_CLOSER_S = 15.0
 
 
 class EndpointState:
-    """Whether a declared thing is open, and how it is taken off the wire."""
+    """The state of a session, node or endpoint: open or closed, and the steps that take it off the wire."""
 
     __slots__ = ('_turn', 'closed', 'guard', 'logger', 'title', 'undo')
 
     def __init__(self, title: str, guard: ForkGuard, logger: str = LOGGER) -> None:
         self.title = title
         self.logger = logger
-        """The name of the logger for faults of this thing."""
+        """The name of the logger for errors of this thing."""
         self.closed = False
         self.guard = guard
-        """Shared by all of a session. Looked at with each message, past `is_forked`: a call less."""
+        """Shared by everything in a session. Each publish reads it directly, which saves the call of
+        `is_forked`."""
         self.undo: list[Callable[[], object]] = []
         """The steps of closing, the last one first. If one fails, the others are done all the same."""
         self._turn = RLock()
 
     @property
     def is_forked(self) -> bool:
-        """True in a child forked since."""
+        """True in a child process that was forked since."""
         return self.guard.is_forked
 
     def check(self) -> None:
@@ -69,10 +70,10 @@ class EndpointState:
             raise ClosedError(f'{self.title} was used after the end of its context; stop using it first')
 
     def close(self) -> None:
-        """Undo what was done for it, once; a forked child has nothing to undo.
+        """Run the steps in `undo`, once; a forked child has nothing to undo.
 
-        A second caller waits for the first, so that it may rely on the end as well; a call from within
-        the closing itself returns at once. Raises what the first of the steps that failed has raised.
+        A second caller waits for the first, so that everything is closed for it, too. A call from within one
+        of the steps returns at once. Raises the error of the first step that failed.
         """
         if self.guard.is_forked or not self._turn.acquire(timeout=OTHER_CLOSER_S):
             return
@@ -114,14 +115,14 @@ class Children:
 
     def __init__(self, parent: EndpointState) -> None:
         self._parent = parent
-        self._lock = RLock()  # a finalizer may close one while its thread is in here
+        self._lock = RLock()  # reentrant: a finalizer may close a child while its thread holds the lock
         self._children: dict[bytes, Child] = {}
 
     @contextmanager
     def opening(self, title: str, logger: str = '') -> Iterator[EndpointState]:
-        """Open a child: the block does that, notes in `undo` how to undo it, and keeps the child at last.
+        """Open a child in the block, which adds the steps of closing to `undo` and calls `keep` at the end.
 
-        Where the block fails, or the parent is closed meanwhile, what was done is undone. Raises ClosedError
+        If the block fails, or the parent is closed meanwhile, the steps in `undo` are run. Raises ClosedError
         or ForkedError if the parent is not open.
         """
         parent = self._parent
@@ -136,11 +137,11 @@ class Children:
             raise
 
     def keep(self, child: C) -> C:
-        """Take note of a new one, which is wholly open, and return it.
+        """Add a child, which is completely open, and return it.
 
-        Raises ClosedError if the parent is closed. So closing the parent closes all that were noted, and
-        none comes later. A child leaves as the last step of its closing: until then whoever closes the parent
-        waits for it.
+        Raises ClosedError if the parent is closed. So closing the parent closes all children, and none is
+        added later. A child is discarded in the last step of its closing: until then the closing of the
+        parent waits for it.
         """
         with self._lock:
             if not self._parent.closed:
@@ -151,7 +152,7 @@ class Children:
         return child
 
     def discard(self, gid: bytes) -> None:
-        """One has been closed; an unknown one is not an error."""
+        """Remove a child that was closed; an unknown one is ignored."""
         with self._lock:
             self._children.pop(gid, None)
 
@@ -218,7 +219,7 @@ _open: WeakSet[Closable] = WeakSet()
 
 
 def close_at_exit(closable: Closable) -> None:
-    """Have something closed when the interpreter ends, while its threads can still run callbacks."""
+    """Close something when the interpreter ends, while its threads can still run callbacks."""
     _open.add(closable)
 
 
@@ -247,7 +248,7 @@ class Shared(Generic[K, V]):
     def __init__(self, end: Callable[[V], object] | None = None) -> None:
         self._end = end
         self._reset()
-        in_child(self._reset)  # the parent's are dead there, and its lock may have been held
+        in_child(self._reset)  # the parent's things are dead in a child, and its lock may have been held
 
     def _reset(self) -> None:
         self._lock = Lock()
@@ -261,14 +262,14 @@ class Shared(Generic[K, V]):
             return thing
 
     def get(self, key: K) -> V | None:
-        """Return the thing for a moment, if there is one; takes no lock."""
+        """Return the thing, or None, without becoming its user; takes no lock."""
         found = self._things.get(key)
         return None if found is None else found[0]
 
     def close(self, key: K) -> None:
-        """One user leaves; an unknown key is not an error.
+        """Give the thing back for one user; an unknown key is ignored.
 
-        With the last user the thing ends, and not before that is over is another one made.
+        The last user ends the thing. Another one is made only after that is over.
         """
         with self._lock:
             if key not in self._things:
@@ -290,10 +291,10 @@ class Shared(Generic[K, V]):
                     self._end(thing)
 
     def things(self) -> list[V]:
-        """Return all that there are; takes no lock."""
+        """Return all things; takes no lock."""
         return [thing for thing, _ in self._things.values()]
 
     def users(self) -> int:
-        """Return how many users there are."""
+        """Return how many users a thing has."""
         with self._lock:
             return sum(users for _, users in self._things.values())

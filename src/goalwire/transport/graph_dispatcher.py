@@ -1,4 +1,4 @@
-"""Tells a listener of the graph's changes, one at a time and in order."""
+"""Reports the graph's changes to a listener, one at a time and in order."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from goalwire.reports import report_failure
 from goalwire.transport.contract import GraphEntity, GraphListener
 
 Change: TypeAlias = tuple[bool, GraphEntity]
-"""True for a thing that has come, False for one that has gone; and the thing."""
+"""True and a node or endpoint that has come, or False and one that has gone."""
 GraphDispatcher: TypeAlias = OrderedDispatcher[Change | None]
-"""Tells a listener of changes in the graph; None stands for a connection made or lost."""
+"""Reports changes in the graph to a listener; None stands for an endpoint matched or unmatched."""
 
 
 def graph_dispatcher(listener: GraphListener) -> GraphDispatcher:
-    """Return a function that tells `listener` of changes.
+    """Return a dispatcher that reports changes to `listener`.
 
-    Its errors are reported, and the next change comes all the same.
+    The listener's errors are logged, and do not stop later changes.
     """
 
     def tell(change: Change | None) -> None:

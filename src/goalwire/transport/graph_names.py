@@ -1,4 +1,4 @@
-"""The names of others that the graph accepts."""
+"""The check of names that other sessions announce."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ NAME_LIMIT = 1000
 
 
 def check_names(what: str, *names: str) -> None:
-    """Raise RemoteError for a name that no log can show: with control characters, or without end."""
+    """Raise RemoteError for a name that no log should show: it has control characters or is too long."""
     for name in names:
         if len(name) > NAME_LIMIT:
             raise RemoteError(f"{what}: {len(name)} characters, {NAME_LIMIT} are allowed: '{name}'")

@@ -1,4 +1,4 @@
-"""Whether this machine can talk to itself: in a new network namespace the loopback device is down."""
+"""The check of the loopback device, which is down in a new network namespace."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _DISCARD_PORT = 9
 
 
 def is_loopback_down() -> bool:
-    """Whether 127.0.0.1 has no route. Sends nothing."""
+    """Return whether 127.0.0.1 has no route. Sends nothing."""
     import socket  # needed only when something is broken
 
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:

@@ -1,4 +1,4 @@
-"""The transports that there are; RMW_IMPLEMENTATION chooses one."""
+"""The available transports; RMW_IMPLEMENTATION chooses one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from goalwire.transport.contract import Transport
 
 DEFAULT = 'rmw_zenoh_cpp'
 WITHIN_ONE_PROCESS = 'goalwire_memory'
-"""The transport that reaches no other process."""
+"""The transport that stays within one process."""
 _MODULES = {
     'rmw_zenoh_cpp': 'goalwire.transport.zenoh',
     'rmw_cyclonedds_cpp': 'goalwire.transport.dds',

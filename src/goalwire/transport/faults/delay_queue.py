@@ -1,4 +1,4 @@
-"""Delivers packets late and in order, by a thread that lives only while there are any."""
+"""Delivers packets late and in order, on a thread that lives only while packets wait."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Clock(Protocol):
     def now(self) -> int:
         """Steady time in ns."""
 
-    # A clock's waiter, of whatever type: it has `wait(timeout_ns)` and `wake()`.
+    # `waiter` is of the clock's own type, which has `wait(timeout_ns)` and `wake()`.
     def wait(self, waiter: Any, deadline_ns: int | None) -> bool:
         """Sleep in `waiter` until it is woken (True) or steady time reaches `deadline_ns` (False)."""
 
@@ -61,15 +61,13 @@ class DelayQueue:
         self._lock = Lock()
         self._heap: list[tuple[int, int, Path | None, Callable[[], None]]] = []
         self._under_way: dict[Path, tuple[int, int]] = {}
-        """How many are under way on a path, and when the last of them arrives."""
+        """How many packets are under way on a path, and when the last of them arrives."""
         self._serial = 0
         self._waiter = EventWaiter()
         self._thread: Thread | None = None
 
     def carry(self, path: Path, delay_ns: int, deliver: Callable[[], None], *, overtakes: bool) -> None:
-        """Deliver on this thread if nothing delays the packet; else after `delay_ns`, behind earlier
-        packets.
-        """
+        """Deliver a packet on this thread if nothing delays it; else after `delay_ns` and earlier packets."""
         with self._lock:
             number, last_due = self._under_way.get(path, (0, 0))
             late = delay_ns > 0 or (number > 0 and not overtakes)
@@ -133,7 +131,7 @@ class DelayQueue:
             return len(self._heap)
 
     def clear(self) -> None:
-        """Lose everything that is under way, and wait for the thread to end."""
+        """Drop all packets that are under way, and wait for the thread to end."""
         with self._lock:
             self._heap.clear()
             self._under_way.clear()

@@ -29,11 +29,11 @@ class Kind(Enum):
 
 
 class Packet(NamedTuple):
-    """One thing on its way. Nodes by their qualified names, '' if the graph does not know the source."""
+    """One message, request or reply. Nodes have qualified names; `source` is '' if the graph lacks it."""
 
     kind: Kind
     name: str
-    """Of the topic or service: '/chatter', '/move/_action/feedback'."""
+    """The name of the topic or service: '/chatter', '/move/_action/feedback'."""
     source: str
     target: str
     payload: Payload
@@ -43,7 +43,7 @@ class Packet(NamedTuple):
 
     @property
     def path(self) -> Path:
-        """The sending and the receiving node."""
+        """The packet's path: kind, name, source and target."""
         return self.kind, self.name, self.source, self.target
 
 
@@ -52,10 +52,10 @@ EVERYTHING: frozenset[Kind] = frozenset(Kind)
 
 @dataclass(eq=False, kw_only=True)
 class Fault(ABC):
-    """One fault. Nodes and names are matched as a shell matches files; a node without a slash is of '/'."""
+    """One fault. `source`, `target` and `name` are shell patterns; 'arm' stands for the node '/arm'."""
 
     rate: float = 1.0
-    """The share of the packets that is struck, at random."""
+    """The probability from 0 to 1 that a packet is struck."""
     times: int | None = None
     """How many packets it strikes before it ends; None: without end."""
     source: str = '*'
@@ -73,7 +73,7 @@ class Fault(ABC):
         self.source, self.target = qualified(self.source), qualified(self.target)
 
     def meets(self, packet: Packet) -> bool:
-        """Whether it is about this one at all."""
+        """Return whether the fault applies to a packet, apart from its rate."""
         return (
             packet.kind in self.strikes_on
             and self.kind in {None, packet.kind}
@@ -83,7 +83,7 @@ class Fault(ABC):
         )
 
     def apply(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:
-        """Return the packets that a packet becomes at `now` (ns): none, itself, another one, several."""
+        """Return the packets that replace a packet at `now` (ns): none, itself, another one, or several."""
         if (self.times is not None and self.struck >= self.times) or not self.meets(packet):
             return (packet,)
         if self.rate < 1.0 and rng.random() >= self.rate:
@@ -125,7 +125,7 @@ class LostReply(Loss):
 
 @dataclass(eq=False)
 class Delay(Fault):
-    """Late by `seconds`, and by up to `jitter` seconds more."""
+    """Delays packets by `seconds`, and by up to `jitter` seconds more."""
 
     seconds: float = field(kw_only=False)
     jitter: float = 0.0
@@ -142,7 +142,7 @@ class Delay(Fault):
 
 @dataclass(eq=False)
 class Duplication(Fault):
-    """Doubles packets. A client takes only one reply, so replies are not doubled."""
+    """Delivers packets twice, except replies, since a client takes only one."""
 
     strikes_on = frozenset({Kind.MESSAGE, Kind.REQUEST})
 
@@ -152,7 +152,7 @@ class Duplication(Fault):
 
 @dataclass(eq=False)
 class Reordering(Fault):
-    """Holds packets back by `by` seconds, while later ones pass."""
+    """Delays packets by `by` seconds, while later packets overtake them."""
 
     by: float = 0.01
 
@@ -166,9 +166,9 @@ class Reordering(Fault):
 
 @dataclass(eq=False)
 class SlowReader(Fault):
-    """Busy for `period` seconds with each thing, and so long for each byte that it does `bytes_per_s`.
+    """A reader that needs `period` seconds for each packet, and handles `bytes_per_s`.
 
-    Each path has a reader of its own. Of a topic's messages `room` may wait, more are lost.
+    Each path has a reader of its own. Up to `room` messages of a topic wait; further ones are lost.
     """
 
     period: float = field(default=0.0, kw_only=False)
@@ -177,7 +177,7 @@ class SlowReader(Fault):
     lost: int = field(default=0, init=False)
     """How many messages found no room."""
     _busy: dict[Path, deque[int]] = field(default_factory=lambda: defaultdict(deque), init=False, repr=False)
-    """For each message under way, when the path will be done with it."""
+    """For each packet under way, the time at which its path's reader has handled it."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -199,7 +199,7 @@ class SlowReader(Fault):
 
 
 _HEADER = 4
-"""Bytes of encapsulation before every message. A wire may read them itself, so faults do not touch them."""
+"""Bytes of encapsulation before every message. A wire may read them itself, so no fault changes them."""
 
 
 @dataclass(eq=False)
@@ -221,9 +221,10 @@ LEASE_S = 10.0
 
 @dataclass(eq=False)
 class Partition(Fault):
-    """Nothing gets from `here` to `there`, nor back unless it is `one_way`; what is sent meanwhile is lost.
+    """Loses all packets from `here` to `there`, and back unless it is `one_way`.
 
-    After `lease` seconds each side also loses the other from its graph, and the calls that wait for it end.
+    After `lease` seconds each side also removes the other from its graph, and ends the calls that wait for
+    it.
     """
 
     here: str = field(kw_only=False)
@@ -239,11 +240,11 @@ class Partition(Fault):
         self.here, self.there = qualified(self.here), qualified(self.there)
 
     def begin(self, now: int) -> None:
-        """Begin, and with it the lease."""
+        """Begin the partition, and with it the lease."""
         self.noticed_at = now + to_ns(self.lease)
 
     def cuts(self, source: str, target: str) -> bool:
-        """Whether nothing gets from `source` to `target`."""
+        """Return whether the partition stops packets from `source` to `target`."""
         return self._forth(source, target) or (not self.one_way and self._forth(target, source))
 
     def _forth(self, source: str, target: str) -> bool:
@@ -260,7 +261,7 @@ _ENCAPSULATION = 4
 
 
 class Moment(Enum):
-    """When a packet is looked at, at its sender or its receiver."""
+    """The moments in a packet's life, at its sender and its receiver."""
 
     SENDING = 'before it is sent'
     SENT = 'once it is sent'
@@ -268,7 +269,7 @@ class Moment(Enum):
 
 
 class Point(Enum):
-    """Where in the life of a call or a goal: what must cross, with what end of its name, and when."""
+    """A point in the life of a call or goal: a kind of packet, the end of its name, and a moment."""
 
     REQUEST_RECEIVED = Kind.REQUEST, '', Moment.ARRIVED
     HANDLER_DONE = Kind.REPLY, '', Moment.SENDING
@@ -277,15 +278,15 @@ class Point(Enum):
     GOAL_ACCEPTED = Kind.REPLY, '/_action/send_goal', Moment.SENT
     FEEDBACK_SENT = Kind.MESSAGE, '/_action/feedback', Moment.SENT
     RESULT_READY = Kind.REPLY, '/_action/get_result', Moment.SENDING
-    """The goal has ended, its client does not know yet."""
+    """The goal has ended, but its client does not know yet."""
 
 
 @dataclass(eq=False)
 class Kill:
     """Kills `node` when the `nth` packet of its service, topic or action `name` comes to `point`, once.
 
-    `process` ends this process by SIGKILL. Else the node alone is dead: nothing leaves or reaches it from
-    that moment, and its endpoints vanish from the graph.
+    With `process`, this process is ended by SIGKILL. Otherwise only the node is dead: from that moment
+    nothing leaves or reaches it, and its endpoints vanish from the graph.
     """
 
     node: str
@@ -295,14 +296,14 @@ class Kill:
     process: bool = field(default=False, kw_only=True)
     struck: int = field(default=0, init=False)
     struck_at: int = field(default=0, init=False)
-    """When, in ns of the faults' clock."""
+    """The time of the kill, in ns of the faults' clock."""
     _met: int = field(default=0, init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.node = qualified(self.node)
 
     def strikes(self, moment: Moment, packet: Packet) -> bool:
-        """Count a packet of its server; whether this is the one."""
+        """Count a packet that comes to `point`; return True if it is the `nth`."""
         kind, suffix, when = self.point.value
         server = packet.target if kind is Kind.REQUEST else packet.source
         if (
@@ -333,11 +334,11 @@ class FailedCall:
     nth: int = field(default=1, kw_only=True)
     struck: int = field(default=0, init=False)
     struck_method: str = field(default='', init=False)
-    """Which it was."""
+    """The method of the call that failed."""
     _met: int = field(default=0, init=False, repr=False)
 
     def check(self, method: str) -> None:
-        """Count a call; raises TransportError if it is the one."""
+        """Count a call; raise TransportError if it is the `nth`."""
         if self.struck or not fnmatchcase(method, self.method):
             return
         self._met += 1

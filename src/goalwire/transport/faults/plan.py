@@ -1,4 +1,4 @@
-"""The faults of the moment: which of them applies to which packet."""
+"""The plan of faults: the current ones, and their effect on each packet."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ FaultT = TypeVar('FaultT', bound=AnyFault)
 
 
 class Watching(Protocol):
-    """A session that applies changes of the faults to its graph."""
+    """A session that updates its graph when the faults change."""
 
     def look_again(self) -> None:
-        """Look at the partitions again: one may have changed."""
+        """Update the graph, since a partition may have changed."""
 
     def kill(self, name: str) -> None:
         """Remove a dead node's endpoints from the graph."""
 
 
 class Plan:
-    """The faults of the sessions that were opened with it; to be changed at any time, by any thread.
+    """The faults of the sessions that were opened with it. Any thread may change them at any time.
 
-    The same seed gives the same fates to the same things sent on each path, whatever else is sent. Delays
-    pass in the time of `clock`. Messages and requests meet their faults where they arrive and replies where
-    they are sent: so it is the servers' and the subscriptions' processes that need the faults.
+    With the same seed the same packets on a path meet the same faults, whatever is sent on other paths.
+    Delays pass in the time of `clock`. Faults are applied to messages and requests where they arrive, and to
+    replies where they are sent: so the processes of servers and subscriptions need the faults.
     """
 
     def __init__(self, *faults: AnyFault, seed: int = 0, clock: Clock | None = None) -> None:
@@ -58,17 +58,17 @@ class Plan:
     def partition(
         self, here: str, there: str = '*', *, one_way: bool = False, lease: float = LEASE_S
     ) -> Partition:
-        """Part two nodes, or one node from all others."""
+        """Add a partition between two nodes, or between one node and all others."""
         return self.add(Partition(here, there, one_way=one_way, lease=lease))
 
     def heal(self, *faults: AnyFault) -> None:
-        """End these faults, or all. The dead stay dead until a node of that name begins."""
+        """End these faults, or all. A killed node stays dead until a new node takes its name."""
         with self._lock:
             self._faults = tuple(each for each in self._faults if faults and each not in faults)
         self._look_again()
 
     def discard(self) -> None:
-        """Lose the packets under way."""
+        """Drop the packets under way."""
         self._delay_queue.clear()
 
     @property
@@ -83,19 +83,19 @@ class Plan:
 
     @property
     def under_way(self) -> int:
-        """How many deliveries wait for their time."""
+        """How many packets wait for their time."""
         return self._delay_queue.under_way
 
     # -- what sessions ask ---------------------------------------------------------------------------------
 
     def opened(self, session: Watching) -> None:
-        """Take note of a session that was opened."""
+        """Add a session that was opened."""
         with self._lock:
             self._sessions += (session,)
         self._look_again()
 
     def closed(self, session: Watching) -> None:
-        """Take note of a closed session. With the last one the packets under way are lost."""
+        """Remove a closed session. After the last one the packets under way are dropped."""
         with self._lock:
             self._sessions = tuple(each for each in self._sessions if each is not session)
             was_last = not self._sessions
@@ -103,18 +103,18 @@ class Plan:
             self._delay_queue.clear()
 
     def revive(self, node: str) -> None:
-        """A node of that name begins, which may have died before."""
+        """Note that a node of this name is alive again."""
         with self._lock:
             self._dead -= {node}
 
     def call(self, method: str) -> None:
-        """A method of the transport is called. Raises TransportError if that shall fail."""
+        """Count a call of a transport's method. Raises TransportError if a fault lets it fail."""
         for fault in self._faults:
             if isinstance(fault, FailedCall):
                 fault.check(method)
 
     def passes(self, moment: Moment, packet: Packet) -> bool:
-        """Whether a packet goes on at this moment; false from the moment on that an end of it is dead."""
+        """Return whether a packet goes on after this moment: True unless its source or target is dead."""
         for fault in self._faults:
             if isinstance(fault, Kill) and fault.strikes(moment, packet):
                 self._kill(packet.target if moment is Moment.ARRIVED else packet.source, fault)
@@ -126,11 +126,12 @@ class Plan:
         fault.struck_at = self._clock.now()
         with self._lock:
             self._dead |= {node}
-        # A session may not be touched from where it delivers: the delay queue's thread removes the endpoints.
+        # This may run inside a session's delivery, so another thread, the delay queue's, removes the
+        # endpoints.
         self._delay_queue.do_later(0, lambda: self._kill_at(node))
 
     def send(self, packet: Packet, deliver: Callable[[Packet], None]) -> bool:
-        """Deliver a packet as the faults change it, each part at its time; False if nothing is delivered."""
+        """Apply the faults to a packet and deliver the results in time; False if there are none."""
         with self._lock:
             results = self._fate(packet)
         for result in results:
@@ -160,7 +161,7 @@ class Plan:
         return rng
 
     def parted(self, source: str, target: str) -> bool:
-        """Whether `target` has noticed by now that nothing comes from `source`."""
+        """Return whether a partition has cut `source` off from `target` for longer than its lease."""
         now = self._clock.now()
         return any(
             isinstance(fault, Partition) and fault.noticed_at <= now and fault.cuts(source, target)
@@ -168,7 +169,7 @@ class Plan:
         )
 
     def _look_again(self) -> None:
-        """Let every session look at the graph, now and when the lease of a partition ends."""
+        """Let every session update its graph, now and when the lease of a partition ends."""
         for session in self._sessions:
             session.look_again()
         now = self._clock.now()

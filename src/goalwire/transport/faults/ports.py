@@ -1,7 +1,7 @@
-"""The ports of a wire with faults: what is sent through them passes the faults of a plan.
+"""Ports that apply the faults of a plan to the packets of a wire.
 
-Messages and requests pass theirs where they arrive, replies where they are sent. When a partition hides every
-server of a client, its calls end.
+Faults are applied to messages and requests where they arrive, and to replies where they are sent. If a
+partition hides every server of a client, the client's calls end.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _MATCHED = {PublisherEvent.RCL_PUBLISHER_MATCHED, SubscriptionEvent.RCL_SUBSCRIP
 
 
 class FaultyPort(Port):
-    """The base of the ports: the wire's own port, and the plan of faults."""
+    """The base class of the ports: it holds the wire's own port and the plan of faults."""
 
     _inner: Port
     faults: Plan
@@ -39,7 +39,7 @@ class FaultyPort(Port):
         return event not in _MATCHED and self._inner.watch_event(event, changed)
 
     def peer_count(self) -> None:
-        """Leave the count to the graph, as its event."""
+        """Return None: matches are counted in the graph, as the event is."""
 
     def close(self) -> None:
         """Undeclare."""
@@ -48,7 +48,7 @@ class FaultyPort(Port):
 
 
 class ReceivingPort(FaultyPort, Generic[T]):
-    """A port that receives messages or requests. Those under way are lost when it is closed."""
+    """A port that receives messages or requests. Closing it drops those under way."""
 
     kind: Kind
 
@@ -73,7 +73,7 @@ class ReceivingPort(FaultyPort, Generic[T]):
 
     @abstractmethod
     def _receive(self, arrived: T) -> None:
-        """Take a message that the wire delivers."""
+        """Take a message or request that the wire delivers."""
 
     def _send_on(self, sample: Sample, source: str, deliver: Callable[[Sample], None]) -> bool:
         """Deliver a sample from the node `source` as the faults change it; False if nothing is delivered."""
@@ -87,13 +87,13 @@ class ReceivingPort(FaultyPort, Generic[T]):
         return self.faults.passes(Moment.ARRIVED, packet) and self.faults.send(packet, arrive)
 
     def close(self) -> None:
-        """Undeclare. Packets under way are lost."""
+        """Undeclare the port. Packets under way are dropped."""
         self._is_closed = True
         super().close()
 
 
 class FaultyPublisher(FaultyPort, PublisherPort):
-    """A publisher; its messages meet their faults where they arrive."""
+    """A publisher. Faults are applied to its messages where they arrive."""
 
     _inner: PublisherPort
 
@@ -110,7 +110,7 @@ class FaultyPublisher(FaultyPort, PublisherPort):
         return self._inner.dropped
 
     def publish(self, payload: bytes) -> None:
-        """Send one message; that of a dead node goes nowhere."""
+        """Send one message; drop it if the node is dead."""
         self.faults.call('publisher.publish')
         packet = Packet(Kind.MESSAGE, self._name, self._node, '', payload)
         if self.faults.passes(Moment.SENDING, packet):
@@ -123,13 +123,13 @@ class FaultyPublisher(FaultyPort, PublisherPort):
         self._inner.assert_liveliness()
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
-        """Wait for the wire's acknowledgements, which know nothing of faults."""
+        """Wait for the wire's acknowledgements. Faults do not delay these."""
         self.faults.call('publisher.wait_for_acknowledgements')
         return self._inner.wait_for_acknowledgements(timeout_ns)
 
 
 class FaultySubscription(ReceivingPort[Sample]):
-    """A subscription: here messages meet their faults."""
+    """A subscription, which applies the faults to arriving messages."""
 
     kind = Kind.MESSAGE
 
@@ -142,7 +142,7 @@ class FaultySubscription(ReceivingPort[Sample]):
 
 
 class FaultyCall:
-    """One request that waits. It ends once, by the wire or because its servers are out of sight."""
+    """One request that waits. It ends once: by the wire, or because its servers are hidden."""
 
     def __init__(
         self, client: FaultyClient, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
@@ -154,12 +154,12 @@ class FaultyCall:
         self.is_over = False
 
     def on_reply(self, sample: Sample) -> None:
-        """Hand a reply over, unless the call has ended."""
+        """Give a reply to the caller, unless the call has ended."""
         if not self.is_over:
             self._on_reply(sample)
 
     def on_end(self, reason: str) -> None:
-        """End the call, at the first time."""
+        """End the call; only the first time has an effect."""
         if self._client.ended(self):
             self._on_end(reason)
 
@@ -198,7 +198,7 @@ class FaultyClient(FaultyPort, ClientPort):
         return sequence
 
     def ended(self, call: FaultyCall) -> bool:
-        """A call has ended; False if it had before."""
+        """Mark a call as ended; return False if it had ended before."""
         with self._lock:
             was_over, call.is_over = call.is_over, True
             self._calls.pop(call.sequence, None)
@@ -223,7 +223,7 @@ class FaultyClient(FaultyPort, ClientPort):
             self._end(call)
 
     def _end(self, call: FaultyCall) -> None:
-        """End a call of which the wire has not said that it has ended."""
+        """End a call that the wire has not ended yet."""
         try:
             call.on_end('')
         except Exception as error:
@@ -231,17 +231,17 @@ class FaultyClient(FaultyPort, ClientPort):
         self._inner.cancel(call.sequence)
 
     def reaches_server(self) -> bool:
-        """Whether a server that the graph shows can be called already."""
+        """Return whether a server that the graph shows can be called now."""
         self.faults.call('client.reaches_server')
         return self._inner.reaches_server()
 
 
 _KEPT = 10_000
-"""How many requests without an answer are remembered; the oldest is then cancelled."""
+"""How many unanswered requests are kept. Beyond this the oldest is cancelled."""
 
 
 class FaultyService(ReceivingPort[Request]):
-    """A service server: here requests and their replies meet their faults."""
+    """A service server, which applies the faults to requests and their replies."""
 
     kind = Kind.REQUEST
 
@@ -265,13 +265,13 @@ class FaultyService(ReceivingPort[Request]):
             self.keep(arrived)
 
     def keep(self, request: Request) -> None:
-        """Keep a request that will not be answered: if it was lost, nobody tells its client."""
+        """Keep a request that is lost, and do not cancel it: its client must not be told."""
         self._lost.append(request)
         if len(self._lost) > _KEPT:
             self._lost.popleft().cancel()
 
     def close(self) -> None:
-        """Undeclare. Packets under way are lost."""
+        """Undeclare the port. Packets under way are dropped."""
         super().close()
         self._lost.clear()
 
@@ -289,12 +289,12 @@ class Arrival:
         self._is_answered = False
 
     def copied(self) -> None:
-        """One more is with the server."""
+        """Count one more copy of the request with the server."""
         with self._lock:
             self._copies += 1
 
     def reply(self, payload: bytes) -> None:
-        """Send the first answer; a client ignores any other, as the wire's would."""
+        """Send the first answer; ignore any other, as a client would."""
         service = self._service
         service.faults.call('request.reply')
         with self._lock:
@@ -311,14 +311,14 @@ class Arrival:
         self._service.faults.passes(Moment.SENT, packet)
 
     def cancel(self, reason: str) -> None:
-        """Give it up, once nobody has a copy that may be answered yet."""
+        """Cancel one copy. When no other copy can be answered, cancel the request on the wire."""
         service = self._service
         service.faults.call('request.cancel')
         with self._lock:
             self._copies -= 1
             is_over = self._copies == 0 and not self._is_answered
         if is_over:
-            # The reason travels as a reply does, without a content that a fault could change.
+            # The reason travels as a reply does, but without a payload that a fault could change.
             packet = Packet(Kind.REPLY, service.name, service.node, self.client, b'')
             if not service.faults.send(packet, lambda _: self.inner.cancel(reason)):
                 service.keep(self.inner)

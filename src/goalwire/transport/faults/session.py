@@ -1,4 +1,4 @@
-"""Wraps a transport, its sessions and nodes: all that they send and receive meets the faults of a plan."""
+"""Wraps a transport, its sessions and nodes, and applies the faults of a plan to their packets."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def _key_of(entity: GraphEntity) -> _Key:
 
 
 class FilteredGraph(GraphListener):
-    """Stands between the wire's graph and its listener; `is_hidden` decides about each entity.
+    """Stands between the wire's graph and its listener, and leaves out entities that are hidden.
 
     Changes that come from the wire and from the faults at the same time reach the listener in one order.
-    Without a listener they are kept for those who ask.
+    Without a listener the entities are kept only to be queried.
     """
 
     def __init__(self, listener: GraphListener | None, is_hidden: Callable[[GraphEntity], bool]) -> None:
@@ -85,7 +85,7 @@ class FilteredGraph(GraphListener):
         self._dispatcher.drain()
 
     def look_again(self) -> None:
-        """Hide and show nodes as a partition, or its end, demands."""
+        """Hide and show entities again, since a partition has begun or ended."""
         with self._lock:
             for key, entity in self._entities.items():
                 is_hidden = self._is_hidden(entity)
@@ -102,7 +102,7 @@ class FilteredGraph(GraphListener):
             self._dispatcher.post((True, entity))
 
     def has_lost_servers(self, name: str) -> bool:
-        """Whether the service has servers, and none of them is in sight."""
+        """Return whether the service has servers, and all of them are hidden."""
         if not self._hidden:
             return False
         with self._lock:
@@ -147,11 +147,11 @@ class FaultySession(Session):
         return node
 
     def has_heard_all(self) -> bool:
-        """Whether all peers that were met have announced everything."""
+        """Return whether all known peers have announced everything."""
         return self.inner.has_heard_all()
 
     def watch_graph(self, listener: GraphListener) -> None:
-        """Tell `listener` of the part of the graph that the faults do not hide."""
+        """Report to `listener` the part of the graph that the faults do not hide."""
         self.faults.call('session.watch_graph')
         filtered_graph = FilteredGraph(listener, self._is_hidden)
         with self._lock:
@@ -176,7 +176,7 @@ class FaultySession(Session):
             self._nodes = tuple(each for each in self._nodes if each is not node)
 
     def look_again(self) -> None:
-        """Look at the partitions again: one may have changed."""
+        """Update the graph and end calls, since a partition may have changed."""
         for filtered_graph in self._graphs:
             filtered_graph.look_again()
         for node in self._nodes:
@@ -189,7 +189,7 @@ class FaultySession(Session):
                 node.inner.close()
 
     def _is_hidden(self, entity: GraphEntity) -> bool:
-        """Whether none of this session's nodes hears anything of the entity's, and has noticed."""
+        """Return whether partitions have cut the entity's node off from all nodes of this session."""
         nodes = self._nodes
         owner = entity.node.qualified
         return (
@@ -200,7 +200,7 @@ class FaultySession(Session):
 
 
 class FaultyNode(NodePort):
-    """Wraps a node: its endpoints meet the faults of the plan."""
+    """Wraps a node, and applies the faults of the plan to its endpoints."""
 
     def __init__(self, inner: NodePort, name: str, session: FaultySession) -> None:
         self.inner = inner
@@ -256,14 +256,14 @@ class FaultyNode(NodePort):
 
 
 class Faults(Plan):
-    """A plan, and the transports that open sessions with it: the wrapped ones, or all while it is entered."""
+    """A plan that can be put on one transport by `over`, or on all transports by a `with` block."""
 
     def __init__(self, *faults: AnyFault, seed: int = 0, clock: Clock | None = None) -> None:
         self._switched_on: list[Callable[[], None]] = []
         super().__init__(*faults, seed=seed, clock=clock)
 
     def over(self, transport: Transport) -> Transport:
-        """Return `transport` with these faults on it."""
+        """Return a transport whose sessions have these faults."""
 
         def open_with_faults(options: SessionOptions) -> Session:
             self.call('transport.open')
@@ -272,7 +272,7 @@ class Faults(Plan):
         return Transport(transport.identifier, open_with_faults)
 
     def __enter__(self) -> Self:
-        """Have every session that this process opens from now on opened with these faults."""
+        """Put these faults on every session that this process opens from now on."""
         self._switched_on.append(wrappers.add(self.over))
         return self
 

@@ -1,7 +1,7 @@
 """The domains of this process: their endpoints, which of them match, and the listeners of the graph.
 
-A domain's lock guards its membership only. Nothing is delivered under it. A change posts its deliveries to
-dispatchers, in the order of the changes, and they are drained once the lock is free.
+A domain's lock guards only the lists of its members. Nothing is delivered while it is held. A change posts
+its deliveries to dispatchers, in the order of the changes, and they are drained once the lock is free.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from goalwire.transport.graph_dispatcher import GraphDispatcher, graph_dispatche
 from goalwire.transport.memory.ports import MemoryPublisher, MemoryService, MemorySubscription
 
 Key: TypeAlias = tuple[str, str, str]
-"""Name, type and hash: endpoints that share all three match, whatever the QoS (as in rmw_zenoh)."""
+"""Name, type and hash. Endpoints that share all three match, whatever their QoS (as in rmw_zenoh)."""
 
 
 def key_of(entity: GraphEntity) -> Key:
@@ -38,7 +38,7 @@ class MemoryDomain:
     # Endpoints ------------------------------------------------------------
 
     def add_publisher(self, publisher: MemoryPublisher) -> None:
-        """Connect a publisher with the subscriptions that wait for it."""
+        """Add a publisher, and connect it with the matching subscriptions."""
         key = key_of(publisher.entity)
         with self._lock:
             self._publishers[key][publisher.gid] = publisher
@@ -57,7 +57,7 @@ class MemoryDomain:
         self._drain(watchers)
 
     def add_subscription(self, subscription: MemorySubscription) -> None:
-        """Connect a subscription with the publishers there are, which send it their history."""
+        """Add a subscription, and connect it with the matching publishers, which send it their history."""
         key = key_of(subscription.entity)
         with self._lock:
             self._subscriptions[key][subscription.gid] = subscription
@@ -80,7 +80,7 @@ class MemoryDomain:
         self._drain(watchers)
 
     def add_server(self, server: MemoryService) -> None:
-        """Add a server, which gets the calls made from now on."""
+        """Add a server. It receives the calls that are made from now on."""
         key = key_of(server.entity)
         with self._lock:
             self._servers[key] = (*self._servers.get(key, ()), server)
@@ -88,7 +88,7 @@ class MemoryDomain:
         self._drain(watchers)
 
     def remove_server(self, server: MemoryService) -> None:
-        """Take a server off and end the calls it has not answered."""
+        """Remove a server, and end the calls that it has not answered."""
         key = key_of(server.entity)
         with self._lock:
             others = tuple(each for each in self._servers.get(key, ()) if each is not server)
@@ -101,26 +101,26 @@ class MemoryDomain:
         server.cancel_all()
 
     def servers(self, key: Key) -> tuple[MemoryService, ...]:
-        """Return the servers a call reaches now."""
+        """Return the servers that a call reaches now."""
         with self._lock:
             return self._servers.get(key, ())
 
     # The graph ------------------------------------------------------------
 
     def show(self, entity: GraphEntity) -> None:
-        """Make a node or a client, which nothing has to be connected with, part of the graph."""
+        """Add a node or a client to the graph. These need no connections to others."""
         with self._lock:
             watchers = self._note(entity)
         self._drain(watchers)
 
     def hide(self, entity: GraphEntity) -> None:
-        """Take a node or a client out of the graph."""
+        """Remove a node or a client from the graph."""
         with self._lock:
             watchers = self._discard_entity(entity)
         self._drain(watchers)
 
     def watch(self, listener: GraphListener) -> GraphDispatcher:
-        """Call a listener with all there is, before this returns, and with every change."""
+        """Report the whole graph to a listener before this returns, and then every change."""
         watcher = graph_dispatcher(listener)
         with watcher.first_turn(), self._lock:
             for entity in self._entities.values():

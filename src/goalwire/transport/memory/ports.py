@@ -1,7 +1,7 @@
 """Publishers, subscriptions, servers and clients of the memory transport.
 
-All that a publisher sends goes through its dispatcher, also the history for a late subscription. So each
-subscription gets one publisher's messages in order, each once, whichever threads publish.
+Everything that a publisher sends goes through its dispatcher, also the history for a late subscription. So
+each subscription gets a publisher's messages in order, and each once, whichever threads publish.
 
 A call is handed to every server that is there at that moment. It ends when each of them has answered,
 cancelled its request, or gone; or when the client closes.
@@ -21,7 +21,7 @@ from goalwire.transport.contract import ClientPort, GraphEntity, PublisherPort, 
 from goalwire.transport.endpoint import EndpointState, OpenPort, answered_before
 
 _DEFAULT_DEPTH = 42
-"""The depth that rmw_zenoh uses for 0."""
+"""The depth that rmw_zenoh uses if the QoS has depth 0."""
 
 
 def _history_length(qos: QoS) -> int:
@@ -51,7 +51,7 @@ class MemorySubscription(OpenPort):
         return not (self._ignore_local and publisher.entity.session == self.entity.session)
 
     def receive(self, sample: Sample) -> None:
-        """Deliver one message, unless we have been closed meanwhile."""
+        """Deliver one message, unless the subscription has been closed meanwhile."""
         if self.state.closed:
             return
         try:
@@ -69,7 +69,7 @@ class MemoryPublisher(OpenPort, PublisherPort):
         self._sequence = 0
         self._history: deque[Sample] = deque(maxlen=_history_length(entity.qos))
         self._targets: tuple[MemorySubscription, ...] = ()
-        self._lock = RLock()  # a signal's handler may publish while its thread does
+        self._lock = RLock()  # reentrant: a signal handler may publish while its thread publishes
         self._dispatcher: OrderedDispatcher[tuple[Sample, tuple[MemorySubscription, ...]]] = (
             OrderedDispatcher(self._deliver)
         )
@@ -94,7 +94,7 @@ class MemoryPublisher(OpenPort, PublisherPort):
             target.receive(sample)
 
     def connect(self, subscription: MemorySubscription) -> None:
-        """Send to this subscription from now on, queueing the history it wants; `flush` delivers that."""
+        """Send to this subscription from now on, and queue the history that it wants for `flush`."""
         with self._lock:
             self._targets += (subscription,)
             wanted = (
@@ -115,11 +115,11 @@ class MemoryPublisher(OpenPort, PublisherPort):
 
 
 def _to_nobody(_: object) -> None:
-    """Stand in for the functions of a caller that has cancelled its request."""
+    """Replace the functions of a caller that has cancelled its request."""
 
 
 class MemoryCall:
-    """One request on its way at the client's side."""
+    """One call on the client's side, with a request for each server."""
 
     __slots__ = ('_client', '_lock', '_on_end', '_on_reply', '_open', '_reason', '_sequence', 'requests')
 
@@ -142,13 +142,13 @@ class MemoryCall:
         """The call's requests, one for each server."""
 
     def answered(self, sample: Sample) -> None:
-        """Hand one server's reply over; then that server is done."""
+        """Give one server's reply to the caller, and count this server as done."""
         if self._open > 0:
             self._client.run(self._on_reply, sample)
         self.server_done()
 
     def server_done(self, reason: str = '') -> None:
-        """Count one server out; `on_end` fires after the last, so after every reply."""
+        """Count one server as done. `on_end` is called after the last one, and so after every reply."""
         with self._lock:
             self._reason = self._reason or reason
             self._open -= 1
@@ -157,7 +157,7 @@ class MemoryCall:
             self._end()
 
     def cancel(self) -> None:
-        """Ignore further answers, and have the servers keep nothing for this call."""
+        """Ignore further answers, and let the servers forget the call's requests."""
         with self._lock:
             self._open = 0
         self._on_reply, self._on_end = _to_nobody, _to_nobody
@@ -181,7 +181,7 @@ class MemoryCall:
 
 
 class MemoryRequest(Request):
-    """A call as one server sees it."""
+    """The request of a call to one server."""
 
     __slots__ = ('_call', '_is_answered', '_server', 'sample')
 
@@ -192,7 +192,7 @@ class MemoryRequest(Request):
         self._is_answered = False
 
     def reply(self, payload: bytes) -> None:
-        """Answer on this thread. Raises LocalError the second time; a caller that has gone gets nothing."""
+        """Answer on this thread. Raises LocalError the second time. A caller that has gone is ignored."""
         if self._is_answered:
             raise answered_before(self._server.state)
         self._is_answered = True
@@ -205,7 +205,7 @@ class MemoryRequest(Request):
         self._server.discard(self)
 
     def cancel(self, reason: str = '') -> None:
-        """Give the request up; harmless after an answer."""
+        """End the request without an answer. Does nothing after an answer."""
         if self._server.discard(self):
             self._call.server_done(reason)
 
@@ -221,7 +221,7 @@ class MemoryService(OpenPort):
         self._waiting: set[MemoryRequest] = set()
 
     def accept(self, call: MemoryCall, sample: Sample) -> None:
-        """Take one call in. If the server has just gone, or fails, the call ends at once."""
+        """Deliver the request of a call. If the server has closed, or fails, the request ends at once."""
         request = MemoryRequest(self, call, sample)
         call.requests.append(request)
         with self._lock:
@@ -236,7 +236,7 @@ class MemoryService(OpenPort):
             request.cancel()
 
     def discard(self, request: MemoryRequest) -> bool:
-        """Take a request off the list; True for the one caller that found it there."""
+        """Remove a request; return True only to the caller that has removed it."""
         with self._lock:
             if request in self._waiting:
                 self._waiting.remove(request)
@@ -271,7 +271,7 @@ class MemoryClient(OpenPort, ClientPort):
         on_end: Callable[[str], None],
         timeout_ns: int | None = None,  # noqa: ARG002 - it is cancelled in time
     ) -> int:
-        """Hand one request to every server, on this thread."""
+        """Deliver a request to every server, on this thread."""
         self.state.check_sending()
         payload = bytes(payload)
         servers = self._servers()
@@ -284,7 +284,7 @@ class MemoryClient(OpenPort, ClientPort):
         if not servers:
             self.run(on_end, '')
             return sequence
-        if self.state.closed:  # closed since the check above: close() may have missed this call
+        if self.state.closed:  # it was closed after the check above: close() may have missed this call
             call.close()
         now = time_ns()
         for server in servers:
@@ -292,7 +292,7 @@ class MemoryClient(OpenPort, ClientPort):
         return sequence
 
     def run(self, callback: Callable[..., None], *arguments: Sample | str) -> None:
-        """Run a caller's function; its failure is logged, not raised into the server's thread."""
+        """Run a caller's function on the server's thread; log its errors."""
         try:
             callback(*arguments)
         except Exception as error:

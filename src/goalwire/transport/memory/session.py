@@ -46,7 +46,7 @@ class MemorySession(OpenSession):
         self.state.undo += [partial(DOMAINS.close, domain_id), self.nodes.close, self._unwatch_all]
 
     def next_gid(self) -> tuple[int, bytes]:
-        """Return a new number of this session and the gid made of both."""
+        """Return a new number in this session, and the gid for it."""
         number = next(self._numbers)
         return number, self._gid_prefix + number.to_bytes(8, 'big')
 
@@ -59,7 +59,7 @@ class MemorySession(OpenSession):
             return self.nodes.keep(node)
 
     def watch_graph(self, listener: GraphListener) -> None:
-        """Tell `listener` of everything in this domain."""
+        """Report everything in this domain to `listener`, and every change."""
         self.state.check()
         watcher = self._domain.watch(listener)
         with self._lock:
@@ -126,7 +126,7 @@ class MemoryNode(OpenNode):
 
     @contextmanager
     def _opening(self, endpoint: Endpoint) -> Iterator[tuple[EndpointState, GraphEntity]]:
-        """Name an endpoint and its place in the graph; if the block fails, all is undone."""
+        """Prepare an endpoint and its entry in the graph; if the block fails, everything is undone."""
         entity = replace(
             self._entity,
             kind=endpoint.kind,
@@ -142,4 +142,4 @@ class MemoryNode(OpenNode):
 
 
 TRANSPORT = Transport('goalwire_memory', lambda options: MemorySession(options.domain_id))
-"""Its domains exist as long as a session is in them."""
+"""The transport within one process. A domain exists as long as a session is in it."""
