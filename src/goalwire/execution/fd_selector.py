@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class FdSelector:
     """One selector for all asyncio loops of an executor; made when the first descriptor is watched.
 
-    A descriptor is reported once, then left alone until its loop arms it again, so that one which a busy
-    loop has not served yet keeps nobody awake.
+    A descriptor is reported once, then not watched until its loop arms it again. Otherwise a descriptor that
+    a busy loop has not read yet would end every sleep at once.
     """
 
     __slots__ = (
@@ -35,7 +35,7 @@ class FdSelector:
     )
 
     def __init__(self, on_armed: Callable[[], None]) -> None:
-        """`on_armed` gets a sleeper to look again, which then watches the descriptors."""
+        """Make a selector. `on_armed` wakes a sleeping thread, which then waits in this selector."""
         self.watched = 0
         self.wanted = False
         self._on_armed = on_armed
@@ -48,7 +48,7 @@ class FdSelector:
         self._closed = False
 
     def arm(self, fd: int, events: int, report: Callable[[int, int], None]) -> None:
-        """Call `report(fd, ready_events)` once when one of `events` is ready."""
+        """Have `report(fd, ready_events)` called once when one of `events` is ready."""
         with self._lock:
             if self._closed:
                 return
@@ -68,18 +68,18 @@ class FdSelector:
             try:
                 self._selector.unregister(fd)
             except KeyError:
-                return  # it has been reported since
+                return  # it was reported already, which has disarmed it
             self.watched -= 1
 
     def poll(self) -> None:
-        """Report the descriptors that are ready now; nothing if another thread does so already."""
+        """Report the descriptors that are ready now. Does nothing while another thread does so."""
         self.wait(0, bool)
 
     def wait(self, timeout: float | None, woken: Callable[[], bool]) -> bool:
-        """Report what is ready, after waiting up to `timeout` s; False if another thread is at it.
+        """Report the ready descriptors, after waiting up to `timeout` s; False while another thread does so.
 
-        `woken` is asked once this thread has its turn: from then on no other thread's look can take up an
-        `interrupt` that is meant for this one.
+        `woken` is called after this thread has taken the turn. Before that, another thread in `select` might
+        consume an `interrupt` that was meant for this thread; `woken` then tells that it came.
         """
         if not self._turn.acquire(blocking=False):
             return False
@@ -93,7 +93,8 @@ class FdSelector:
             self._selecting = False
             self._turn.release()
             if self.wanted:
-                # A sleeper found the selector taken: let it look again, as this thread may be long away.
+                # Another thread wanted to wait here. Wake it to take over, since this thread may be long
+                # away.
                 self.wanted = False
                 self._on_armed()
         for key, events in ready:
@@ -103,9 +104,10 @@ class FdSelector:
         return True
 
     def interrupt(self) -> None:
-        """End a `poll` that waits. Any thread."""
+        """End the `wait` of another thread. Any thread."""
         if self._interrupt is not None:
-            # Full: it is being interrupted already. Closed: no thread waits.
+            # An OSError means that the socket is full, so the wait ends anyway, or closed, so no thread
+            # waits.
             with suppress(OSError):
                 self._interrupt.send(b'\0', NO_SIGPIPE)
 
@@ -127,7 +129,8 @@ class FdSelector:
     def reset_in_child(self) -> None:
         """In a forked child, open another selector, which watches nothing yet.
 
-        The kernel's part of the selector is the parent's too: it is left as it is, and closed here alone.
+        The child shares the kernel's part of the selector with its parent. So it changes nothing there, and
+        only closes its own descriptor.
         """
         self._turn, self._lock = allocate_lock(), allocate_lock()
         self._selecting = self.wanted = False

@@ -11,10 +11,10 @@ T = TypeVar('T')
 
 
 class Handle:
-    """An entity seen as its handle: a block that holds it, and whatever else the entity has.
+    """The handle of an entity, for `with entity.handle:`. It has all attributes of the entity.
 
-    There is no C layer beneath. The block of the entity itself ends with its destruction, so this is another
-    object.
+    rclpy's handles are objects of its C layer; here there is no such layer. The handle is an object of its
+    own, because `with entity:` destroys the entity at the end, and `with entity.handle:` does not.
     """
 
     __slots__ = ('ros_entity',)
@@ -24,7 +24,7 @@ class Handle:
 
     @property  # type: ignore[misc]
     def __class__(self) -> type:
-        """The class of the entity: the handle passes for its entity."""
+        """The class of the entity, so that isinstance() takes the handle for its entity."""
         return type(self.ros_entity)
 
     def __getattr__(self, name: str) -> object:
@@ -37,7 +37,7 @@ class Handle:
         return object.__hash__(self.ros_entity)
 
     def __enter__(self) -> Self:
-        """Raises InvalidHandle if the entity is destroyed."""
+        """Return the handle; raise InvalidHandle if the entity is destroyed."""
         if getattr(self.ros_entity, 'destroyed', False):
             raise InvalidHandle
         return self
@@ -45,7 +45,7 @@ class Handle:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Let go of it; it lives on."""
+        """Do nothing: the entity lives on."""
 
 
 def handle_of(entity: T) -> T:
@@ -54,5 +54,5 @@ def handle_of(entity: T) -> T:
 
 
 def entity_of(handle: T) -> T:
-    """Return the entity that a handle is of; anything else as it is."""
+    """Return the entity of a handle; any other object is returned unchanged."""
     return cast('T', handle.ros_entity) if isinstance(handle, Handle) else handle

@@ -94,7 +94,7 @@ class DrainTracker:
             self._done()
 
     def has_ended(self, thread: Thread, source: CallbackSource, *, performed: bool) -> None:
-        """Note that `thread` is through with `source`; not `performed`: its group was busy."""
+        """Note that `thread` has finished with `source`. `performed` is False if the group was busy."""
         with self._lock:
             self.ended += 1
             if thread not in self._running:
@@ -119,16 +119,16 @@ class DrainTracker:
 
 
 _EXIT_GRACE_NS = 1_000_000_000
-"""How long the interpreter's exit waits for all threads together that are in user code."""
+"""The time that the interpreter's exit waits for threads in user code, all together."""
 _IDLE_GRACE = 1.0
-"""s that closing waits for a thread that is on its way out."""
+"""The time in s that `close` waits for each thread outside user code to end."""
 
 
 class WorkerPool:
-    """Up to `limit` threads, each of which runs `serve` until that returns.
+    """Up to `limit` threads. Each of them runs `serve` until that returns.
 
-    They are daemons: a callback that blocks for ever does not keep the interpreter from ending. `wake_all`
-    wakes all that sleep, so that they see that they have to end.
+    They are daemon threads, so a callback that blocks for ever does not keep the interpreter from ending.
+    `wake_all` wakes all sleeping threads, so that they see that they have to end.
     """
 
     __slots__ = (
@@ -154,9 +154,9 @@ class WorkerPool:
         self._serve = serve
         self._wake_all = wake_all
         self._lock = threading.Lock()
-        self._threads: set[threading.Thread] = set()  # The workers that live.
+        self._threads: set[threading.Thread] = set()  # all workers, also those that are about to end
         self.serving: set[threading.Thread] = set()
-        """The workers that have not retired."""
+        """The workers that count against `limit`."""
         _pools.add(self)
 
     def __len__(self) -> int:
@@ -175,9 +175,10 @@ class WorkerPool:
             thread.start()
 
     def retire(self) -> bool:
-        """Whether the calling thread is one too many and has to leave: from here on it does not count.
+        """Tell whether there are too many workers, so that the calling worker has to end.
 
-        Of several that ask at once no more retire than there are too many.
+        If so, the worker is not counted from here on. The lock sees to it that of several workers that ask at
+        once only the surplus ends.
         """
         with self._lock:
             if len(self) <= self.limit:
@@ -186,7 +187,7 @@ class WorkerPool:
             return True
 
     def dismiss(self) -> None:
-        """Have all threads end, after the user code that they are in. Idempotent."""
+        """Have each thread end as soon as its callback has returned. Idempotent."""
         with self._lock:
             self.closed = True
         self._wake_all()
@@ -196,7 +197,7 @@ class WorkerPool:
         self.dismiss()
         for thread in tuple(self._threads):
             if not thread.is_alive():
-                continue  # Ctrl-C came while it was being started
+                continue  # Ctrl-C may have come while it was being started, and join() would raise
             if thread is not threading.current_thread() and thread not in self.busy:
                 thread.join(_IDLE_GRACE)
 
@@ -229,7 +230,7 @@ _pools: WeakSet[WorkerPool] = WeakSet()
 
 
 def _close_all() -> None:
-    """At the interpreter's exit no thread may be left inside a library that is being torn down."""
+    """End all threads at the interpreter's exit, before the libraries that they use are torn down."""
     pools = tuple(_pools)
     for pool in pools:
         pool.dismiss()
@@ -242,24 +243,27 @@ at_exit(Stage.THREADS, _close_all)
 
 
 _FEWEST_THREADS = 8
-"""The default on small machines. Threads are made on demand, and blocked ones cost nothing."""
+"""The least default limit. Threads are started on demand, and blocked threads cost nothing."""
 
 _PATIENCE = 100_000_000
-"""A spin whose future is settled stops waiting once no callback has ended for this time, in ns."""
+"""In ns: a spin whose future is settled stops waiting after no callback has ended for this time."""
 
 
 class MultiThreadedExecutor(Executor):
-    """The thread that spins waits; workers take ready work from the one queue, without a hop in between.
+    """Runs callbacks on workers, which take ready work from one queue. The spinning thread only waits.
 
-    Before a worker runs a callback it sees to it that another one sleeps at the queue, and starts one if need
-    be. One of the sleepers, the watcher, sleeps only until the next timer is due, and watches the file
-    descriptors. While nobody spins, the workers sleep at `_handed_over`: there `spin_once` puts callbacks.
+    Before a worker runs a callback, it makes sure that another worker sleeps at the queue, and starts one if
+    there is none. One sleeper, the watcher, also waits for the next timer and for the file descriptors. While
+    no thread spins, the workers sleep at the queue `_handed_over`, into which `spin_once` puts its callback.
     """
 
     _spread_runners = True
 
     def __init__(self, num_threads: int | None = None, *, context: ContextLike | None = None) -> None:
-        """`num_threads` None: as many as processors, 8 at least. Raises ValueError for less than one."""
+        """Make an executor with up to `num_threads` threads; None: one for each processor, at least 8.
+
+        Raises ValueError for less than one.
+        """
         super().__init__(context=context)
         if num_threads is None:
             num_threads = max(os.cpu_count() or 1, _FEWEST_THREADS)
@@ -299,8 +303,8 @@ class MultiThreadedExecutor(Executor):
     def shutdown(self, timeout_sec: float | None = None, *, wait_for_threads: bool = False) -> bool:
         """End every spin and remove the nodes.
 
-        With `wait_for_threads` wait until the callbacks that run have ended, and with them all threads but
-        the calling one: False if `timeout_sec` is over before that; None and negative wait without limit.
+        With `wait_for_threads` it waits until the running callbacks and all threads but the calling one have
+        ended; False if `timeout_sec` passes before that. None and negative values wait without limit.
         """
         super().shutdown(timeout_sec)
         if not wait_for_threads:
@@ -310,15 +314,17 @@ class MultiThreadedExecutor(Executor):
         return self._pool.await_end(deadline_after(STEADY, timeout_sec))
 
     def is_driven(self) -> bool:
-        """Whether a thread spins this, or a callback still runs."""
+        """Tell whether a thread spins this, or a callback still runs."""
         return bool(self._coordinators or self._spins or self._pool.busy)
 
     def thread_waits_alone(self) -> bool:
-        """Whether this has one thread only, the calling one."""
+        """Tell whether the calling thread is the only one that may run callbacks of this."""
         return self._pool.limit <= 1 and self in active_executors.executors
 
     def add_capacity(self, count: int) -> None:
-        """Allow `count` more threads, for as many callbacks that block in calls which others may answer."""
+        """Allow `count` more threads, in place of those that block in goalwire's calls;
+        negative: take back.
+        """
         with self._spins_lock:
             self._pool.limit += count
         if count > 0:
@@ -345,7 +351,7 @@ class MultiThreadedExecutor(Executor):
                 self._close_runners()
 
     def _coordinate(self, stop: StopCondition, deadline: int | None) -> None:
-        """Wait while the workers run callbacks."""
+        """Let the workers run callbacks, and wait until `stop`, `deadline`, the shutdown or an error."""
         waiter = Waiter()
         self._coordinators.append(waiter)
         with StopConditionScope(self._shutdown_signal, waiter, stop):
@@ -402,10 +408,10 @@ class MultiThreadedExecutor(Executor):
         with self._spins_lock:
             self._spins -= 1
         if not self._spins:
-            self._ready.wake_all()  # the workers go to the other queue
+            self._ready.wake_all()  # the workers go on to sleep at `_handed_over`
 
     def _send_somebody(self) -> None:
-        """Have a worker look at the queues."""
+        """Have a worker look at the queues: wake one, or start one if none sleeps."""
         if self._handed_over.sleepers:
             self._handed_over.wake_one()
         elif self._ready.sleepers:
@@ -442,12 +448,12 @@ class MultiThreadedExecutor(Executor):
         self._pass_on()
 
     def _retires(self) -> bool:
-        """Whether some worker is to end, this one perhaps."""
+        """Tell whether some worker has to end, perhaps this one. It takes no lock, unlike `_leaves`."""
         pool = self._pool
         return pool.closed or not self._shutdown_signal.alive or len(pool.serving) > pool.limit
 
     def _leaves(self) -> bool:
-        """Whether the calling worker has to end; if so, it is not counted any longer."""
+        """Tell whether the calling worker has to end. If so, the worker is not counted from here on."""
         pool = self._pool
         return pool.closed or not self._shutdown_signal.alive or pool.retire()
 
@@ -464,7 +470,7 @@ class MultiThreadedExecutor(Executor):
         try:
             self._keep_watch()
             performed = self._perform(source)
-        except BaseException as error:  # the error comes out of spin
+        except BaseException as error:  # the spinning thread raises it
             self._fail(error)
         finally:
             del busy[thread]
@@ -484,7 +490,7 @@ class MultiThreadedExecutor(Executor):
             drain.has_ended(thread, source, performed=performed)
 
     def _keep_watch(self) -> None:
-        """Before the calling thread turns to a callback: leave another one at the queue."""
+        """Make sure that another worker watches the queue while the calling worker runs a callback."""
         if not self._spins:
             return
         if not self._ready.wakers:
@@ -496,7 +502,7 @@ class MultiThreadedExecutor(Executor):
         if self._watcher is None and (self._timer_heap.heap or self._fd_selector.watched):
             self._watcher = waiter
             try:
-                # The timer heap is looked at after the watcher is known: a timer set in between wakes it.
+                # `_watcher` is set before `park` reads the timer heap, so a timer set in between wakes it.
                 self._ready.park(waiter, self._clock, self._unwanted, None, self._timer_heap, last=True)
             finally:
                 self._watcher = None
@@ -509,7 +515,7 @@ class MultiThreadedExecutor(Executor):
         return not self._spins or bool(self._handed_over.items) or self._retires()
 
     def _pass_on(self) -> None:
-        """A wake-up that this worker does not follow goes to the next sleeper."""
+        """Wake the next sleeper if work is left, which the calling worker was woken for and does not do."""
         if self._ready.has_work:
             self._ready.wake_one()
 

@@ -26,13 +26,14 @@ class CallbackChooser:
     def __init__(self, shutdown_signal: ShutdownSignal) -> None:
         self._shutdown_signal = shutdown_signal
         self._clock = shutdown_signal.clock
-        # The wire holds these two, through nodes' queues. They must not hold the executor, and so its nodes.
+        # The wire refers to both through the nodes' queues. So they refer to the executor only weakly:
+        # otherwise the wire would keep the executor and its nodes alive.
         self._ready = ReadyQueue(ref(self))
         self._timer_heap = TimerHeap(weakly(self._look_again), self._ready.wakers)
         self._fd_selector = FdSelector(self._look_again)
         self._is_shutdown = False
         self.work_queue = NodeWorkQueue()
-        """Where the executor's own tasks are posted."""
+        """The queue of the executor's own tasks."""
         self.work_queue.attach(self._ready, self._timer_heap)
 
     def reset_in_child(self) -> None:
@@ -41,15 +42,17 @@ class CallbackChooser:
         self._fd_selector.reset_in_child()
 
     def is_driven(self) -> bool:
-        """Whether somebody spins this, as far as it knows: an executor that a program has written may."""
+        """Tell whether a thread may be spinning this. Programs' own executors count as spinning until the
+        end.
+        """
         return not self._is_shutdown
 
     def _look_again(self) -> None:
-        """Wake a sleeper: there is an earlier timer, or a descriptor to watch."""
+        """Wake a sleeper, because of an earlier timer or a new descriptor to watch."""
         self._ready.wake_one()
 
     def _next(self) -> CallbackSource | None:
-        """Return the next ready work, or None; timers, file descriptors and waitables are looked at first."""
+        """Return the next ready work, or None, after a look at timers, file descriptors and waitables."""
         ready = self._ready
         if self._timer_heap.earliest is not None or self._fd_selector.watched or ready.pollers:
             self._look_around()
@@ -61,7 +64,7 @@ class CallbackChooser:
         return None
 
     def _look_around(self) -> None:
-        """Have work posted by the timers, file descriptors and waitables that are ready."""
+        """Let the timers, file descriptors and waitables that are ready post their work."""
         earliest = self._timer_heap.earliest
         if earliest is not None and earliest <= (now := self._clock.now()):
             self._timer_heap.call_due(now)
@@ -85,7 +88,7 @@ class CallbackChooser:
         while not self._is_shutdown:
             if not self._shutdown_signal.alive:
                 raise ExternalShutdownException
-            # hot path: `_next`, without that call before and after each sleep: 1.2 us less a sleep.
+            # hot path: the body of `_next`, since two calls of it at each sleep would take 1.2 us.
             due = timer_heap.earliest
             if (due is not None and due <= self._clock.now()) or fd_selector.watched or ready.pollers:
                 self._look_around()

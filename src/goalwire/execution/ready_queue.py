@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from goalwire.execution.waiting import StopCondition, Waiter
 
 _NOTHING_MORE: Callable[[], object] = bool
-# hot path: does nothing, and enters no function of Python's for it: 0.6 us less a callback after a sleep.
+# hot path: a C function that does nothing; a Python function would take 0.6 us a callback after a sleep.
 
 
 class CallbackSource:
@@ -39,24 +39,25 @@ class CallbackSource:
 
     @property
     def backlog(self) -> int:
-        """How many events of this source wait."""
+        """The number of waiting events of this source."""
         return 1
 
     def run(self) -> object:
         """Take one event and run the user's callback for it.
 
-        Where the callback is `async def`, return the coroutine it made: the executor runs it as an asyncio
-        task and holds the group until that ends. Any other value means nothing. What this raises comes out
-        of spin.
+        If the callback is `async def`, return its coroutine: the executor runs it as an asyncio task and
+        holds the group until the task ends. Other values are ignored. Spin raises the errors of this.
         """
         raise NotImplementedError
 
     settle = staticmethod(_NOTHING_MORE)
-    """Called when the callback has ended and the group is free: post again if there is more to do."""
+    """Called when the callback has ended and the group is free. A source with more work posts
+    itself again.
+    """
 
 
 class CallSoon(CallbackSource):
-    """One call on the executor's thread, in no callback group; `work_queue.post` brings it there."""
+    """A function to be called once on a thread of the executor, in no callback group. Post it to do so."""
 
     __slots__ = ('_call',)
 
@@ -69,19 +70,19 @@ class CallSoon(CallbackSource):
 
 
 class CallbackGroup:
-    """The entities whose callbacks one rule governs."""
+    """A group of entities. Its rule says which of their callbacks may run at the same time."""
 
     exclusive = False
-    """Whether one callback at a time may run."""
+    """True if only one callback at a time may run."""
 
     foreign = False
-    """Whether a program has written its rule."""
+    """True if a program has written the rule, in a subclass."""
 
     is_default = False
-    """Whether a node gives it to callbacks for which the program chose none."""
+    """True for a node's default group, which has the callbacks for which the program chose no group."""
 
     work_queue: NodeWorkQueue | None = None
-    """Where its members' work goes, if not to their node's executor; to be set before they are made."""
+    """The queue for the work of the members; None: that of their node. To be set before they are made."""
 
     def __init__(self) -> None:
         self.entities: WeakSet[object] = WeakSet()
@@ -98,11 +99,11 @@ class CallbackGroup:
         self.entities.add(entity)
 
     def has_entity(self, entity: object) -> bool:
-        """Whether `entity` is a member."""
+        """Tell whether `entity` is a member."""
         return entity in self.entities
 
     def can_execute(self, entity: object) -> bool:
-        """Whether a callback of `entity` may start now."""
+        """Tell whether a callback of `entity` may start now."""
         raise NotImplementedError
 
     def beginning_execution(self, entity: object) -> bool:
@@ -114,7 +115,7 @@ class CallbackGroup:
         raise NotImplementedError
 
     def begin(self, source: CallbackSource, /) -> bool:
-        """Ask the rule whether a callback of `source` may start, and note that it does."""
+        """Note that a callback of `source` starts; False if the rule does not allow that now."""
         entity = source.entity
         return self.can_execute(entity) and self.beginning_execution(entity)
 
@@ -138,15 +139,15 @@ class CallbackGroup:
 
 
 _RULE = {'can_execute', 'beginning_execution', 'ending_execution'}
-"""The methods that a program's own group overrides."""
+"""The methods of the rule. A group whose class overrides one of them is `foreign`."""
 
 
 class Poller(Protocol):
-    """An executor asks it for work each time before it takes some: see `WaitablePoller`."""
+    """An object that an executor asks for work each time before it takes work: see `WaitablePoller`."""
 
     @property
     def waitable(self) -> object:
-        """The waitable that it asks."""
+        """The waitable that the poller asks."""
 
     def look(self) -> None:
         """Ask the poller, and post the work that it has."""
@@ -159,15 +160,15 @@ class Driver(Protocol):
     """The executor that runs the work of a queue."""
 
     def is_driven(self) -> bool:
-        """Whether a thread spins the executor."""
+        """Tell whether a thread spins the executor."""
 
 
 def _nobody() -> None:
-    """Stand for the executor of a queue that has none."""
+    """Return None, for a queue without an executor."""
 
 
 class ReadyQueue:
-    """First in, first out. It takes no lock: each step is one atomic operation of a deque or a list.
+    """A first-in-first-out queue. It takes no lock: each step is one atomic operation of a deque or a list.
 
     No wake-up is lost, because both sides act in opposite order. A poster appends its work, then looks for
     sleepers. A sleeper puts itself on the list, then looks for work. One of them sees the other. The thread
@@ -190,13 +191,13 @@ class ReadyQueue:
         self._recheck_wanted = False
 
     def post(self, source: CallbackSource) -> None:
-        """Append `source` and wake one sleeper, if any: the poster's last act. Any thread."""
+        """Append `source`, then wake one sleeper, if any. Any thread."""
         self.items.append(source)
         if self.wakers:
             self.wake_one()
 
     def pop(self) -> CallbackSource | None:
-        """The oldest ready work, or None."""
+        """Take the oldest ready work out and return it; None if there is none."""
         try:
             return self.items.popleft()
         except IndexError:
@@ -211,33 +212,35 @@ class ReadyQueue:
         return True
 
     def recheck(self) -> None:
-        """Have a sleeper ask the pollers once more, or the next thread that is about to sleep. Any thread."""
+        """Have a sleeping thread ask the pollers again; if none sleeps, the next that is about to. Any
+        thread.
+        """
         self._recheck_wanted = True
         self.wake_one()
 
     def add_poller(self, poller: Poller) -> None:
-        """Ask `poller` from now on. Adding twice is harmless."""
+        """Have `poller` asked for work from now on. Adding it twice is harmless."""
         self.pollers.add(poller)
         self.recheck()
 
     def remove_poller(self, poller: Poller) -> None:
-        """Stop asking `poller`; nothing if it is not asked."""
+        """Have `poller` asked no longer. Does nothing if it was not added."""
         self.pollers.discard(poller)
 
     def poll_waitables(self) -> None:
-        """Have the pollers look; those with work post it here."""
+        """Ask all pollers; those with work post it here."""
         self._recheck_wanted = False
         for poller in self.pollers.alive():
             poller.look()
 
     @property
     def has_work(self) -> bool:
-        """Whether there is something to do before anybody sleeps."""
+        """True if a thread must look here again before it sleeps."""
         return bool(self.items) or (self._recheck_wanted and bool(self.pollers))
 
     def wake_one(self) -> None:
-        """Let one sleeper look again. A thread that leaves while there is work must call this."""
-        if not self.wakers:  # each tick of a timer comes here, and an exception costs more than this look
+        """Wake one sleeper, which looks again. A thread that leaves while there is work must call this."""
+        if not self.wakers:  # timers often call this, and this look is cheaper than an IndexError
             return
         try:
             waker = self.wakers.pop()
@@ -251,21 +254,21 @@ class ReadyQueue:
             self.wake_one()
 
     def listen(self, waker: Callable[[], None]) -> None:
-        """Call `waker` once when there may be work, at once if there is: how a loop sleeps here."""
+        """Have `waker` called once when there may be work, at once if there is. An asyncio loop sleeps so."""
         self.wakers.append(waker)
         if self.has_work:
             self.wake_one()
 
     def unlisten(self, waker: Callable[[], None]) -> None:
-        """Take a waker back, if it has not been called."""
+        """Remove a waker, if it has not been called."""
         try:
             self.wakers.remove(waker)
         except ValueError:
-            return  # `suppress` would cost three calls more, with each sleep
+            return  # contextlib.suppress would take three more calls at each sleep
 
     @property
     def sleepers(self) -> int:
-        """How many threads sleep here."""
+        """The number of threads that sleep here."""
         return len(self.wakers)
 
     def park(
@@ -288,21 +291,24 @@ class ReadyQueue:
                 wakers.insert(0, wake)
             else:
                 wakers.append(wake)
-            # The looks come last. A poster, or an earlier timer's setter, acts first and then looks here.
+            # The looks come after the append. A thread that posts work or sets a timer acts in opposite
+            # order: it changes the queue or the heap, then looks at `wakers`. So one of the two sees the
+            # other.
             if timer_heap is not None:
                 due = timer_heap.earliest
                 if due is not None and (deadline is None or due < deadline):
                     deadline = due
             if self.items or (self._recheck_wanted and self.pollers) or self.closed or stop.completion_state:
                 return
-            # hot path: the bodies of `STEADY.wait` and `unlisten`, which saves their calls: 1.2 us less with
-            # each sleep.
+            # hot path: the bodies of `STEADY.wait` and `unlisten`, since their calls would take 1.2 us a
+            # sleep.
             if clock is STEADY:
                 waiter.wait(None if deadline is None else deadline - clock.now())
             else:
                 clock.wait(waiter, deadline)
         finally:
-            # Where a poster took it: its wake-up ends this wait, or makes the next one look once more.
+            # If a poster has taken `wake`, it calls it, and the next wait of `waiter` may end at once. That
+            # is harmless: the thread looks again.
             if wakers:
                 try:  # noqa: SIM105
                     wakers.remove(wake)
@@ -326,20 +332,22 @@ class ReadyQueue:
 
 
 class Home:
-    """Which executor had a node last. It may outlive the node."""
+    """A record of the executor that a node was in last. It may outlive the node."""
 
     __slots__ = ('driver',)
 
     def __init__(self) -> None:
         self.driver: Callable[[], Driver | None] | None = None
-        """Returns that executor, None once it is gone; None if there never was one."""
+        """A function that returns the executor, or None after its end; None if the node was in
+        no executor.
+        """
 
 
 class NodeWorkQueue:
-    """The address that all of a node's entities post to, whichever executor the node is in.
+    """The queue to which all entities of a node post. It passes the work on to the executor of the node.
 
-    Moving costs what is pending and the number of timers, not the number of entities: `rclpy.spin_once(node)`
-    adds and removes the node with every call.
+    So a node moves to another executor in a time that depends on its pending work and its timers, not on the
+    number of its entities. That matters, since each `rclpy.spin_once(node)` adds and removes the node.
     """
 
     __slots__ = ('__weakref__', '_backlog', '_pollers', '_timer_entries', 'home', 'queue', 'timer_heap')
@@ -350,13 +358,13 @@ class NodeWorkQueue:
         self.timer_heap: TimerHeap | None = None
         self._backlog: deque[CallbackSource] = deque()
         self._timer_entries: dict[ReferenceType[TimerEntry], None] = {}
-        """In the order of setting, which entries that are due at once keep. Weak references: the wire
-        holds this."""
+        """The entries in the order of setting, which is also the order of calls that are due at the same
+        time. The references are weak, since the wire refers to this."""
         self._pollers: dict[Poller, None] = {}
 
     @property
     def attached(self) -> bool:
-        """Whether an executor runs the work of this node."""
+        """True if an executor runs the work of this node."""
         return self.queue is not None
 
     def post(self, source: CallbackSource) -> None:
@@ -365,9 +373,9 @@ class NodeWorkQueue:
         if queue is None:
             self._backlog.append(source)
             if self.queue is not None:
-                self._flush()  # attached by another thread meanwhile
+                self._flush()  # another thread has attached a queue meanwhile
             return
-        # hot path: `queue.post`, without that call: 0.6 us less for each event that wakes a thread.
+        # hot path: the body of `queue.post`, since its call would take 0.6 us for each event.
         queue.items.append(source)
         if queue.wakers:
             queue.wake_one()
@@ -378,7 +386,7 @@ class NodeWorkQueue:
         """Queue `source` for the executor before all that waits there. Any thread."""
         queue = self.queue
         if queue is None:
-            self.post(source)  # the executor that comes takes all that waits in its order
+            self.post(source)  # the next executor takes the waiting work in the order of posting
             return
         queue.items.appendleft(source)
         if queue.wakers:
@@ -387,7 +395,9 @@ class NodeWorkQueue:
             self._move_out(queue)  # detached by another thread meanwhile
 
     def waits(self, due: int) -> bool:
-        """Whether messages wait here without an executor, or a timer has been due since `due` (steady ns)."""
+        """Tell whether work waits here without an executor, or a timer has been due since
+        `due` (steady ns).
+        """
         entries = [reference() for reference in list(self._timer_entries)]
         return bool(self._backlog) or any(
             entry is not None and entry.due is not None and entry.due < due for entry in entries
@@ -409,12 +419,12 @@ class NodeWorkQueue:
             if entry is None:
                 self._timer_entries.pop(reference, None)
                 continue
-            due = entry.due  # read once: another thread may call it
+            due = entry.due  # read once: another thread may call the entry, which resets `due`
             if due is not None and entry.timer_heap is not timer_heap:
                 timer_heap.set(entry, due)
 
     def detach(self) -> None:
-        """Take everything pending back from the executor. Timers keep their due times."""
+        """Take all pending work back from the executor. Timers keep their due times."""
         queue = self.queue
         if queue is None:
             return
@@ -425,10 +435,14 @@ class NodeWorkQueue:
             self._move_out(queue)
 
     def set_timer_entry(self, entry: TimerEntry, due: int) -> None:
-        """Call `entry` at steady time `due` (ns), whichever executor the node is in by then."""
+        """Have `entry` called at steady time `due` (ns), by the executor that the node is in by then.
+
+        The loop is needed because the node may move meanwhile: it ends if the node's heap is still the one in
+        which the entry was set.
+        """
         self._timer_entries[entry.reference] = None
         if self.timer_heap is None and (left := entry.timer_heap) is not None:
-            left.discard(entry)  # the executor that the node has left, and may come back to
+            left.discard(entry)  # of the executor that the node has left, and to which it may come back
         entry.due = due
         timer_heap = self.timer_heap
         while timer_heap is not None:
@@ -446,16 +460,16 @@ class NodeWorkQueue:
         entry.due = None
 
     def add_poller(self, poller: Poller) -> None:
-        """Let `poller` be asked for work, by whichever executor the node is in."""
+        """Have `poller` asked for work by each executor that the node is in."""
         self._pollers[poller] = None
         while (queue := self.queue) is not None:
             queue.add_poller(poller)
             if self.queue is queue:
                 return
-            queue.remove_poller(poller)  # the node has moved in between
+            queue.remove_poller(poller)  # the node has moved meanwhile: try its new queue
 
     def remove_poller(self, waitable: object) -> None:
-        """Stop asking `waitable`; nothing if it is not asked."""
+        """Have `waitable` asked no longer. Does nothing if it was not added."""
         for poller in tuple(self._pollers):
             if poller.waitable is waitable:
                 del self._pollers[poller]

@@ -14,8 +14,8 @@ reads the numbers of all signals that come (wakeup_pipe.py) and helps:
 - If the main thread does not answer that either, it is in a call of C that may last, like the loop of a
   window system. Then the listener ends the contexts in its place, if our handler is the one to run.
 
-A forked child has the handlers of before: nothing of ours reacts to signals there until the child opens a
-context. Until that is so signals are blocked, since the child shares the pipe with its parent.
+A forked child gets the handlers back that were installed before ours, until it opens a context of its own.
+During the fork all signals are blocked, since the child at first shares the pipe with its parent.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ if TYPE_CHECKING:
     from goalwire.execution.waiting import ContextLike, ShutdownSignal
 
 _CLOSE = 0
-"""A number that no signal has."""
+"""The byte that ends the listener's thread. No signal has the number 0."""
 _ASKED_AT_NS = (20_000_000, 100_000_000, 400_000_000, 2_400_000_000)
-"""After a signal the main thread is asked by SIGURG after these times, if it has run no handler since."""
+"""The times after a signal at which SIGURG is sent to the main thread, if it has run no handler since."""
 _MUTE_AT = 1
-"""If it has not answered at this one of them, the contexts are ended in its place."""
+"""The index of the time at which the contexts are ended if the main thread has not answered by then."""
 _EARLIER_NS = 10_000_000
-"""How much before this thread has read of a signal its handler may have run."""
+"""The handler of a signal may have run up to this time before the listener has read the signal's number."""
 
 
 class SignalListener:
@@ -67,15 +67,17 @@ class SignalListener:
     ) -> None:
         self.main_thread = get_ident()
         self.wire_poller: WirePoller | None = None
-        """The wait on the wire in which the main thread is, if it is: no signal reaches it there."""
+        """The wire on which the main thread waits, if it does. No signal's handler can run
+        during that wait.
+        """
         self._is_ours = is_ours
         self._end_unless = end_unless
         self._pipe = wakeup_pipe()
         self._unanswered: set[int] = set()
-        """Signals of ours for which the main thread is not known to have run a handler."""
+        """The handled signals for which the main thread is not known to have run a handler yet."""
         self._heard_ns = self._noticed_ns = 0
         self._asked = 0
-        """How often the main thread has been asked since the last signal of ours."""
+        """The number of times that `_ask` was called since the last handled signal."""
         self._nudges = sys.platform != 'win32' and signal.getsignal(signal.SIGURG) is signal.SIG_DFL
         if sys.platform != 'win32' and self._nudges:
             signal.signal(signal.SIGURG, _answer)
@@ -85,11 +87,13 @@ class SignalListener:
         LISTENING.append(self)
 
     def hears(self) -> bool:
-        """Whether signals come here; they do again if an asyncio loop has left the place empty."""
+        """Tell whether the numbers of signals come here. If the wake-up descriptor is free, take it back
+        first.
+        """
         return self._pipe.take_if_free()
 
     def noticed(self) -> None:
-        """The main thread runs a handler. Takes no lock."""
+        """Note that the main thread runs a handler now. Takes no lock."""
         self._noticed_ns = STEADY.now()
 
     def close(self) -> bool:
@@ -109,7 +113,7 @@ class SignalListener:
 
     def _listen(self) -> None:
         if sys.platform != 'win32':
-            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})  # a number may be passed on to nobody
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})  # `pass_on` may write to a closed end
         with suppress(OSError):
             while True:
                 if self._unanswered and not self._has_more():
@@ -128,7 +132,7 @@ class SignalListener:
                     wire_poller.interrupt()
 
     def _has_more(self) -> bool:
-        """Whether something is written into the pipe before the main thread is to be asked."""
+        """Wait for a number in the pipe until the main thread is to be asked next; True if one has come."""
         if sys.platform == 'win32':
             return False
         left_ns = self._heard_ns + _ASKED_AT_NS[self._asked] - STEADY.now()
@@ -137,7 +141,9 @@ class SignalListener:
         return bool(poll.poll(max(left_ns, 0) / 1e6))
 
     def _ask(self) -> None:
-        """See whether the main thread has run a handler, act in its place if it is mute, and ask it."""
+        """Send SIGURG to the main thread if it has run no handler; at the time _MUTE_AT end the contexts
+        first.
+        """
         if sys.platform == 'win32' or self._asked == _MUTE_AT:
             for number in self._unanswered:
                 self._end_unless(self._has_answered, number)
@@ -152,7 +158,10 @@ class SignalListener:
 
 
 def _answer(_number: int, _frame: FrameType | None) -> None:
-    """Handle SIGURG. Python runs handlers in the order of their numbers, and SIGURG's is a high one."""
+    """Handle SIGURG, as the sign that the main thread runs handlers.
+
+    Python runs the handlers of lower numbers first, so those of SIGINT and SIGTERM have run by then.
+    """
     for listener in _listeners:
         listener.noticed()
 
@@ -201,11 +210,11 @@ class _Handler:
         return hash(self.previous) if callable(self.previous) else id(self)
 
     def is_installed(self, number: int) -> bool:
-        """Whether this handles `number` now: nobody has replaced it."""
+        """Tell whether this is the installed handler of `number`, so no other has replaced it."""
         return signal.getsignal(number) is self
 
     def uninstall(self, number: int) -> None:
-        """Put back the one of before, unless this was replaced."""
+        """Install the previous handler again, unless this handler was replaced."""
         if self.is_installed(number):
             signal.signal(number, signal.SIG_DFL if self.previous is None else self.previous)
 
@@ -215,26 +224,26 @@ _triggered: WeakListeners[GuardCondition] = WeakListeners()
 _handlers: dict[int, _Handler] = {}
 _listeners: list[SignalListener] = []
 _passing_on: list[SignalListener] = []
-"""A closed listener whose thread stays."""
+"""A closed listener whose thread stays, since it must still pass signals on."""
 _asleep: list[SignalHandlerOptions] = []
 """In a forked child: the options of its parent, until the child uses a context."""
 _came: set[int] = set()
 
 
 def register(shutdown_signal: ShutdownSignal) -> None:
-    """Make the handled signals end `shutdown_signal`. It is held weakly."""
+    """Have the handled signals end `shutdown_signal`, which is held weakly."""
     _ended.add(shutdown_signal)
 
 
 def unregister(shutdown_signal: ShutdownSignal) -> None:
-    """Signals no longer end `shutdown_signal`."""
+    """Have signals end `shutdown_signal` no longer."""
     _ended.discard(shutdown_signal)
 
 
 def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.ALL) -> None:
     """Handle the signals of `options`, and no others. Does nothing outside the main thread.
 
-    Raises TypeError for what is no SignalHandlerOptions.
+    Raises TypeError for anything but a SignalHandlerOptions.
     """
     if not isinstance(options, SignalHandlerOptions):
         raise TypeError(f'options must be SignalHandlerOptions, got {options!r}')
@@ -271,18 +280,18 @@ def _uninstall_handlers() -> None:
 
 
 def handle_in_child() -> None:
-    """A context is used: where that was initialised before a fork, handle signals as the parent did."""
+    """In a forked child that uses a context, handle the signals that the parent handled."""
     if _asleep:
         install_signal_handlers(_asleep[0])
 
 
 def get_current_signal_handlers_options() -> SignalHandlerOptions:
-    """Which signals are handled now."""
+    """Return the option that describes the signals that are handled now."""
     return next(options for options, wanted in _WANTED.items() if set(wanted) == set(_handlers))
 
 
 def has_come() -> bool:
-    """Whether a signal that is handled has come: it ends the program, unless the program has other plans."""
+    """Tell whether a handled signal has come. It normally ends the program."""
     return bool(_came)
 
 
@@ -301,7 +310,7 @@ class SignalHandlerGuardCondition(GuardCondition):
 
 
 def is_ipython() -> bool:
-    """Whether IPython or a notebook runs this program. Ctrl-C and Interrupt only end a cell there."""
+    """Tell whether IPython or a notebook runs this program. Ctrl-C and Interrupt only end a cell there."""
     get_ipython = getattr(sys.modules.get('IPython'), 'get_ipython', None)
     return get_ipython is not None and get_ipython() is not None
 
@@ -310,7 +319,7 @@ def is_ipython() -> bool:
 
 
 def _is_ours(number: int) -> bool:
-    """Whether our handler would run. A program that replaced it decides what the signal means."""
+    """Tell whether our handler is installed for `number`; a program may have replaced it."""
     handler = _handlers.get(number)
     return handler is not None and handler.is_installed(number)
 
@@ -318,7 +327,8 @@ def _is_ours(number: int) -> bool:
 def _end_unless(answered: Callable[[], bool], number: int) -> None:
     """End the contexts on the listener's thread.
 
-    It looks for an answer last. So a context that is made after the main thread has run a handler is spared.
+    The contexts are listed before the look for an answer. So a context that is made after the main thread has
+    run a handler does not end.
     """
     contexts = _ended.alive()
     if _is_ours(number) and not answered():
@@ -338,11 +348,11 @@ def _end(shutdown_signals: Iterable[ShutdownSignal], number: int) -> None:
 # -- forks
 
 _held = threading.local()
-"""The forking thread's signal mask of before, as `mask`."""
+"""The signal mask that the forking thread had before the fork, as `mask`."""
 
 
 def _hold_signals() -> None:
-    """Before a fork: let no signal come to the child while it shares the pipe with its parent."""
+    """Before a fork, block all signals, so that none comes to the child while it shares the parent's pipe."""
     if is_pipe_open():
         _held.mask = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
 

@@ -24,10 +24,12 @@ _TURN = 'turn'
 
 
 class SingleThreadedExecutor(Executor):
-    """One thread at a time drives it. Others that spin it wait for what they want, or for their turn.
+    """Runs callbacks on one spinning thread at a time. Other threads that spin it wait for their own future
+    or for their turn.
 
-    `_driver` has the driving thread's ident under the key _TURN. A dict, since `setdefault` takes the turn in
-    one step: wherever a signal's handler raises, nobody is left there who has gone.
+    `_driver` has the ident of the thread whose turn it is, under the key _TURN. It is a dict because
+    `setdefault` takes the turn in one step. So a signal's handler that raises cannot leave the ident of a
+    thread there that has stopped spinning.
     """
 
     def __init__(self, *, context: ContextLike | None = None) -> None:
@@ -56,16 +58,16 @@ class SingleThreadedExecutor(Executor):
         self._run(future, None if timeout_sec is None else self._deadline(timeout_sec), once=False)
 
     def is_driven(self) -> bool:
-        """Whether a thread spins this."""
+        """Tell whether a thread spins this."""
         return bool(self._driver)
 
     def thread_waits_alone(self) -> bool:
-        """Whether the calling thread is the one that drives this."""
+        """Tell whether the calling thread has the turn: no callback runs while it blocks."""
         return self._driver.get(_TURN) == get_ident()
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         stop: StopCondition = NEVER
-        if until is not None:  # hot path: `stop_condition_of`, without that call: 0.6 us less a spin
+        if until is not None:  # hot path: `stop_condition_of` would take 0.6 us a spin
             stop = until if isinstance(until, Future) else stop_condition_of(until)  # type: ignore[redundant-expr]
         if stop.completion_state and self._has_nothing_left(once=once):
             return
@@ -77,7 +79,7 @@ class SingleThreadedExecutor(Executor):
             if driver.setdefault(_TURN, me) == me or self._await_turn(stop, deadline):
                 self._drive(self._driver_waiter, stop, deadline, once=once)
         finally:
-            # No call before the turn is free: Python runs signal handlers after calls.
+            # No function is called before the turn is free, since Python runs signal handlers after calls.
             if _TURN in driver and driver[_TURN] == me:
                 del driver[_TURN]
                 if not self._shutdown_signal.alive:
@@ -86,7 +88,7 @@ class SingleThreadedExecutor(Executor):
                     self._call_successor()
 
     def _await_turn(self, stop: StopCondition, deadline: int | None) -> bool:
-        """Wait for the turn of the thread that drives this; False if another one has it too long."""
+        """Wait until this thread has the turn; False if `stop`, `deadline` or `shutdown` come first."""
         waiter = Waiter()
         with StopConditionScope(self._shutdown_signal, waiter, stop):
             while not self._wait_for_turn(waiter, deadline):
@@ -113,7 +115,7 @@ class SingleThreadedExecutor(Executor):
         return self._driver.setdefault(_TURN, me) == me
 
     def _call_successor(self) -> None:
-        """Wake all threads that wait for their turn: one gets it, the others wait on."""
+        """Wake all threads that wait for their turn. One of them takes it, and the others wait again."""
         wake_all(self._successors)
 
     def _wake_workers(self) -> None:

@@ -1,10 +1,10 @@
-"""Finds a callback that holds up the others: a sleep in it, or a loop that waits for another callback.
+"""Finds a callback that holds up the others, by a sleep or by a loop that waits for another callback.
 
-While a thread spins without end, an alarm looks after two seconds, and then less and less often: mistakes of
-this kind show themselves soon, and a robot that runs for days pays nothing. The spinning thread does nothing
-for it. It looks at its timers before each callback: so if one of them is long overdue, the same callback has
-been running since then. Where messages wait and no timer does, a second look follows soon, and the callback
-is compared with that of the first.
+While a thread spins without end, an alarm looks at it after two seconds, and then less and less often.
+Mistakes of this kind show themselves soon, and a robot that runs for days pays nothing. The spinning thread
+itself does nothing for it. An executor looks at its timers before each callback. So if a timer is long
+overdue, the same callback has been running since then. If only messages wait, a second look follows soon: the
+callback is to blame if both looks find it.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ _CO_COROUTINE = 0x80
 """inspect.CO_COROUTINE: to import that module takes 10 ms."""
 FIRST_LOOK_S = 2.0
 CONFIRM_S = 1.0
-"""How long after a look that suspects somebody the next one comes."""
+"""The time in s between a look that suspects a callback and the look that confirms it."""
 _LONGER = 1.5
-"""How much longer each pause is than the one before."""
+"""The factor by which each pause is longer than the pause before."""
 _LONGEST_S = 120.0
-"""The last pause."""
+"""The longest pause in s. After it there are no more looks."""
 _OVERDUE_NS = 1_500_000_000
-"""How late a timer is before a callback is blamed for it at first sight."""
+"""A callback is blamed at the first look if a timer is later than this."""
 _LATE_NS = 500_000_000
-"""How late a timer is before a second look is worth its while."""
+"""A second look is made if a timer is later than this."""
 AWAIT = "in an 'async def' write 'await asyncio.sleep(…)' and await what takes long"
 _RETURN = (
     'let it return, and do the rest in a timer or in a thread; or spin with a MultiThreadedExecutor and give '
@@ -64,13 +64,14 @@ class Suspect(NamedTuple):
 
     frame: FrameType
     mark: object
-    """If a second look finds the same mark, it has not gone on in between. None: it holds up others now."""
+    """A value that stays equal while the callback does not go on; a second look compares it. None: the
+    callback holds up others for certain, and no second look is needed."""
     remedy: str
     said: str = 'the callback {}() has not returned for seconds'
 
 
 class SpinWatch:
-    """Watches one spin without end until `close`; `find` returns whom a look suspects."""
+    """Watches one spin without end until `close`. Each look calls `find`, which returns the suspects."""
 
     def __init__(self, shutdown_signal: ShutdownSignal, find: Callable[[], list[Suspect]]) -> None:
         self._shutdown_signal = shutdown_signal
@@ -79,18 +80,18 @@ class SpinWatch:
         self._is_first = True
         self._alarm = TimerEntry(self._look)
         self._marks: list[object] = []
-        """Of those whom the last look suspected, if this one is to confirm it."""
+        """The marks of the suspects of the last look, if the next look is to confirm them."""
         self._set(FIRST_LOOK_S)
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop looking."""
         alarms = self._shutdown_signal.alarms
         if alarms is not None:
             alarms.discard(self._alarm)
         self._marks = []
 
     def _set(self, pause: float) -> None:
-        """Look after a pause. Other clocks than the machine's stand still, or leap."""
+        """Set the alarm for the next look. On other clocks than the machine's there are no looks."""
         alarms, clock = self._shutdown_signal.alarms, self._shutdown_signal.clock
         if alarms is not None and is_machine_time(clock):
             alarms.set(self._alarm, clock.now() + int(pause * 1e9))
@@ -118,7 +119,7 @@ class SpinWatch:
 
 
 def of_this_thread(ready: ReadyQueue, timer_heap: TimerHeap) -> Callable[[], list[Suspect]]:
-    """Return what finds the callback that holds up the others of the calling thread."""
+    """Return a function that finds the callback that holds up the others of the calling thread."""
     thread = get_ident()
 
     def find() -> list[Suspect]:
@@ -134,10 +135,10 @@ def of_this_thread(ready: ReadyQueue, timer_heap: TimerHeap) -> Callable[[], lis
 
 
 def of_pool(pool: Pool, ready: ReadyQueue, timer_heap: TimerHeap) -> Callable[[], list[Suspect]]:
-    """Return what finds callbacks that hold up others of a MultiThreadedExecutor.
+    """Return a function that finds callbacks that hold up others of a MultiThreadedExecutor.
 
-    They have all its threads, or the group that a node gives to callbacks for which the program chose none. A
-    group that the program chose is exclusive because the program wants that.
+    Such callbacks occupy all threads, or the default group of a node. A group that the program chose itself
+    is not looked at, since the program wants its callbacks to wait.
     """
 
     def find() -> list[Suspect]:
@@ -159,7 +160,7 @@ def of_pool(pool: Pool, ready: ReadyQueue, timer_heap: TimerHeap) -> Callable[[]
 
 
 def is_late(timer_heap: TimerHeap, by_ns: int = _LATE_NS) -> bool:
-    """Whether a timer is so late that something must have kept it."""
+    """Tell whether a timer is so late that a callback must have kept it from being called."""
     earliest = timer_heap.earliest
     return earliest is not None and earliest + by_ns < STEADY.now()
 
@@ -170,13 +171,15 @@ def _holds_default_group(source: CallbackSource) -> bool:
 
 
 def _callback_of(thread: int | None) -> FrameType | None:
-    """Return the callback that a thread is in."""
+    """Return the frame of the callback that a thread runs; None if it runs none."""
     frame = None if thread is None else sys._current_frames().get(thread)
     return outermost_program_frame(frame, CallbackRunner.PERFORM)
 
 
 def _mark(frame: FrameType) -> object:
-    """Return a mark of a callback. A coroutine has the same frame from its start to its end."""
+    """Return the mark of a callback. For a coroutine it also has the position, since all its steps share a
+    frame.
+    """
     return (frame, frame.f_lasti) if frame.f_code.co_flags & _CO_COROUTINE else (frame,)
 
 

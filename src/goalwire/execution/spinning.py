@@ -20,12 +20,15 @@ if TYPE_CHECKING:
 
 
 def settled(future: Any) -> bool:
-    """Whether `future`, ours or another library's, is done or cancelled."""
+    """Tell whether `future`, of this or another library, is done or cancelled."""
     return bool(future.done() or future.cancelled())
 
 
 class StopWhen:
-    """A stop condition that calls a function at each look. Who makes that true has to wake the sleeper."""
+    """A stop condition that calls a function at each look.
+
+    The code that makes the function return True has to wake the sleeping thread itself.
+    """
 
     __slots__ = ('_ask',)
 
@@ -37,14 +40,14 @@ class StopWhen:
         return self._ask()
 
     def add_waker(self, waker: Callable[[], None]) -> None:
-        """Does nothing: the class says why."""
+        """Do nothing: the sleeping thread is woken otherwise."""
 
     def remove_waker(self, waker: Callable[[], None]) -> None:
-        """Does nothing."""
+        """Do nothing."""
 
 
 class _ForeignFuture(StopWhen):
-    """The end of another library's future."""
+    """The stop condition that comes when a future of another library is done."""
 
     __slots__ = ('_future',)
 
@@ -57,7 +60,7 @@ class _ForeignFuture(StopWhen):
 
 
 class _Never(StopWhen):
-    """The stop condition of `rclpy.spin`: it never comes."""
+    """The stop condition of `rclpy.spin`, which never comes."""
 
     __slots__ = ()
 
@@ -75,7 +78,7 @@ def stop_condition_of(until: Any) -> StopCondition:
 
 
 class StopConditionScope:
-    """While it lasts, `waiter` is woken when `stop` comes or the shutdown begins."""
+    """A block (`with`) in which `waiter` is woken when `stop` comes or the shutdown begins."""
 
     __slots__ = ('_shutdown_signal', '_stop', '_waiter', '_watch')
 
@@ -101,8 +104,8 @@ class StopConditionScope:
 def release_groups(work_queue: NodeWorkQueue, spin_until: Callable[[Future[None]], None]) -> Iterator[None]:
     """Release the exclusive group of a callback that spins, as a monitor's wait() gives up its lock.
 
-    So the callback may wait for what only its own group can do. At the end of the block it goes on when the
-    group is free again; `spin_until(future)` runs other work in the meantime.
+    So the callback may wait for other callbacks of its own group. At the end of the block it takes the group
+    again. If the group is not free by then, `spin_until(future)` runs other work until it is.
     """
     groups = held_groups.get()
     if not groups:
@@ -122,6 +125,6 @@ def release_groups(work_queue: NodeWorkQueue, spin_until: Callable[[Future[None]
                     group.park(CallSoon(work_queue, partial(free.set_result, None)))
                     spin_until(free)
                     if not free.done():
-                        break  # the executor was shut down: nothing else can run beside this callback
+                        break  # the executor was shut down: no other callback of the group starts any more
         finally:
             held_groups.reset(token)

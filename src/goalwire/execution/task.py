@@ -45,13 +45,13 @@ class Task(Future[T]):
         return self._executing
 
     def cancel(self) -> None:
-        """Cancel it. A coroutine that an executor runs is cancelled at its present await."""
+        """Cancel the task. A coroutine that an executor runs is cancelled at the await where it waits."""
         super().cancel()
         if self._cancel_run is not None:
             self._cancel_run()
 
     def __call__(self) -> None:
-        """Run it by hand; see the class."""
+        """Run the task without an executor: up to its end, or to an await on something pending."""
         if self.done() or self._executing:
             return
         self._executing = True
@@ -71,9 +71,9 @@ class Task(Future[T]):
             self._executing = False
 
     def begin(self, fail: Callable[[BaseException], None]) -> Coroutine[Any, Any, T | None] | None:
-        """Start it for an executor: run a function to its end, or return the coroutine to be run.
+        """Start the task for an executor: run a function to its end, or return the coroutine to be run.
 
-        `fail` is told what the handler raises.
+        `fail` is called with the error of the handler.
         """
         if self._started or self.cancelled():
             return None
@@ -88,7 +88,7 @@ class Task(Future[T]):
         return None if self._coroutine is None else self._run_coroutine(self._coroutine, fail)
 
     def cancel_unfinished(self) -> None:
-        """Cancel it unless it has run to its end."""
+        """Cancel the task unless it has run to its end."""
         handler = self._handler[0]
         for coroutine in (self._coroutine, handler):
             if isinstance(coroutine, Coroutine):
@@ -131,16 +131,18 @@ class Task(Future[T]):
         return result
 
     def _fail(self, error: BaseException, fail: Callable[[BaseException], None]) -> None:
-        """Be done with `error`, which comes out of spin: known to the executor before anybody is woken."""
+        """End with `error`, which spin raises. `fail` is called first: whoever is woken finds the error
+        there.
+        """
         self._exception = error
         self.completion_state = FINISHED
         fail(error)
         self._become(FINISHED)
 
     def _await_again(self, awaited: object) -> None:
-        """Have the executor go on once the awaited future is done.
+        """Have the executor continue the coroutine once the awaited future is done.
 
-        Without an executor the next call goes on.
+        Without an executor, the next call of the task continues it.
         """
         if self._work_queue is not None and isinstance(awaited, Future):
             work_queue = self._work_queue
@@ -161,7 +163,7 @@ def _nothing() -> Any:
 
 
 class TaskSource(CallbackSource):
-    """A task on its way through an executor."""
+    """A task, as work for an executor."""
 
     __slots__ = ('_fail', 'task')
 

@@ -37,7 +37,9 @@ class TimerInfo:
         actual_call_time: int = 0,
         clock_type: ClockType = ClockType.SYSTEM_TIME,
     ) -> None:
-        """Both times in ns. Raises TypeError for anything but a ClockType, ValueError for a negative time."""
+        """Take both times in ns. Raises TypeError for anything but a ClockType, ValueError for negative
+        times.
+        """
         if not isinstance(clock_type, ClockType):
             raise TypeError('Clock type must be a ClockType enum')
         if expected_call_time < 0 or actual_call_time < 0:
@@ -57,9 +59,9 @@ class TimerInfo:
 
 
 def adapt_to_info(callback: object) -> Callable[[TimerInfo], object] | None:
-    """Return how to call `callback` with a TimerInfo; None if it asks for none.
+    """Return a function that calls `callback` with a TimerInfo; None if `callback` does not take one.
 
-    It asks with a parameter that is annotated as TimerInfo, as in rclpy, or with one that has no default.
+    It takes one if it has a parameter that is annotated as TimerInfo, as in rclpy, or that has no default.
     """
     if not callable(callback) or _takes_nothing(callback):
         return None
@@ -96,9 +98,9 @@ def _is_timer_info(annotation: object) -> bool:
 
 
 class Rate:
-    """Sleeps until its timer is due. It needs no executor that spins meanwhile, unlike rclpy's.
+    """Sleeps until its timer is due. Unlike rclpy's, it works without an executor that spins meanwhile.
 
-    One that does has a turn with each tick, whether somebody sleeps or not.
+    If an executor spins, each tick is one turn of it, whether a thread sleeps here or not.
     """
 
     def __init__(self, timer: Timer, *, context: ContextLike) -> None:
@@ -110,13 +112,13 @@ class Rate:
         self._sleepers: list[Waiter] = []
 
     def destroy(self) -> None:
-        """End it, and every sleep in it. Idempotent."""
+        """Destroy the timer and end every sleep. Idempotent."""
         self._destroyed = True
         self._timer.destroy()
         wake_all(self._sleepers)
 
     def sleep(self) -> None:
-        """Block until the next tick; return at once if one has passed since the last sleep.
+        """Block until the next tick; return at once if a tick has passed since the last sleep.
 
         Raises RuntimeError when destroyed, ROSInterruptException when the context has ended.
         """
@@ -131,7 +133,10 @@ class Rate:
             self._sleepers.remove(waiter)
 
     def _wait_for_tick(self, waiter: Waiter, before: int) -> None:
-        """Sleep to the next tick and count it, unless another sleeper has done that, or the clock jumped."""
+        """Sleep until the next tick, and count it unless another sleeper has counted it.
+
+        Returns early if the due time has moved, as after a jump of the clock; the caller then sleeps again.
+        """
         timer = self._timer
         target = timer.next_call_ns
 
@@ -153,9 +158,10 @@ _INT64 = range(-(2**63), 2**63)
 
 
 class Timer(CallbackSource):
-    """Calls `callback` every `timer_period_ns` on `clock`; TimerSchedule says when.
+    """Calls `callback` every `timer_period_ns` of `clock`. TimerSchedule has the due times.
 
-    It is an entry in its node's executor; on an overridden ROS clock the setter of the time posts it.
+    An entry in the timer heap of the node's executor posts it when it is due. If the ROS clock is overridden,
+    the thread that sets the time posts it.
     """
 
     __slots__ = (
@@ -185,9 +191,9 @@ class Timer(CallbackSource):
         autostart: bool = True,
         work_queue: NodeWorkQueue | None = None,
     ) -> None:
-        """Raises TypeError for a period beyond an int64. Without `work_queue` no executor ever calls it.
+        """Make a timer that calls `callback()`, or `callback(info)` if it takes a TimerInfo.
 
-        `callback()` is called, or `callback(info)` if it asks for a TimerInfo.
+        Without `work_queue` no executor ever calls it. Raises TypeError for a period beyond an int64.
         """
         super().__init__(NodeWorkQueue() if work_queue is None else work_queue, callback_group)
         if int(timer_period_ns) not in _INT64:
@@ -195,7 +201,7 @@ class Timer(CallbackSource):
                 f'a timer period of {timer_period_ns} ns does not fit into 64 bits: make it shorter'
             )
         self.callback = callback
-        # Anything but a clock is refused here, with rclpy's words
+        # This raises an error with rclpy's text if it is not a clock.
         self._clock: Clock = entity_of(clock.handle)
         self._schedule = TimerSchedule(self._clock, int(timer_period_ns))
         self.watchers: Sequence[Callable[[], None]] = ()
@@ -210,7 +216,7 @@ class Timer(CallbackSource):
 
     @property
     def callback(self) -> Callable[..., object] | None:
-        """The callback; another one may be set at any time."""
+        """The callback. It may be replaced at any time."""
         return self._callback
 
     @callback.setter
@@ -236,7 +242,7 @@ class Timer(CallbackSource):
 
     @property
     def timer_period_ns(self) -> int:
-        """The period in ns. A new one counts from the next call on."""
+        """The period in ns. A new period takes effect after the next call."""
         self._check()
         return self._schedule.period
 
@@ -247,7 +253,7 @@ class Timer(CallbackSource):
         self._schedule.period = value
 
     def is_ready(self) -> bool:
-        """Whether a call is due."""
+        """Tell whether a call is due."""
         self._check()
         return not self._canceled and self._schedule.now() >= self._schedule.next_call
 
@@ -270,7 +276,7 @@ class Timer(CallbackSource):
         self._arm()
 
     def time_since_last_call(self) -> int:
-        """Ns since the last call, or since it was made."""
+        """Return the ns since the last call; before the first call, since the timer was made."""
         self._check()
         return self._schedule.now() - self._schedule.last_call
 
@@ -302,36 +308,36 @@ class Timer(CallbackSource):
 
     @property
     def next_call_ns(self) -> int:
-        """When the next call is due, in ns of the timer's clock."""
+        """The due time of the next call, in ns of the timer's clock."""
         self._schedule.now()
         return self._schedule.next_call
 
     @property
     def events(self) -> int:
-        """1 when a call is due, else 0; see waitable.Waited."""
+        """1 if a call is due, else 0; see waitable.Waited."""
         return int(self.is_ready())
 
     def call_timer(self) -> None:
-        """Note a call that a waitable has made. Raises InvalidHandle once destroyed."""
+        """Note that a waitable handles the present call. Raises InvalidHandle once destroyed."""
         self._check()
         self.advance()
         self._arm()
 
     def take_over(self) -> None:
-        """Leave the calls of this timer to a Rate: executors no longer call it.
+        """Leave the calls of this timer to a Rate: executors do not call the callback any longer.
 
-        It still wakes its executor once a period, as in rclpy, so `spin_once` returns: a program may repeat
-        `spin_once` until another thread, which sleeps with the Rate, has done its work.
+        As in rclpy, the timer still wakes its executor once a period, so that `spin_once` returns. A program
+        may repeat `spin_once` until another thread, which sleeps by the Rate, has done its work.
         """
         self._taken = True
         self._arm()
 
     def advance(self) -> tuple[int, int] | None:
-        """Note a call, and return when it was due and when it came; None if none is due yet."""
+        """Note a call, and return its due time and its actual time; None if no call is due yet."""
         return self._schedule.advance()
 
     def statistics(self) -> TimerStatistics:
-        """Count its calls, and how late they came."""
+        """Return the number of calls, and how late they came."""
         return self._schedule.statistics()
 
     def run(self) -> object:
@@ -342,7 +348,7 @@ class Timer(CallbackSource):
             self._arm()
             return None
         times = self._schedule.advance()
-        self._arm()  # before the callback: in a reentrant group it may overlap itself
+        self._arm()  # before the callback, since in a reentrant group the next call may start during this one
         if times is None:
             return None
         if self._with_info is not None:
@@ -354,7 +360,7 @@ class Timer(CallbackSource):
         return TimerInfo(expected_call_time=expected, actual_call_time=actual, clock_type=kind)
 
     def remaining_ns(self) -> int | None:
-        """The rest of the running period in ns, before its clock's source of time is switched."""
+        """Return the rest of the running period in ns. A clock asks before it switches its source of time."""
         return None if self._canceled else self._schedule.next_call - self._clock.now_ns()
 
     def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:
@@ -366,14 +372,15 @@ class Timer(CallbackSource):
         if not self._canceled:
             schedule = self._schedule
             self._timer_entry.set(schedule.next_turn() if self._taken else schedule.next_call)
-            if self._destroyed:  # destroyed by another thread, which found nothing to cancel
+            if self._destroyed:  # another thread may have destroyed the timer before the entry was set
                 self._timer_entry.cancel()
         for wake in self.watchers:
             wake()
 
     @staticmethod
     def _post(reference: ReferenceType[Timer]) -> None:
-        # hot path: an executor that the node has left does not hold the timer, and yet this is one call.
+        # hot path: a static method with a weak reference. It is one call, and a timer heap that still has the
+        # entry does not keep the timer alive.
         self = reference()
         if self is not None and not self._posted:
             self._posted = True

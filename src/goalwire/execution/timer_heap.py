@@ -1,4 +1,4 @@
-"""The due times of timers and asyncio loops, and a thread for those without an executor."""
+"""The due times of timers and asyncio loops, and a thread that calls entries without an executor."""
 
 from __future__ import annotations
 
@@ -35,10 +35,9 @@ _SOMEBODY = (None,)
 
 
 class TimerHeap:
-    """A heap of entries. An entry that was set again leaves its old item behind, which is skipped.
+    """A heap of entries. An entry that was set again leaves its old item in the heap, which is skipped later.
 
-    `on_earlier` is called, outside the lock, when the earliest due time has moved forward while there are
-    `sleepers`, whom that concerns.
+    If an entry becomes the earliest and `sleepers` is not empty, `on_earlier` is called, outside the lock.
     """
 
     __slots__ = ('_lock', '_on_earlier', '_serial', '_sleepers', '_stale', 'earliest', 'heap')
@@ -46,8 +45,8 @@ class TimerHeap:
     def __init__(self, on_earlier: Callable[[], None], sleepers: Sized = _SOMEBODY) -> None:
         self.heap: list[tuple[int, int, TimerEntry]] = []
         self.earliest: int | None = None
-        """The earliest due time, perhaps of an entry that was discarded. Never later than the heap's first;
-        too early if a signal's handler has raised in here, until then."""
+        """The earliest due time, perhaps of a discarded entry. It is never later than that of the first item.
+        If a signal's handler has raised in a method of this, it may be too early, which costs one look."""
         self._lock = Lock()
         self._serial = 0
         self._stale = 0
@@ -55,7 +54,7 @@ class TimerHeap:
         self._sleepers = sleepers
 
     def set(self, entry: TimerEntry, due: int) -> None:
-        """Call `entry` at `due` (steady ns), instead of any time set before, in this heap or another."""
+        """Have `entry` called at `due` (steady ns). An earlier set time, in any heap, no longer counts."""
         before = entry.timer_heap
         if before is not None and before is not self:
             before.discard(entry)
@@ -72,7 +71,7 @@ class TimerHeap:
             self._on_earlier()
 
     def discard(self, entry: TimerEntry) -> None:
-        """Do not call `entry`, unless it has moved to another timer heap meanwhile."""
+        """Remove `entry`, unless it has moved to another timer heap meanwhile."""
         with self._lock:
             if entry.timer_heap is self:
                 if entry.due is not None:
@@ -99,7 +98,9 @@ class TimerHeap:
         self._lock = Lock()
 
     def _leave_behind(self, entry: TimerEntry) -> None:
-        """Count the item that `entry` has here as dead; clear the dead away when they are the majority."""
+        """Count the item of `entry` as stale. Remove all stale items when they are more than half of the
+        heap.
+        """
         self._stale += 1
         if self._stale > 64 and self._stale * 2 > len(self.heap):
             self.heap[:] = [item for item in self.heap if item[2] is not entry and self._lives(item)]
@@ -112,22 +113,23 @@ class TimerHeap:
 
 
 CLOSING_S = 5.0
-"""How long closing waits for the entry that is being called."""
+"""The time in s that `close` waits for the running call of an entry."""
 
 
 class ShutdownListener(Protocol):
     """An object whose `end` is called at the shutdown."""
 
     def end(self) -> None:
-        """The shutdown has begun. May come more than once."""
+        """React to the shutdown. It may be called more than once."""
 
 
 class TimerThread:
-    """Calls entries at their due time (ns of the context's steady clock); the first one starts its thread.
+    """A thread that calls entries at their due time (ns of the context's steady clock). It starts with the
+    first entry.
 
-    At the shutdown all that are left are called at once, and later ones as soon as they are set: what is
-    called looks at the shutdown signal, and never runs code of users. Setting and discarding cost about one
-    µs each and wake nobody, unless the entry is due before all others.
+    At the shutdown all remaining entries are called at once, and later entries as soon as they are set. So
+    their functions look at the shutdown signal, and never run code of users. `set` and `discard` take about
+    one µs each, and wake the thread only if the entry is the earliest.
     """
 
     def __init__(self, shutdown_signal: ShutdownSignal, name: str) -> None:
@@ -136,18 +138,18 @@ class TimerThread:
         self._waiter = Waiter()
         self._timer_heap = TimerHeap(self._on_earlier)
         self._awake_at: int | None = 0
-        """When the thread looks at the timer heap anyway; None: never."""
+        """The due time until which the thread sleeps; None: without limit, 0: it is awake."""
         self._listeners: WeakListeners[ShutdownListener] = WeakListeners()
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._watch: ShutdownWatch | None = None
 
     def __len__(self) -> int:
-        """How many entries are kept, some of which may have been discarded."""
+        """Return the number of items in the heap, with those of discarded entries."""
         return len(self._timer_heap.heap)
 
     def set(self, entry: TimerEntry, due: int) -> None:
-        """Call `entry` at `due`, instead of any time set before. Any thread."""
+        """Have `entry` called at `due`, instead of any earlier set time. Any thread."""
         if self._thread is None:
             self._start()
         self._timer_heap.set(entry, due)
@@ -155,11 +157,11 @@ class TimerThread:
             self._call_all()
 
     def soon(self, entry: TimerEntry) -> None:
-        """Call `entry` as soon as the thread gets to it."""
+        """Have `entry` called as soon as the thread is free."""
         self.set(entry, 0)
 
     def tell_end(self, who: ShutdownListener) -> None:
-        """Call `who.end()` at the shutdown, on this thread; at once after the shutdown.
+        """Have `who.end()` called at the shutdown, on this thread; after the shutdown call it at once.
 
         `who` is held weakly.
         """
@@ -170,7 +172,7 @@ class TimerThread:
             who.end()
 
     def discard(self, entry: TimerEntry) -> None:
-        """Do not call `entry`; it may be being called."""
+        """Remove `entry`. A call that runs already goes on."""
         self._timer_heap.discard(entry)
 
     def close(self) -> None:
@@ -198,7 +200,9 @@ class TimerThread:
         timer_heap, shutdown_signal = self._timer_heap, self._shutdown_signal
         try:
             while shutdown_signal.alive:
-                self._awake_at = None  # before the look: an earlier entry set after it wakes this thread
+                self._awake_at = (
+                    None  # before the look at the heap: an entry that is set later wakes this thread
+                )
                 self._awake_at = due = timer_heap.earliest
                 shutdown_signal.clock.wait(self._waiter, due)
                 self._awake_at = 0
@@ -217,8 +221,8 @@ class TimerThread:
         while True:
             try:
                 self._timer_heap.call_due(now)
-            except Exception as error:  # a mistake of ours: the other entries must be called all the same
-                from goalwire.logging import get_logger  # imported only if needed
+            except Exception as error:  # a bug in goalwire: the other entries must be called all the same
+                from goalwire.logging import get_logger  # here, since it is rarely needed
                 from goalwire.tracebacks import traceback_text
 
                 get_logger('goalwire.execution').error(

@@ -17,26 +17,26 @@ if TYPE_CHECKING:
 class TimerSchedule:
     """The due times of one timer, in ns of its clock.
 
-    Periods that were missed are made up for by one call, and the phase is kept, as in rcl. The lock keeps the
-    two times together, over no foreign code: another thread than the one that calls may set an overridden ROS
-    clock. If the machine's clock is set back to before the last call, the running period ends in its time all
-    the same: `_steady_due` says when.
+    If calls were missed, one call makes up for all of them, and the phase is kept, as in rcl. The lock keeps
+    `last_call` and `next_call` consistent, since another thread may set an overridden ROS clock during a
+    call. No code of users runs under it. If the machine's clock is set back to before the last call, the
+    running period still ends after its length in steady time: at `_steady_due`.
     """
 
     __slots__ = ('_clock', '_lateness', '_lock', '_missed', '_steady_due', 'last_call', 'next_call', 'period')
 
     def __init__(self, clock: Clock, period: int) -> None:
-        """`period` in ns; the first call is due one period from now."""
+        """Make a schedule with a `period` in ns. The first call is due one period from now."""
         self.period = period
-        """Another one may be set; it counts from the next call on."""
+        """The period in ns. A new period takes effect after the next call."""
         self._clock = clock
         self._lock = Lock()
         self._missed = 0
         self._lateness = Latencies()
         self.last_call = clock.now_ns()
-        """When it was called last, or made."""
+        """The time of the last call; before the first call, the time when the timer was made."""
         self.next_call = self.last_call + period
-        """When the next call is due; `now` fits it to a clock that was set back."""
+        """The due time of the next call. `now` adapts it if the clock was set back."""
         self._steady_due = clock.source.now() + period
 
     def restart(self) -> None:
@@ -46,9 +46,9 @@ class TimerSchedule:
             self._steady_due = self._clock.source.now() + self.period
 
     def advance(self) -> tuple[int, int] | None:
-        """Note a call and find the next due time, in phase and in the future; None if none is due yet.
+        """Note a call, and set the next due time: in phase, and in the future.
 
-        Returns when the call was due and when it came.
+        Returns the due time and the actual time of the call; None if no call is due yet.
         """
         with self._lock:
             now, due = self._clock.now_ns(), self.next_call
@@ -67,7 +67,7 @@ class TimerSchedule:
         return due, now
 
     def now(self) -> int:
-        """Return the clock's time. If the clock was set back, the next call is fitted to it."""
+        """Return the clock's time. If the clock was set back, adapt the next call to it."""
         now = self._clock.now_ns()
         if now < self.last_call:
             with self._lock:
@@ -75,10 +75,10 @@ class TimerSchedule:
         return now
 
     def _due_after_set_back(self, now: int) -> int:
-        """Return when the next call is due, now that the clock shows `now`.
+        """Return the due time of the next call. If the clock shows less than the last call, adapt it first.
 
-        A jump to before the last call would stop the timer until the old time is there again. A program that
-        sets a ROS clock says so (`follow_jump`); nobody tells of the machine's clock.
+        Otherwise the timer would stand still until the clock shows the old time again. For an overridden ROS
+        clock `follow_jump` does this, but no event tells that the machine's clock was set back.
         """
         if now < self.last_call and not self._clock.overridden:
             self.next_call = now + max(self._steady_due - self._clock.source.now(), 0)
@@ -86,7 +86,9 @@ class TimerSchedule:
         return self.next_call
 
     def next_turn(self) -> int:
-        """Return the time of the next call. The present one may be late, so whole periods are skipped."""
+        """Return the due time of the next call in the future. If the present call is late, periods are
+        skipped.
+        """
         late = self.now() - self.next_call
         period = max(self.period, 1)
         return self.next_call if late < 0 else self.next_call + (late // period + 1) * period
@@ -94,8 +96,8 @@ class TimerSchedule:
     def follow_jump(self, change: ClockChange, remaining_ns: int | None) -> None:
         """Adapt to the clock's new time.
 
-        If the source was switched, the rest of the period (`remaining_ns`, None without one) is still to be
-        waited for. A jump to before the last call starts a new period (rcl/timer.c's rules).
+        After a switch of the source, the rest of the period still has to pass: `remaining_ns`, or None if no
+        period was running. A jump to before the last call starts a new period (rules of rcl/timer.c).
         """
         with self._lock:
             now = self._clock.now_ns()
@@ -109,7 +111,7 @@ class TimerSchedule:
             self._steady_due = self._clock.source.now() + self.next_call - now
 
     def statistics(self) -> TimerStatistics:
-        """Count the calls, and how late they came."""
+        """Return the number of calls, and how late they came."""
         from goalwire.rules.statistics import TimerStatistics
 
         lateness = self._lateness.histogram()

@@ -1,8 +1,8 @@
 """Uncaught exceptions end the program readably.
 
 An uncaught exception is printed with the program's own frames. Ctrl-C in a wait of ours ends the program
-quietly. `init` installs the hooks for that, but only in place of Python's own: those of test runners,
-debuggers and notebooks stay. The exit status is always Python's: that of Ctrl-C, and 1 after an exception.
+quietly. `init` installs hooks for that, but only in place of Python's own hooks: those of test runners,
+debuggers and notebooks stay. The exit status is always Python's: that of Ctrl-C, or 1 after an exception.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def install_excepthooks() -> None:
-    """Take over from Python's own hooks, unless a program has replaced them: see the module."""
+    """Replace Python's own hooks, unless a program has replaced them: see the module."""
     if sys.excepthook in {sys.__excepthook__, excepthook}:
         sys.excepthook = _excepthook
     if threading.excepthook is threading.__excepthook__:
@@ -30,7 +30,7 @@ def install_excepthooks() -> None:
 
 
 def _excepthook(_kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
-    """Print an uncaught exception; nothing if Ctrl-C or SIGTERM ended a wait of this library."""
+    """Print an uncaught exception; print nothing if Ctrl-C or SIGTERM ended a wait of this library."""
     if not _ended_a_wait(error.with_traceback(traceback)):
         show_uncaught(error)
     if isinstance(error, KeyboardInterrupt):
@@ -46,7 +46,7 @@ def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
     if error is None or isinstance(error, SystemExit):
         return
     if isinstance(error, ExternalShutdownException):
-        return  # the program ends, and the executors that spin in its threads, too
+        return  # the program ends, which also ends the executors that spin in its threads
     if isinstance(error, ClosedError) and exits.has_begun():
         return  # the same, a moment later: in a callback
     name = threading.current_thread().name if arguments.thread is None else arguments.thread.name
@@ -54,7 +54,7 @@ def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
 
 
 def _ended_a_wait(error: BaseException) -> bool:
-    """Whether a signal ended the program in a wait of the library, on the main thread."""
+    """Tell whether a signal ended the program while the main thread was in a wait of the library."""
     if isinstance(error, ExternalShutdownException):
         return signals.has_come()
     if not isinstance(error, KeyboardInterrupt):
@@ -69,7 +69,9 @@ def _ended_a_wait(error: BaseException) -> bool:
 
 
 def _is_in_library(error: BaseException) -> bool:
-    """Whether the innermost frame is the library's, but for the signal's handler and Python's own waiting."""
+    """Tell whether the innermost frame, without those of signal handlers and Python's waits, is the
+    library's.
+    """
     innermost = ''
     trace = error.__traceback__
     while trace is not None:

@@ -34,7 +34,7 @@ class Waited(Protocol):
 
     @property
     def counts_up(self) -> bool:
-        """True if `events` counts all events so far; False if it counts only the waiting ones."""
+        """True if `events` counts all events so far; False if it counts only the waiting events."""
 
     @property
     def events(self) -> int:
@@ -42,17 +42,17 @@ class Waited(Protocol):
 
 
 _watching = Lock()
-"""Held only while a thread begins or ends to watch."""
+"""The lock for changes of `watchers`."""
 
 
 def watch(entity: Waited, wake: Callable[[], None]) -> None:
-    """Have `wake` called with each event of `entity`, on any thread."""
+    """Have `wake()` called at each event of `entity`, on any thread."""
     with _watching:
         entity.watchers = (*entity.watchers, wake)
 
 
 def unwatch(entity: Waited, wake: Callable[[], None]) -> None:
-    """Take `wake` back; nothing if it is not there."""
+    """Remove `wake`. Does nothing if it was not added."""
     with _watching:
         entity.watchers = tuple(other for other in entity.watchers if other != wake)
 
@@ -65,36 +65,38 @@ class WaitSet:
         self._entities: dict[str, list[Waited]] = {kind: [] for kind in _KINDS}
         self._ready: dict[str, list[bool]] = {kind: [] for kind in _KINDS}
         self._seen: dict[Waited, int] = {}
-        """Everything that is watched, and how far its count was at the last look."""
+        """The watched entities, each with its number of events at the last look."""
 
     # -- what rclpy offers
 
     def add_subscription(self, handle: object) -> int:
-        """Add a subscription; returns the index to ask `is_ready` with."""
+        """Add a subscription, and return its index for `is_ready`."""
         return self._add('subscription', handle)
 
     def add_guard_condition(self, handle: object) -> int:
-        """Add a guard condition; it is ready in the first look after it was triggered."""
+        """Add a guard condition, which is ready in the first look after it was triggered."""
         return self._add('guard_condition', handle)
 
     def add_timer(self, handle: object) -> int:
-        """Add a timer; it is ready from when it is due until `call_timer`."""
+        """Add a timer, which is ready from its due time until `call_timer`."""
         return self._add('timer', handle)
 
     def add_client(self, handle: object) -> int:
-        """Add a client; it is ready in the first look after a response has come."""
+        """Add a client, which is ready in the first look after a response has come."""
         return self._add('client', handle)
 
     def add_service(self, handle: object) -> int:
-        """Add a service; it is ready while requests wait."""
+        """Add a service, which is ready while requests wait."""
         return self._add('service', handle)
 
     def add_event(self, handle: object) -> int:
-        """Add an event; it is ready while there is something to take."""
+        """Add an event, which is ready while there is data to take."""
         return self._add('event', handle)
 
     def is_ready(self, entity_type: Kind, index: int) -> bool:
-        """Whether that entity was ready; raises RuntimeError for another kind, IndexError for no index."""
+        """Tell whether an entity was ready; raises RuntimeError for an unknown kind, IndexError for the
+        index.
+        """
         ready = self._ready.get(entity_type)
         if ready is None:
             raise RuntimeError(f"'{entity_type}' is not a known entity: ask for one of {', '.join(_KINDS)}")
@@ -114,7 +116,9 @@ class WaitSet:
         wanted = {entity for entities in self._entities.values() for entity in entities}
         for entity in wanted - self._seen.keys():
             self._seen[entity] = 0
-            watch(entity, self._wake)  # first: what comes from now on is told, what has come is seen below
+            watch(
+                entity, self._wake
+            )  # before the count: a later event calls `wake`, an earlier one is counted
         for entity in self._seen.keys() - wanted:
             del self._seen[entity]
             unwatch(entity, self._wake)
@@ -152,7 +156,7 @@ T = TypeVar('T')
 
 
 class NumberOfEntities:
-    """How many entities of each kind a waitable waits for. Adding two of them gives a third."""
+    """The numbers of entities of each kind that a waitable waits for. `+` adds two of these."""
 
     __slots__ = (
         'num_clients',
@@ -180,7 +184,7 @@ class NumberOfEntities:
         self.num_events = num_events
 
     def _counts(self) -> tuple[int, ...]:
-        """In the order of the constructor's parameters."""
+        """The numbers in the order of the constructor's parameters."""
         return (
             self.num_subscriptions,
             self.num_guard_conditions,
@@ -207,10 +211,10 @@ class NumberOfEntities:
 class Waitable(Generic[T]):
     """Waits for several entities at once and runs one callback for all of them.
 
-    To be derived from, and added with `Node.add_waitable`. Each time an executor looks for work it asks
-    `add_to_wait_set`, then `is_ready`; if that is true it calls `take_data` and awaits `execute`, both
-    under the rule of the callback group. Used as a context while it is asked: what raises InvalidHandle on
-    entering is not ready.
+    Programs write subclasses and add them by `Node.add_waitable`. Each time an executor looks for work, it
+    calls `add_to_wait_set`, then `is_ready`. If that returns True, it calls `take_data` and awaits `execute`,
+    both under the rule of the callback group. The calls before that are made in `with waitable:`; if entering
+    raises InvalidHandle, the waitable is not ready.
     """
 
     def __init__(self, callback_group: CallbackGroup) -> None:
@@ -219,7 +223,7 @@ class Waitable(Generic[T]):
         self._futures: list[Future[Any]] = []
 
     def __enter__(self) -> object:
-        """Keep the members alive while they are waited for."""
+        """Keep the members alive while an executor asks."""
         return self
 
     def __exit__(
@@ -228,7 +232,7 @@ class Waitable(Generic[T]):
         """Release the members."""
 
     def add_future(self, future: Future[Any]) -> None:
-        """Let the done callbacks of `future` run in the executor that runs this."""
+        """Have the done callbacks of `future` run in the executor that runs this waitable."""
         self._futures.append(future)
 
     def remove_future(self, future: Future[Any]) -> None:
@@ -236,16 +240,16 @@ class Waitable(Generic[T]):
         self._futures.remove(future)
 
     def run_futures_in(self, work_queue: NodeWorkQueue) -> None:
-        """Let the done callbacks of all added futures run where `work_queue` is."""
+        """Have the done callbacks of all added futures run in the executor of `work_queue`."""
         for future in self._futures:
             future.set_work_queue(work_queue)
 
     def is_ready(self, wait_set: WaitSet) -> bool:
-        """Whether there is something to execute."""
+        """Tell whether there is something to execute."""
         raise NotImplementedError(f'{type(self).__name__} must say whether it is_ready(wait_set)')
 
     def take_data(self) -> T:
-        """Take the data for `execute`, so that this is not ready any longer."""
+        """Take the data for `execute` out, so that this waitable is not ready any longer."""
         raise NotImplementedError(f'{type(self).__name__} must have a take_data()')
 
     async def execute(self, taken_data: T) -> None:
@@ -253,7 +257,7 @@ class Waitable(Generic[T]):
         raise NotImplementedError(f'{type(self).__name__} must have an execute(taken_data)')
 
     def get_num_entities(self) -> NumberOfEntities:
-        """How many entities `add_to_wait_set` adds."""
+        """Return the numbers of entities that `add_to_wait_set` adds."""
         raise NotImplementedError(f'{type(self).__name__} must have a get_num_entities()')
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
@@ -262,7 +266,9 @@ class Waitable(Generic[T]):
 
 
 class SelfDriven(Waitable[T]):
-    """A waitable whose entities post their work themselves: executors never ask it. goalwire's own are."""
+    """A waitable whose entities post their work themselves, so executors never ask it. goalwire's own
+    waitables are of this kind.
+    """
 
     def destroy(self) -> None:
         """Release what it holds. Idempotent."""
@@ -270,9 +276,9 @@ class SelfDriven(Waitable[T]):
 
 
 class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
-    """A waitable with several event queues. Programs call the methods in place of an executor.
+    """A waitable with several event queues. Programs may call its methods in place of an executor.
 
-    Used as a context it is destroyed at the block's end.
+    `with waitable:` destroys it at the end of the block.
     """
 
     def __enter__(self) -> Self:
@@ -292,7 +298,7 @@ class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
         return any(event_queue.events for event_queue in self.event_queues())
 
     def take_data(self) -> tuple[EventQueue[Any], Any] | None:
-        """Take one event, so that no executor will; None if there is none."""
+        """Take one event out, so that no executor runs its callback; None if there is none."""
         for event_queue in self.event_queues():
             event = event_queue.take()
             if event is not None:
@@ -311,8 +317,8 @@ class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
 class WaitablePoller(CallbackSource):
     """Asks one waitable whether it is ready, each time before the executor takes work or goes to sleep.
 
-    One thread at a time asks; a thread that finds another one at it leaves a note, so that it asks again.
-    An exception of the waitable comes out of spin, whether it is asked or runs.
+    One thread at a time asks. A thread that comes meanwhile sets `_missed`, and the asking thread then asks
+    again. Spin raises an exception of the waitable, whether it comes from asking or from running.
     """
 
     __slots__ = (
@@ -347,12 +353,14 @@ class WaitablePoller(CallbackSource):
             queue.recheck()
 
     def look(self) -> None:
-        """Ask, and post this if the answer is yes; nothing while it is posted or its group is busy."""
+        """Ask the waitable, and post this if it is ready. Does nothing while this is posted or its group is
+        busy.
+        """
         self._missed = True
         while self._missed:
             if not self._asking.acquire(blocking=False):
                 if self._asking.locked():
-                    return  # that thread reads the note
+                    return  # the other thread reads `_missed` after it has released the lock, and asks again
                 continue
             try:
                 self._missed = False
@@ -375,7 +383,7 @@ class WaitablePoller(CallbackSource):
         return waitable.execute(data)
 
     def close(self) -> None:
-        """Stop asking. A thread that asks at the moment ends that by itself."""
+        """Stop asking. If another thread asks at this moment, that thread closes the wait set."""
         self._closed = True
         self.look()
 
@@ -395,7 +403,7 @@ class WaitablePoller(CallbackSource):
                 try:
                     held.enter_context(waitable)
                 except InvalidHandle:
-                    return False  # the waitable is on its way out, as in rclpy
+                    return False  # the waitable is being destroyed; rclpy skips it, too
                 wait_set.clear()
                 waitable.add_to_wait_set(wait_set)
                 wait_set.look()
@@ -406,7 +414,10 @@ class WaitablePoller(CallbackSource):
             return True
 
     def _follow_timers(self) -> None:
-        """Look again when a timer that is waited for becomes due. Of jumps of its clock it tells itself."""
+        """Set entries that wake the executor when the timers of the wait set are due.
+
+        Jumps of a clock need no entry: the timer itself calls its watchers then.
+        """
         timers = self._wait_set.timers
         for timer in self._timer_entries.keys() - set(timers):
             self._timer_entries.pop(timer).cancel()

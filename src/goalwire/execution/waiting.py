@@ -33,9 +33,9 @@ L = TypeVar('L')
 class Waiter:
     """A place for one thread to sleep in.
 
-    It holds at most one wake-up: a `wake` that comes first ends the next `wait` at once, and several count
-    as one. So whoever waits looks again at what it waits for, each time. In the main thread a sleep is
-    interrupted by signal handlers, and by what they raise.
+    It holds at most one wake-up: a `wake` before a `wait` ends that `wait` at once, and several count as one.
+    So after each wake-up the thread looks again whether its condition is true. In the main thread signal
+    handlers run during a sleep, and an error that they raise ends it.
     """
 
     __slots__ = ('_gate',)
@@ -57,7 +57,7 @@ class Waiter:
         try:
             self._gate.release()
         except RuntimeError:
-            return  # the wake-up before this one has not been used yet
+            return  # an earlier wake-up has not been consumed yet
 
 
 def wake_all(waiters: Iterable[Waiter]) -> None:
@@ -83,8 +83,9 @@ class WeakListeners(dict[ReferenceType[L], None]):
         self.pop(ref(listener), None)
 
     def alive(self) -> list[L]:
-        """Return the objects that still live."""
-        # Python 3.11 may collect garbage while it makes a tuple of a dict, which then changes: so a list.
+        """Return the listeners that still live."""
+        # A list and not a tuple: Python 3.11 may collect garbage while it makes a tuple, which changes the
+        # dict.
         found = []
         for reference in list(self):
             listener = reference()
@@ -97,17 +98,19 @@ class WeakListeners(dict[ReferenceType[L], None]):
 
 
 class StopCondition(Protocol):
-    """A condition that ends a spin or a wait: a future of ours, or one made by `stop_condition_of`."""
+    """A condition that ends a spin or a wait: a Future, or a condition that `stop_condition_of` made."""
 
     @property
     def completion_state(self) -> object:
         """True once the awaited event has come.
 
-        hot path: an attribute of futures, since a call would cost 0.6 us with each look after a sleep.
+        hot path: futures have it as an attribute, since a call would take 0.6 us at each look after a sleep.
         """
 
     def add_waker(self, waker: Callable[[], None]) -> None:
-        """Have `waker` called once the event has come. Does nothing if others wake the sleeper."""
+        """Have `waker` called once the event has come. Some conditions do nothing: other code wakes the
+        thread.
+        """
 
     def remove_waker(self, waker: Callable[[], None]) -> None:
         """Remove a waker."""
@@ -120,42 +123,42 @@ class SignalReceiver(Protocol):
     """The main thread's ident."""
 
     wire_poller: WirePoller | None
-    """The wait on the wire in which the main thread is, if it is: a signal ends that wait."""
+    """The wire on which the main thread waits, if it does. A signal ends that wait."""
 
     def hears(self) -> bool:
-        """Whether the calling thread runs signal handlers."""
+        """Tell whether a signal would end a wait of the main thread on the wire."""
 
 
 LISTENING: list[SignalReceiver] = []
 """The receiver of this process, if there is one."""
 
 SHORT_NS = 50_000_000
-"""How long the main thread waits on the wire without having seen that signals would bring it out: that is how
-long they may wait. The look costs 5 us (two system calls), so it is for long sleeps."""
+"""The main thread waits this long on the wire before it checks that signals would end the wait. So a signal
+may be delayed by this time. The check takes 5 us (two system calls), so short sleeps go without it."""
 
 
 class WireWaiter(Waiter):
     """A waiter whose thread waits on the wire itself, if the context's session has a place for it.
 
-    Where `fd_selector` watches file descriptors and nobody else waits in it, this waits there. The shutdown
-    wakes it, too.
+    If `fd_selector` watches file descriptors and no other thread waits in it, this thread waits there. The
+    shutdown wakes it, too.
     """
 
     __slots__ = ('__weakref__', '_fd_selector', '_shutdown_signal', 'interrupt')
 
     wait_on_lock = Waiter.wait
-    """Sleep on the lock, whatever the wire does."""
+    """Sleep on the lock, not on the wire."""
 
     def __init__(self, shutdown_signal: ShutdownSignal, fd_selector: FdSelector | None = None) -> None:
         super().__init__()
         self.interrupt: Callable[[], None] | None = None
-        """Ends this thread's sleep if it sleeps elsewhere than on its lock."""
+        """Ends the sleep of a thread that does not sleep on its lock, but on the wire or on descriptors."""
         self._shutdown_signal = shutdown_signal
         self._fd_selector = fd_selector
         shutdown_signal.wake_at_end(self)
 
     def wait(self, timeout_ns: int | None = None) -> bool:
-        # hot path: one function for the common cases, 2 calls less (1.2 us) with each sleep of an executor.
+        # hot path: one function for the common cases, which saves two calls (1.2 us) at each sleep.
         fd_selector = self._fd_selector
         if fd_selector is not None and fd_selector.watched:
             return self._wait_on_descriptors(fd_selector, timeout_ns)
@@ -169,7 +172,7 @@ class WireWaiter(Waiter):
         listener = LISTENING[0]
         if get_ident() != listener.main_thread:
             return wire_poller.wait(self, timeout_ns)
-        # A signal that came before this line has its handler run before the wait begins.
+        # Python runs the handler of an earlier signal before the wait begins, so only later ones must end it.
         outer, listener.wire_poller = listener.wire_poller, wire_poller
         try:
             if timeout_ns is not None and timeout_ns <= SHORT_NS:
@@ -184,9 +187,10 @@ class WireWaiter(Waiter):
         return self._wait_on_lock_beside_wire(left)
 
     def _wait_on_lock_beside_wire(self, timeout_ns: int | None) -> bool:
-        """Sleep in the main thread, where no signal could interrupt a wait inside the wire's library.
+        """Sleep on the lock in the main thread, while the session's own thread waits on the wire.
 
-        Python runs signal handlers in the main thread, and not while that is in there.
+        Python runs signal handlers only in the main thread, and not during a wait on the wire. Without a
+        listener no thread would end such a wait.
         """
         try:
             self._shutdown_signal.add_external_sleeper(self)
@@ -213,8 +217,9 @@ class WireWaiter(Waiter):
         return not self._gate.locked()
 
     def wake(self) -> None:
-        # hot path: as the base class, in one call (0.6 us less between a reply and the thread that waits).
-        # A thread that sleeps elsewhere sets `interrupt` first, then looks at the lock: one sees the other.
+        # hot path: the body of the base class, since a call would take 0.6 us between a reply and its
+        # receiver. No wake-up is lost: this releases the lock, then reads `interrupt`. A thread that does not
+        # sleep on its lock sets `interrupt`, then looks at the lock.
         try:
             self._gate.release()
         except RuntimeError:
@@ -251,7 +256,9 @@ class Alarms(Protocol):
 
 
 class ShutdownSignal:
-    """Ends once, for whatever reason. `clock` is the time that everything under this context lives in."""
+    """The end of a context, which comes once. `clock` is the time of everything that belongs
+    to the context.
+    """
 
     __slots__ = (
         '__weakref__',
@@ -272,14 +279,15 @@ class ShutdownSignal:
         self.clock = clock
         self.alive = True
         self.alarms: Alarms | None = None
-        """Where looks at spins that last are set, if the context has such a thread."""
+        """The thread that calls SpinWatch at its due times, if the context has such a thread."""
         self.early_looks: list[Callable[[], object]] = []
-        """Called once, when a spin without end has gone on for seconds: the program has made its nodes."""
+        """Functions that are called once, seconds after a spin without end has begun. The program has most
+        likely made its nodes by then."""
         self.reason: str | None = None
         self.wire_poller: WirePoller | None = None
-        """Where threads under this may wait on the wire, once there is a session that lets them."""
+        """The wire on which threads of this context may wait; None before a session allows that."""
         self.idle_waiters: list[Waiter] = []
-        """As many as have blocked at the same time; see `borrow_waiter`."""
+        """The waiters that `borrow_waiter` may give out again."""
         self.external_sleepers: set[object] = set()
         """Sleepers that do not wait on the wire themselves: asyncio loops, watchers of descriptors."""
         self._watchers: dict[ShutdownWatch, None] = {}
@@ -287,16 +295,16 @@ class ShutdownSignal:
         self._session: Session | None = None
 
     def take_session(self, session: Session) -> None:
-        """Let threads under this wait on a session's wire, as far as it has a place for that.
+        """Let threads of this context wait on the wire of a session, if the session allows that.
 
-        When this ends, nothing more is sent by that session. Warns if Python runs without a GIL.
+        At the end of the context the session stops sending. Warns if Python runs without a GIL.
         """
         _warn_without_gil()
         wire_poller = session.wire_poller
         if wire_poller is not None:
             wire_poller.external_sleepers = self.external_sleepers
             self.wire_poller = wire_poller
-        self._session = session  # then look at `alive`: `end` clears it first and then looks here
+        self._session = session  # before the look at `alive`: `end` clears `alive`, then looks at `_session`
         if not self.alive:
             session.silence()
 
@@ -307,20 +315,18 @@ class ShutdownSignal:
             self.wire_poller.ensure_polled()
 
     def remove_external_sleeper(self, who: object) -> None:
-        """Undo `add_external_sleeper`; nothing if it was not called."""
+        """Undo `add_external_sleeper`. Does nothing if that was not called."""
         self.external_sleepers.discard(who)
 
     def new_waiter(self) -> Waiter:
-        """Return a place for one thread to sleep in while it waits for the wire.
-
-        The context's end wakes it.
-        """
+        """Return a waiter whose thread may wait on the wire. The end of the context wakes it."""
         return WireWaiter(self)
 
     def borrow_waiter(self) -> Waiter:
-        """The same for a short while: it goes back to `idle_waiters`. To make one takes five calls.
+        """Return a waiter for one wait, after which the caller appends it to `idle_waiters`.
 
-        The last owner may still wake it: look again at your condition, as after every wake-up.
+        That saves the five calls of a new waiter. A waker of an earlier owner may still wake it, so the
+        caller looks at its condition again, as after every wake-up.
         """
         try:
             return self.idle_waiters.pop()
@@ -328,15 +334,20 @@ class ShutdownSignal:
             return WireWaiter(self)
 
     def wake_at_end(self, waiter: WireWaiter) -> None:
-        """Wake `waiter`, held weakly, when this ends: for all its life, while a watch is for one sleep."""
+        """Have `waiter` woken at the end, as long as it lives. It is held weakly. (`watch` is
+        for one sleep.)
+        """
         self._waiters.add(waiter)
 
     def end(self, reason: str) -> bool:
-        """End it and tell everybody; False if it has ended before. Takes no lock: signal handlers call it."""
+        """End the context and wake all sleepers; False if it has ended before.
+
+        Takes no lock, since signal handlers call it.
+        """
         if not self.alive:
             return False
         self.reason = reason
-        self._silence()  # first: whatever sees that this has ended relies on it
+        self._silence()  # before `alive` changes: code that finds `alive` False relies on the silence
         self.alive = False
         self._silence()  # silence a session that was opened meanwhile
         self._session = None
@@ -344,15 +355,16 @@ class ShutdownSignal:
         return True
 
     def end_in_child(self, reason: str) -> None:
-        """End in a forked child, and tell nobody: the threads that wait are the parent's."""
+        """End in a forked child, without waking sleepers: they are threads of the parent."""
         self.reason = reason
         self.alive = False
         self._session = None
 
     def watch(self, wake: Callable[[], None]) -> ShutdownWatch:
-        """Call `wake` once when this ends; at once if it has ended.
+        """Have `wake` called once at the end; at once if the end has come already.
 
-        It may run on any thread and inside a signal handler: it must only wake somebody, and take no lock.
+        `wake` may run on any thread and inside a signal handler. So it must only wake a sleeper, and take no
+        lock.
         """
         watch = ShutdownWatch(self._watchers, wake)
         if not self.alive:
@@ -375,7 +387,7 @@ class ShutdownSignal:
 
 
 def _warn_without_gil() -> None:
-    """Say what does not hold there. Asked once a session is open: what that imports may have turned it on."""
+    """Warn if Python runs without a GIL. A session must be open, since its imports may turn the GIL on."""
     is_enabled = getattr(sys, '_is_gil_enabled', None)
     if is_enabled is not None and not is_enabled():
         warnings.warn(
@@ -392,10 +404,10 @@ class ContextLike(Protocol):
 
     @property
     def shutdown_signal(self) -> ShutdownSignal:
-        """Whether the context is up, and the sleepers that its end wakes."""
+        """The end of the context, and the sleepers that it wakes."""
 
     def ok(self) -> bool:
-        """Whether it is initialised and not shut down."""
+        """Tell whether the context is initialised and not shut down."""
 
 
 _provider: list[Callable[[], ContextLike]] = []
@@ -414,8 +426,8 @@ def default_context() -> ContextLike:
 
 
 def running_loop() -> asyncio.AbstractEventLoop | None:
-    """The asyncio loop that runs on this thread; does not import asyncio to find out."""
-    # Another thread may be in the middle of importing it: then no loop runs yet.
+    """Return the asyncio loop that runs on this thread, or None, without importing asyncio."""
+    # If another thread is in the middle of importing asyncio, no loop runs yet.
     get: Callable[[], asyncio.AbstractEventLoop | None] | None
     get = getattr(sys.modules.get('asyncio.events'), '_get_running_loop', None)
     return None if get is None else get()

@@ -3,11 +3,11 @@
 `signal.set_wakeup_fd` has room for one descriptor in a process, and asyncio, uvloop, trio and programs want
 it too. The pipe is a guest there, by four rules:
 
-- Numbers are passed on to the descriptor that was there before. That descriptor is compared with what it was:
-  one that was closed, and whose number now belongs to another file, gets nothing.
-- At the end the descriptor of before comes back, if it is still open. If others have put theirs in
-  meanwhile, theirs stays.
-- The pipe stays open as long as the process. So whoever found it there may put it back later.
+- Numbers are passed on to the descriptor that was installed before. If that descriptor was closed, its number
+  may belong to another file by now. So device and inode are compared, and another file gets nothing.
+- At the end the descriptor from before is installed again, if it is still open. If other code has installed
+  its own descriptor meanwhile, that one stays.
+- The pipe stays open as long as the process. So other code that has replaced the pipe may put it back later.
 - A forked child has a pipe of its own under the same numbers: nothing of the child reaches its parent.
 """
 
@@ -33,7 +33,9 @@ def identity_of(fd: int) -> Identity | None:
 
 
 class WakeupPipe:
-    """The process's wake-up descriptor, and the one that was there before. Main thread only, unless said."""
+    """The pipe, and the descriptor that was installed before it. Main thread only, unless a
+    method says else.
+    """
 
     def __init__(self) -> None:
         self._open()
@@ -50,14 +52,14 @@ class WakeupPipe:
         """Install the pipe as the process's wake-up descriptor."""
         if not self._is_intact():
             self._open()  # the program has closed all descriptors, as daemons do
-        # trio warns of whatever it finds there. Here trio works all the same, by the rules above.
+        # trio warns if it finds another descriptor installed. By the rules above trio works all the same.
         warnings.filterwarnings('ignore', "It looks like Trio's signal handling", RuntimeWarning)
         before = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
         if before != self._writer:
             self._note(before)
 
     def take_if_free(self) -> bool:
-        """Become the wake-up descriptor if nobody has it now; False if somebody has. Two system calls."""
+        """Install the pipe if no descriptor is installed; False if another one is. Two system calls."""
         try:
             owner = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
         except (OSError, ValueError):
@@ -65,14 +67,14 @@ class WakeupPipe:
         if owner == self._writer:
             return True
         if owner == -1:
-            self._before = None  # other code that took it has left it empty
+            self._before = None  # other code has replaced the pipe and then removed its own descriptor
             return True
         return not _restore(owner)
 
     def give_back(self) -> bool:
-        """Put back what was there before; False if numbers must still be passed on.
+        """Install the descriptor from before again; False if numbers must still be passed on.
 
-        That is so if a third has the place now: it may put the pipe back when it leaves.
+        They must if other code has replaced the pipe: that code may put the pipe back when it ends.
         """
         if not self._is_intact():
             return True
@@ -97,7 +99,7 @@ class WakeupPipe:
         return True
 
     def pass_on(self, numbers: bytes) -> None:
-        """Write signals' numbers into the descriptor of before. Any thread that has SIGPIPE blocked."""
+        """Write signals' numbers into the descriptor from before. Any thread that has SIGPIPE blocked."""
         before = self._before
         if before is None:
             return
@@ -113,7 +115,7 @@ class WakeupPipe:
             os.close(own)
 
     def renew_in_child(self) -> None:
-        """After a fork, in the child: put a new pipe in the place of the parent's."""
+        """In a forked child, put a new pipe in the place of the parent's pipe."""
         if not self._is_intact():
             return
         try:
@@ -149,14 +151,14 @@ _pipes: list[WakeupPipe] = []
 
 
 def wakeup_pipe() -> WakeupPipe:
-    """Return the pipe of this process; opened at the first call."""
+    """Return the pipe of this process, which the first call opens."""
     if not _pipes:
         _pipes.append(WakeupPipe())
     return _pipes[0]
 
 
 def is_pipe_open() -> bool:
-    """Whether this process has ever opened its pipe."""
+    """Tell whether this process has opened its pipe."""
     return bool(_pipes)
 
 

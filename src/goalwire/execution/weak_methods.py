@@ -1,7 +1,8 @@
 """Methods that do not keep their objects alive.
 
-The wire and the graph hold what they call. If that held the node, a node that a program drops would stay in
-the graph for ever. So they hold an entity's methods through these, and the node holds the entity.
+The wire and the graph keep the functions that they call. If these kept the node alive, a node that a program
+drops would stay in the graph for ever. So the wire and the graph refer to methods of entities only weakly,
+and only the node keeps its entities alive.
 """
 
 from __future__ import annotations
@@ -30,9 +31,9 @@ def weakly(method: Callable[P, object]) -> Callable[P, None]:
 def weak_parts(
     handle: Callable[[E], object],
 ) -> tuple[Callable[[], object | None], Callable[[Any, E], object]] | None:
-    """Return what gives the object of a bound method, held weakly, and the method's function; else None.
+    """Return a weak reference to the object of a bound method, and its function; None for other callables.
 
-    hot path: who calls the two saves the call of `weakly`.
+    hot path: a caller of the two parts saves the call of the function that `weakly` returns.
     """
     if not isinstance(handle, MethodType):
         return None

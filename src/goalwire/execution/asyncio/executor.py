@@ -94,7 +94,7 @@ class AsyncExecutor(CallbackRunner):
         self._spin_watch: SpinWatch | None = None
 
     def open(self) -> None:
-        """Begin. From now on a call raises if it blocked the loop's thread while it waits for this node."""
+        """Begin. From now on a call raises if it would block the loop's thread to wait for this node."""
         self._on_this_thread.append(self)
         self._waker.open()
         self._stop_reading = read_wire(self._loop, self._shutdown_signal.wire_poller)
