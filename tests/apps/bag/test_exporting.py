@@ -207,7 +207,7 @@ def test_pictures_that_no_file_can_have_are_counted(here: Path, capsys: pytest.C
     assert export('bag --format images') == Outcome.FAILED
     told = capsys.readouterr().err
     assert "depth' has 1 pictures" in told
-    assert "depth': 2 pictures are left out: PNG has no numbers as those of 32FC1" in told
+    assert "depth': 2 pictures are left out: PNG cannot hold the numbers of 32FC1" in told
     assert "broken': 1 pictures are left out: a picture of 5 x 400 in rgb8" in told
     assert "film': 1 pictures are left out: 'h264' is not a picture" in told
 

@@ -1,1 +1,1 @@
-"""Recording and playing: bags with a node around them."""
+"""Records and plays bags, each with a node."""

@@ -1,4 +1,4 @@
-"""Servers that answer from a bag, with its responses, feedback and results, clients that ask again."""
+"""Servers that answer clients with the responses, feedback and results of a bag."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ _S = 1_000_000_000
 
 
 class Script:
-    """The recordings of one service or action, and which of them comes next.
+    """The recordings of one service or action, in the order in which they are answered.
 
-    A request with the content of a recorded one gets that one's answer; of several the first that was not
-    given yet, and the last again and again. Any other gets the next that nobody was given.
+    A request with the content of a recorded request gets the recorded answer. If several recordings have this
+    content, each is used once in their order, then the last one again and again. Any other request gets the
+    next unused recording.
     """
 
     def __init__(self, recordings: Iterable[Recorded]) -> None:
@@ -42,7 +43,7 @@ class Script:
         elif self._unused:
             found = next(iter(self._unused))
         else:
-            raise BagError(f'the bag has no answer to {request}, and no other one is left')
+            raise BagError(f'the bag has no answer to {request}, and no unused answer is left')
         self._unused.pop(found, None)
         return found
 
@@ -52,12 +53,12 @@ def _asked(each: Recorded) -> Any:
 
 
 class Answers:
-    """Serves the services and actions of a bag with a node, as long as that lives."""
+    """Serves the services and actions of a bag by a node, for the life of the node."""
 
     def __init__(
         self, node: Node, bag: Reader, selection: Selection | None = None, *, rate: float = 1.0
     ) -> None:
-        """Declare the servers; answers take as long as they took, divided by `rate`.
+        """Declare the servers. An answer takes the recorded time, divided by `rate`.
 
         Raises BagError if the bag has no answers, InterfaceError for types that are unknown here.
         """
@@ -66,14 +67,14 @@ class Answers:
             if isinstance(each, RecordedGoal) or each.response is not None:
                 by_name[each.name].append(each)
         if not by_name:
-            raise BagError(f"'{bag.path}' has no answers that are chosen: record them with --services")
+            raise BagError(f"'{bag.path}' has no answers for the chosen names: record them with --services")
         self.names = tuple(by_name)
         """The services and actions to answer."""
         self.answered = 0
         """How many requests and goals were answered."""
         self._rate = rate
         self._waiting: dict[bytes, deque[RecordedGoal]] = defaultdict(deque)
-        """Recordings for goals that are accepted and do not run yet, by their content."""
+        """Recordings for accepted goals that have not started, by the content of the goal."""
         for name, recordings in by_name.items():
             script = Script(recordings)
             type_name = recordings[0].type_name
@@ -106,16 +107,16 @@ class Answers:
                 goal.feedback(feedback)
                 now = max(now, time)
             if not recorded.ended or recorded.status == GoalStatus.CANCELED:
-                await asyncio.Event().wait()  # until its client cancels it
+                await asyncio.Event().wait()  # runs until its client cancels it
             await self._pass(now, recorded.ended)
         except asyncio.CancelledError:
             if recorded.status != GoalStatus.CANCELED:
                 raise
         self.answered += 1
         if recorded.status == GoalStatus.ABORTED:
-            raise GoalAborted('so it was recorded', result=recorded.result)
+            raise GoalAborted('the recorded goal was aborted, too', result=recorded.result)
         return recorded.result
 
     async def _pass(self, start: int, end: int) -> None:
-        """Let as much time pass as did in the recording."""
+        """Wait for as long as in the recording, divided by the rate."""
         await asyncio.sleep(max(end - start, 0) / _S / self._rate)

@@ -14,7 +14,7 @@ from goalwire.records import record
 _INDEX = re.compile(r'\[\d+\]')
 _STAMP = 'builtin_interfaces/msg/Time'
 SHOWN = 20
-"""How many differences of one message are shown."""
+"""The most differences of one message that are shown."""
 
 
 @record
@@ -22,9 +22,9 @@ class Tolerance:
     """The differences that are allowed."""
 
     number: float = 0.0
-    """How far floating-point fields may be apart."""
+    """The greatest allowed difference between floating-point fields."""
     feedback: int = 0
-    """By how many the counts of a goal's feedback messages may differ."""
+    """The greatest allowed difference between the numbers of a goal's feedback messages."""
     stamps: bool = False
     """Whether fields of the type builtin_interfaces/msg/Time may differ."""
     fields: tuple[str, ...] = ()
@@ -39,7 +39,7 @@ class Tolerance:
 
 @record
 class Difference:
-    """One field that is not as it was recorded."""
+    """One field that differs from the recording."""
 
     where: str
     """The call or goal, in words."""
@@ -89,7 +89,7 @@ def _plain(array: Any) -> Any:
 
 
 def _shown(now: Any, was: Any) -> tuple[str, str]:
-    """Return two values as they are read: a float32 without the digits that only its conversion has."""
+    """Return two values as texts, a float32 without the extra digits of its conversion to a double."""
     if isinstance(was, float) and f'{now:.7g}' != f'{was:.7g}':
         return f'{now:.7g}', f'{was:.7g}'
     return repr(now), repr(was)

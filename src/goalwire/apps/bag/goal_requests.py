@@ -20,9 +20,9 @@ _ALL_GOALS = bytes(16)
 
 
 class GoalRequests:
-    """Sends goals and cancel requests of some actions; only the loop's thread may use it.
+    """Sends the recorded goals and cancel requests of some actions. Only for the loop's thread.
 
-    A goal gets a new id, for a server refuses one that it knows.
+    Each goal gets a new id, because a server refuses an id that it knows.
     """
 
     def __init__(self, node: Node, topics: Collection[Topic], source: str) -> None:
@@ -47,10 +47,10 @@ class GoalRequests:
                 self._clients[action] = node.action(kind, action)
 
     def send(self, message: Message) -> None:
-        """Send the goal, or cancel request, of an event, if it is one of the source and has its contents."""
+        """Send the goal or cancel request of an event that is from the chosen side and has contents."""
         decode = self._decoders.get(message.topic)
         if decode is None:
-            return  # a result is requested with each goal; feedback and status come from the server
+            return  # The client requests each result itself; feedback and status come from the server.
         try:
             event = decode(message.data)
         except DecodeError as error:
@@ -83,11 +83,11 @@ class GoalRequests:
                 cancel.add_done_callback(self._cancels.discard)
 
     async def _cancel_run(self, run: Run[Any, Any]) -> None:
-        with suppress(CallError):  # the goal's result says how it ended
+        with suppress(CallError):  # the goal's result tells how it ended
             await run.cancel()
 
     async def finish(self) -> None:
-        """Wait for the results that are outstanding. If this is cancelled, so are the goals."""
+        """Wait for the outstanding results. If the wait is cancelled, the goals are cancelled, too."""
         tasks = [task for _, task, _ in self._runs.values()]
         try:
             await asyncio.gather(*tasks)

@@ -1,8 +1,8 @@
-"""Between the wire and the file: messages wait here, within bounds, and one thread writes them.
+"""A bounded queue of messages between the wire and the file; one thread writes them.
 
-Threads of the wire put messages in and never wait. If the file does not keep up, so that more bytes wait than
-may, a message that comes is dropped and counted. The writing thread also flushes the file once in a while, so
-a process that is killed loses no more than what came since.
+Threads of the wire put messages in and never wait. If the file is too slow and the queue is full, a new
+message is dropped and counted. The writing thread also flushes the file from time to time, so a process that
+is killed loses only the messages since the last flush.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from goalwire.rosbag2.model import Message
 from goalwire.transport.contract import Sample
 
 FLUSH_S = 0.5
-"""How long what was written waits for its flush; what a killed process loses is no more than about that."""
+"""Seconds between writing and flushing; a killed process loses about this much at most."""
 _BATCH_BYTES = 2**20
 
 
@@ -30,10 +30,10 @@ class Sink(Protocol):
         """Take one message; raises BagError."""
 
     def flush(self) -> None:
-        """Have everything in the file; raises BagError."""
+        """Write all taken messages to the file; raises BagError."""
 
     def sync(self) -> None:
-        """Have the disk keep the written data. Another thread than the writing one calls this."""
+        """Force the written data to the disk. A thread other than the writing one calls this."""
 
 
 _Work: TypeAlias = 'tuple[Message, bytes] | Callable[[], None]'
@@ -41,12 +41,12 @@ _Work: TypeAlias = 'tuple[Message, bytes] | Callable[[], None]'
 
 
 class Losses(NamedTuple):
-    """Messages of each topic that are not in the file."""
+    """Messages that are missing in the file, by topic."""
 
     dropped: Counter[str]
-    """They came, but too many waited."""
+    """They arrived, but the queue was full."""
     missed: Counter[str]
-    """They did not come: the numbers have gaps. Only Zenoh numbers messages."""
+    """They never arrived: the sequence numbers have gaps. Only Zenoh numbers messages."""
 
 
 class Intake:
@@ -55,7 +55,7 @@ class Intake:
     def __init__(
         self, sink: Sink, limit: int, repeats: Repeats, *, failed: Callable[[BagError], object]
     ) -> None:
-        """Up to `limit` bytes wait. `failed` is called on the writing thread, once, if the sink raises."""
+        """Up to `limit` bytes may wait. The writing thread calls `failed` once if the sink raises."""
         self._sink = sink
         self._repeats = repeats
         self._limit = limit
@@ -67,10 +67,10 @@ class Intake:
         self._numbers: dict[bytes, tuple[int, int]] = {}
         """The first and the latest number of each publisher."""
         self.is_paused = False
-        """While it is true, messages are left out, and do not count as lost."""
+        """While True, arriving messages are left out, and do not count as lost."""
         self.losses = Losses(Counter(), Counter())
         self.count = 0
-        """How many messages were taken."""
+        """The number of messages that were taken."""
         self._counts: Counter[str] = Counter()
         self.byte_count = 0
         self._unsynced = Condition()
@@ -108,7 +108,7 @@ class Intake:
             return self._counts.copy()
 
     def drop(self, topic: str) -> None:
-        """Count a message that found no room before it came here."""
+        """Count a message as dropped that had no room in an earlier queue."""
         with self._condition:
             self.losses.dropped[topic] += not self._is_closing
 
@@ -124,13 +124,13 @@ class Intake:
             self.losses.missed[topic] -= 1
 
     def run(self, job: Callable[[], None]) -> None:
-        """Have the writing thread run `job` after the messages that have come by now."""
+        """Let the writing thread run `job` after the messages that have arrived so far."""
         with self._condition:
             self._waiting.append(job)
             self._condition.notify()
 
     def close(self) -> None:
-        """Write what waits, flush, and end the threads. It blocks. Idempotent."""
+        """Write the waiting messages, flush, and end the threads. Blocks. Idempotent."""
         with self._condition:
             self._is_closing = True
             self._condition.notify()
@@ -207,7 +207,7 @@ class Intake:
             self._unsynced.notify()
 
     def _sync(self) -> None:
-        """Have the disk keep the flushed data; a slow disk holds up nobody meanwhile."""
+        """Force the flushed data to the disk, on its own thread, so that a slow disk delays nothing."""
         while True:
             with self._unsynced:
                 self._unsynced.wait_for(lambda: self._is_unsynced or self._is_synced_at_end)

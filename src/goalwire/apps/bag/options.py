@@ -1,4 +1,4 @@
-"""How a recorder records, and how a player plays."""
+"""The settings of recorders and players."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from goalwire.records import record
 from goalwire.rules.qos import QoS
 
 CACHE_BYTES = 100 * 2**20
-"""How many bytes of messages wait for the file at most, as in rosbag2."""
+"""The most bytes of messages that wait for the file, as in rosbag2."""
 
 
 @record
@@ -18,25 +18,25 @@ class RecordOptions:
     snapshot: bool = False
     """Whether messages stay in memory until `Recorder.snapshot`."""
     snapshot_s: float = 0.0
-    """How many s of messages a snapshot keeps; 0: as many as the cache holds."""
+    """The seconds of messages that a snapshot keeps; 0: as many as the cache holds."""
     repeat: tuple[tuple[str, int], ...] = ()
-    """Topics whose latest messages each file begins with, besides /tf_static, and how many of a publisher."""
+    """Topics besides /tf_static whose latest messages begin each file, and the number for each publisher."""
     discovery: bool = True
-    """Whether topics that come later are recorded, too."""
+    """True to record topics that appear later, too."""
     unpublished: bool = False
-    """Whether topics are recorded that somebody subscribes to, and nobody publishes yet."""
+    """True to record topics that have subscribers but no publisher yet."""
     ignore_leaves: bool = False
-    """Whether topics are left out that nobody subscribes to."""
+    """True to leave out topics without a subscriber."""
     qos: tuple[tuple[str, QoS], ...] = ()
-    """The QoS to subscribe with, by topic; for other topics it suits the publishers."""
+    """The QoS to subscribe with, by topic; other topics use a QoS that suits their publishers."""
     sim_time: bool = False
-    """Whether messages get the node's time, instead of the time at which they came."""
+    """True to store messages with the node's time instead of the time of their arrival."""
     paused: bool = False
 
 
 @record
 class PlayOptions:
-    """How a player plays; times of the bag are in ns, lengths in s."""
+    """The settings of a player. Times of the bag are in ns, durations in s."""
 
     selection: Selection | None = None
     """The topics that are played; None: all."""
@@ -50,13 +50,13 @@ class PlayOptions:
     remaps: tuple[tuple[str, str], ...] = ()
     """Other names for topics."""
     qos: tuple[tuple[str, QoS], ...] = ()
-    """The QoS to publish with, by topic; for other topics it is the recorded one."""
+    """The QoS to publish with, by topic; other topics use the recorded QoS."""
     clock_hz: float = 0.0
-    """How often the bag's time is published on /clock; 0: not at all."""
+    """How many times a second the bag's time is published on /clock; 0: never."""
     clock_topics: frozenset[str] = frozenset()
-    """Topics before whose messages the bag's time is published."""
+    """Topics; the bag's time is published before each of their messages."""
     clock_always: bool = False
-    """Whether it is published before every message."""
+    """True to publish the bag's time before every message."""
     paused: bool = False
     requests_from: str = ''
     """The side whose recorded events are sent to the servers as requests, and not published:

@@ -1,4 +1,4 @@
-"""The services that players and recorders share: pausing and going on. Their names are rosbag2's."""
+"""The services by which players and recorders pause and resume. Their names are rosbag2's."""
 
 from __future__ import annotations
 

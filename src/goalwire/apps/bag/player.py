@@ -23,15 +23,15 @@ from goalwire.rules.time import Time
 
 _S = 1_000_000_000
 _PUBLISHED_AT_A_TIME = 100
-"""How many due messages are published before the loop may do something else."""
+"""The most due messages that are published before the event loop runs other tasks."""
 DISCOVERY_S = 1.0
-"""How long subscriptions that the graph shows may take to match before playing begins."""
+"""Seconds that playing waits at most for the subscriptions in the graph to match."""
 
 
 class Player:
     """`player = Player(node, bag)`, then `await player.play()`. Only the loop's thread may use it.
 
-    While it plays, `pause`, `resume`, `seek`, `step`, `stop` and `rate` steer it. Times are in ns of the bag.
+    `pause`, `resume`, `seek`, `step`, `stop` and `rate` control the playing. Times are the bag's, in ns.
     """
 
     def __init__(self, node: Node, bag: Reader, options: PlayOptions | None = None) -> None:
@@ -41,7 +41,7 @@ class Player:
         self.options = options = options or PlayOptions()
         self.topics = [topic for topic in bag.topics if self._plays(topic)]
         if not self.topics:
-            raise BagError(f"nothing of '{bag.path}' is chosen; see: ros2 bag info")
+            raise BagError(f"the flags choose nothing of '{bag.path}'; see: ros2 bag info")
         self.start = bag.start + int(options.start_offset * _S)
         self.end = self._end()
         self.published = 0
@@ -53,10 +53,10 @@ class Player:
         self._changed = asyncio.Event()
         self._position = self.start
         self._anchor = 0.0
-        """When, on the loop's clock, the bag's time was `_position`."""
+        """The time on the loop's clock at which the bag's time was `_position`."""
         self._messages: Iterator[Message] = iter(())
         self._senders: dict[str, ServiceRequests | GoalRequests] = {}
-        """The senders of recorded requests, by the topics of their events; those topics are not published."""
+        """The senders of recorded requests, by the topics of the events, which are not published."""
         self._requests: ServiceRequests | None = None
         self._goals: GoalRequests | None = None
         called = [t for t in self.topics if options.requests_from and service_of(t.name)]
@@ -96,7 +96,7 @@ class Player:
 
     @property
     def position(self) -> int:
-        """The bag's time at this moment."""
+        """The present position, as a time of the bag."""
         if self._is_paused or not self._is_playing:
             return self._position
         passed = asyncio.get_running_loop().time() - self._anchor
@@ -114,7 +114,7 @@ class Player:
 
     @property
     def rate(self) -> float:
-        """How many times faster than recorded it plays."""
+        """The speed, as a multiple of the recorded one."""
         return self._rate
 
     @rate.setter
@@ -126,11 +126,11 @@ class Player:
 
     @property
     def paused(self) -> bool:
-        """Whether the bag's time stands still."""
+        """True while the player is paused."""
         return self._is_paused
 
     def pause(self) -> None:
-        """Have the bag's time stand still."""
+        """Stop the bag's time at the present position."""
         self._position = self.position
         self._is_paused = True
         self._changed.set()
@@ -141,7 +141,7 @@ class Player:
         self._move_to(self._position)
 
     def seek(self, time: int) -> bool:
-        """Go on at a time of the bag; return False, and do nothing, for one outside of it."""
+        """Go on at a time of the bag; for a time outside of the bag return False and do nothing."""
         if not self.bag.start <= time <= self.bag.end:
             return False
         self._messages = self._from(time)
@@ -149,7 +149,7 @@ class Player:
         return True
 
     def step(self, count: int = 1) -> bool:
-        """Publish `count` messages at once; return False, and do nothing, while it is not paused."""
+        """Publish the next `count` messages at once; if not paused, return False and do nothing."""
         if not self._is_paused:
             return False
         self._steps += count
@@ -203,7 +203,7 @@ class Player:
             if message is None or not await self._is_due(message, source):
                 if message is None or self._is_stopped:
                     return
-                continue  # the position was changed meanwhile: this message is from before
+                continue  # The position has changed meanwhile, so this message is not the next one.
             self._publish(message)
             in_a_row += 1
             if in_a_row % _PUBLISHED_AT_A_TIME == 0:
@@ -249,7 +249,7 @@ class Player:
         self._clock.publish(clock=Time(nanoseconds=time).to_msg())
 
     async def _tick(self) -> None:
-        """Publish the bag's time, while it stands still, too."""
+        """Publish the bag's time at the set rate, also while the player is paused."""
         while True:
             self._publish_clock(self.position)
             await asyncio.sleep(1 / self.options.clock_hz)
@@ -257,12 +257,12 @@ class Player:
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
         """Wait until all reliable subscriptions have every published message; False if the time runs out.
 
-        It blocks the thread that calls it.
+        The call blocks its thread.
         """
         return all(each.wait_for_acknowledgements(timeout_ns) for each in self._publishers.values())
 
     async def _wait_for_known_subscribers(self) -> None:
-        """Wait until the subscriptions that the graph shows have found the publishers."""
+        """Wait until the subscriptions in the graph match the publishers."""
         graph = self.node.graph
         try:
             async with asyncio.timeout(DISCOVERY_S):
@@ -270,7 +270,7 @@ class Player:
                     while not self._are_matched():
                         await anext(changes)
         except TimeoutError:
-            return  # the publishers may have another type or another QoS
+            return  # They never match if type or QoS differ.
 
     def _are_matched(self) -> bool:
         waiting = {each.name for each in self.node.graph.endpoints() if each.kind.value == 'subscription'}
@@ -280,7 +280,7 @@ class Player:
 
 
 def offered_by_all(recorded: Iterable[QoS]) -> QoS:
-    """Return a QoS that goes together with every subscription that the recorded publishers served."""
+    """Return a QoS that matches every subscription that the recorded publishers matched."""
     profiles = list(recorded)
     if not profiles:
         return DEFAULT

@@ -1,4 +1,4 @@
-"""QoS by topic, from a YAML file as rosbag2 takes it."""
+"""Reads the QoS of topics from a YAML file in the format of rosbag2."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _DURATIONS = {'deadline': 'deadline_ns', 'lifespan': 'lifespan_ns', 'liveliness_
 
 
 def read_qos_overrides(path: str) -> dict[str, QoS]:
-    """Return the QoS of each topic in a file; raises BagError that names the topic, FileNotFoundError."""
+    """Return the QoS of each topic in a file. Raises BagError and FileNotFoundError."""
     import yaml
 
     try:

@@ -1,7 +1,7 @@
-"""The calls and goals of a bag, put together from the events of their steps.
+"""The calls and goals of a bag, assembled from their service events.
 
-A bag may have both sides of a call. The server's events count if there are any, since they say in which order
-it saw the requests of all its clients; else those of the client.
+A bag may have the events of both sides of a call. The server's events are used if there are any, because they
+have the order in which the server saw all requests; otherwise the client's events are used.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class RecordedCall:
         self.request = request
         self.sent = sent
         self.response: Any = None
-        """None if the bag has none."""
+        """The response; None if the bag has none."""
         self.ended = 0
-        """When it was answered; 0 if the bag does not tell."""
+        """The time of the response; 0 if the bag has none."""
 
     @property
     def name(self) -> str:
@@ -53,7 +53,7 @@ class RecordedGoal:
         self.sent = call.sent
         self.answered = call.ended
         self.is_accepted: bool | None = None if call.response is None else call.response.accepted
-        """None if the bag has no answer."""
+        """None if the bag has no response to the goal."""
         self.feedback: list[tuple[int, Any]] = []
         """The times and messages of its feedback."""
         self.cancels: list[int] = []
@@ -74,7 +74,7 @@ Recorded = RecordedCall | RecordedGoal
 def read_recorded(bag: Reader, selection: Selection | None = None) -> list[Recorded]:
     """Return the calls and goals of a bag, in the order in which they were sent.
 
-    Raises InterfaceError for a type that is neither known here nor defined in the bag, BagError.
+    Raises BagError, and InterfaceError for a type that is neither known here nor defined in the bag.
     """
     calls = _read_calls(bag, selection)
     goals = _goals_of(bag, calls, selection)
@@ -131,7 +131,7 @@ def _note_result(goal: RecordedGoal | None, call: RecordedCall) -> None:
 
 
 def _note_cancel(goals: dict[bytes, RecordedGoal], call: RecordedCall) -> None:
-    """Note a cancel request with the goals that it names, or that the server cancelled because of it."""
+    """Add a cancel request to the goals that it names, or that the server cancelled because of it."""
     meant = {bytes(call.request.goal_info.goal_id.uuid)}
     if call.response is not None:
         meant |= {bytes(info.goal_id.uuid) for info in call.response.goals_canceling}
@@ -141,6 +141,6 @@ def _note_cancel(goals: dict[bytes, RecordedGoal], call: RecordedCall) -> None:
 
 
 def content_of(message: Any) -> bytes:
-    """Return the bytes of a message, by which equal ones are found."""
+    """Return the bytes of a message, as a key for finding equal messages."""
     cls: type = type(message)
     return encoder(cls)(message)

@@ -34,21 +34,21 @@ if TYPE_CHECKING:
     from goalwire.rules.qos import QoS
 
 SETTLE_S = 1.0
-"""How long to look for publishers if later ones are not recorded."""
+"""Seconds to look for publishers if topics that appear later are not recorded."""
 DROPPED_KEY, MISSED_KEY = 'goalwire.dropped', 'goalwire.missed'
-"""Custom data of the bag: JSON, how many messages of each topic are not in it."""
+"""Key in the bag's custom data: the numbers of missing messages by topic, as JSON."""
 
 
 class Recorder:
     """`async with Recorder(node, bag, selection) as recorder:` records until the block ends.
 
-    The bag is closed then, in any case. Only for the loop's thread.
+    The end of the block also closes the bag, even after an error. Only for the loop's thread.
     """
 
     def __init__(
         self, node: Node, bag: Writer, selection: Selection, options: RecordOptions | None = None
     ) -> None:
-        """Nothing is recorded yet. The bag belongs to the recorder from now on."""
+        """Take over the bag, which the recorder will close. `async with` begins the recording."""
         self.node = node
         self.bag = bag
         self.selection = selection
@@ -58,9 +58,9 @@ class Recorder:
         duration = int(self.options.snapshot_s * 1e9)
         self._snapshot = Snapshot(bag, self.options.cache_bytes, duration) if self.options.snapshot else None
         self._topics: dict[str, TopicRecording] = {}
-        """By the names on the wire."""
+        """The recordings of topics, by the names on the wire."""
         self._searches: dict[asyncio.Task[None], Callable[[], None]] = {}
-        """The searches for types, each with a function that is called if nothing was found."""
+        """The searches for types, each with the function to call if nothing is found."""
         self._told: set[str] = set()
         self._failure: asyncio.Future[None]
         self._following: asyncio.Task[None]
@@ -91,7 +91,7 @@ class Recorder:
         closing = asyncio.ensure_future(in_thread(self._close))
         try:
             await asyncio.shield(closing)
-        except asyncio.CancelledError:  # a second Ctrl-C: the file is closed in order all the same
+        except asyncio.CancelledError:  # Even after a second Ctrl-C the file is closed properly.
             await closing
             raise
         if self._failure.done() and kind is None:
@@ -111,23 +111,23 @@ class Recorder:
             self._failure.set_exception(error)
 
     async def wait(self) -> None:
-        """Wait until recording fails, as on a full disk; raises BagError then."""
+        """Wait until recording fails, for example on a full disk, and raise its BagError."""
         await asyncio.shield(self._failure)
 
     # -- what is asked of it --------------------------------------------------------------------------------
 
     @property
     def topics(self) -> list[str]:
-        """The topics that are recorded by now."""
+        """The topics that are recorded so far."""
         return list(dict.fromkeys(topic.delivery.topic for topic in self._topics.values()))
 
     @property
     def count(self) -> int:
-        """How many messages were taken."""
+        """The number of messages that were taken."""
         return self._intake.count
 
     def types(self) -> dict[str, str]:
-        """Return the types of the topics that are recorded by now."""
+        """Return the types of the topics that are recorded so far."""
         return {topic.delivery.topic: topic.type_name for topic in self._topics.values()}
 
     def counts(self) -> Counter[str]:
@@ -136,12 +136,12 @@ class Recorder:
 
     @property
     def byte_count(self) -> int:
-        """How many bytes the messages have that were taken."""
+        """The size of all messages that were taken, in bytes."""
         return self._intake.byte_count
 
     @property
     def losses(self) -> Losses:
-        """How many messages of each topic are not in the bag."""
+        """The numbers of messages that are missing in the bag, by topic."""
         return self._intake.losses
 
     @property
@@ -165,7 +165,7 @@ class Recorder:
         await self._on_writing_thread(lambda: self.bag.split(self._now()))
 
     async def flush(self) -> None:
-        """Have everything in the file that has come by now."""
+        """Write all messages that have arrived so far to the file."""
         await self._on_writing_thread(self.bag.flush)
 
     async def _on_writing_thread(self, job: Callable[[], int | None]) -> int:
@@ -208,7 +208,7 @@ class Recorder:
                 self._look()
 
     def _look(self) -> None:
-        """Subscribe to the chosen topics that have come; one look covers all changes of the graph."""
+        """Subscribe to the chosen topics that are new in the graph; one look handles all its changes."""
         there: dict[str, dict[EndpointKind, list[GraphEntity]]] = defaultdict(lambda: defaultdict(list))
         own, session = self.node.name, self.node.context.session.id
         for endpoint in self.node.graph.endpoints():
@@ -238,7 +238,7 @@ class Recorder:
             self._define_soon(topic, found[0].type_name, [each.qos.stated() for each in publishers])
 
     def _ask_for_calls(self, endpoint: GraphEntity) -> None:
-        """Have the calls of a server or client shown to this recorder, if they are wanted."""
+        """If the calls of a server or client are chosen, ask it to publish them for this recorder."""
         name, type_name = endpoint.name + SERVICE_EVENT, f'{endpoint.type_name}_Event'
         asked = endpoint.name + POSTFIX_FOR_RECORDERS
         if asked not in self._topics and wants_calls(self.selection, endpoint):
@@ -252,7 +252,7 @@ class Recorder:
         return TopicRecording(self.node, wire_name, type_name, type_hash, delivery, qos)
 
     def _define_soon(self, topic: TopicRecording, asked: str, qos: Iterable[QoS]) -> None:
-        """Write the definition of a topic's type; if it is unknown here, nodes that use `asked` have it."""
+        """Write the definition of a topic's type; if it is unknown here, ask the nodes that use `asked`."""
         if schema_of(topic.type_name)[1]:
             self._define(topic, qos)
             return
@@ -266,7 +266,7 @@ class Recorder:
         search.add_done_callback(lambda done: self._searches.pop(done, None))
 
     def _define(self, topic: TopicRecording, qos: Iterable[QoS]) -> None:
-        """Make a topic known to the bag, and have its messages written."""
+        """Add a topic to the bag, and begin to write its messages."""
         schema, known_hash = schema_of(topic.type_name)
         if topic.type_hash and known_hash and known_hash != topic.type_hash:
             self._tell(f"'{topic.name}' has another definition of {topic.type_name} than the one known here")

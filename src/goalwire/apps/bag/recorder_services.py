@@ -1,4 +1,4 @@
-"""The services of a recorder's node, and the topic on which it tells of splits; their names are rosbag2's."""
+"""The services of a recorder's node, and its topic for new files of a bag; their names are rosbag2's."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def offer_services(recorder: Recorder) -> None:
 
 
 def _tell_of_splits(recorder: Recorder) -> None:
-    """Publish an event for each file that is closed and the one that follows it."""
+    """Publish an event whenever the recorder closes one file and begins the next."""
     publisher = recorder.node.publisher(WriteSplitEvent, SPLIT_TOPIC)
     loop = asyncio.get_running_loop()
     name = recorder.node.name

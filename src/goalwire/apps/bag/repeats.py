@@ -1,6 +1,6 @@
-"""The latest messages of topics such as /tf_static, which every file of a bag begins with.
+"""Repeats the latest messages of topics such as /tf_static at the beginning of every file of a bag.
 
-A reader of one file, or of a snapshot, needs them as much as a reader of the whole bag.
+A reader of only one file, or of a snapshot, needs these messages, too.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from collections.abc import Mapping
 from goalwire.rosbag2.model import Message
 
 ALWAYS = {'/tf_static': 1}
-"""Topics that are repeated without being asked for, and how many messages of each publisher."""
+"""Topics that are always repeated, with the number of messages for each publisher."""
 
 
 class Repeats:
     """Keeps the latest messages of each publisher; only the writing thread may use it."""
 
     def __init__(self, depths: Mapping[str, int]) -> None:
-        """`depths` says how many messages of each topic are kept; of other topics none."""
+        """`depths`: the number of messages to keep, by topic. Messages of other topics are not kept."""
         self._depths = {**ALWAYS, **depths}
         self._kept: dict[tuple[str, bytes], deque[Message]] = defaultdict(deque)
 
     def note(self, message: Message, gid: bytes) -> None:
-        """Keep a written message, if its topic is one of these."""
+        """Keep a written message, if its topic is repeated."""
         depth = self._depths.get(message.topic)
         if depth is None:
             return
@@ -33,5 +33,5 @@ class Repeats:
             kept.popleft()
 
     def heads(self, time: int) -> list[Message]:
-        """Return the messages with which a file begins that starts at `time`, in ns."""
+        """Return the repeated messages for the beginning of a file, with the time `time` in ns."""
         return [message._replace(time=time) for kept in self._kept.values() for message in kept]

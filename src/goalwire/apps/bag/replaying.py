@@ -1,7 +1,7 @@
 """Sends the recorded requests and goals to live servers, and compares the answers with the recording.
 
-A request goes out at its recorded time, and not before everything has ended that had ended before it in the
-recording: so a slower server is given no other order of requests than the recorded one.
+A request is sent at its recorded time, but only after all calls and goals have ended that had ended before it
+in the recording. So even a slow server gets the requests in the recorded order.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from goalwire.rules.goals.table import GoalStatus
 
 _S = 1_000_000_000
 SHOWN_REQUEST = 80
-"""Characters of a request that a difference shows."""
+"""The most characters of a request in the text of a difference."""
 
 
 @record
 class ReplayOptions:
-    """How recorded requests and goals are sent."""
+    """The settings for sending recorded requests and goals."""
 
     selection: Selection | None = None
     """The services and actions to send to; None: all."""
@@ -37,7 +37,7 @@ class ReplayOptions:
     rate: float = 1.0
     """The speed, as a multiple of the recorded one. Infinity waits only for earlier answers."""
     timeout: float = 10.0
-    """How long an answer may take, and a goal beyond its recorded time, in s."""
+    """Seconds that an answer may take, and that a goal may take longer than recorded."""
 
 
 class Replay:
@@ -52,7 +52,7 @@ class Replay:
         self.recorded: Sequence[Recorded] = read_recorded(bag, self.options.selection)
         if not self.recorded:
             raise BagError(
-                f"'{bag.path}' has no calls and goals that are chosen: record them with --services"
+                f"'{bag.path}' has no calls or goals for the chosen names: record them with --services"
             )
         self._clients: dict[str, Any] = {}
         for each in self.recorded:
@@ -62,9 +62,9 @@ class Replay:
                 else:
                     self._clients[each.name] = node.client(get_service(each.type_name), each.name)
         self.calls = sum(isinstance(each, RecordedCall) for each in self.recorded)
-        """How many requests are sent."""
+        """The number of requests that are sent."""
         self.goals = len(self.recorded) - self.calls
-        """How many goals are sent."""
+        """The number of goals that are sent."""
 
     async def run(self) -> list[Difference]:
         """Send everything, wait for all answers, and return the differences in the order of the recording."""
@@ -142,10 +142,10 @@ class LiveGoal:
         self.result: Any = None
 
     async def follow(self, goal: RecordedGoal) -> None:
-        """Wait for the goal's end, and cancel it after as many feedback messages as in the recording.
+        """Wait until the goal ends; cancel it after as many feedback messages as in the recording.
 
-        One that was cancelled before any feedback is cancelled as late as it was then. Raises CallError
-        if the goal has no end.
+        A goal that was cancelled before any feedback is cancelled at the recorded time. Raises CallError if
+        the goal does not end.
         """
         accepted = asyncio.get_running_loop().time()
         cancels = sorted(goal.cancels)
@@ -164,7 +164,7 @@ class LiveGoal:
         except BaseException:
             counting.cancel()
             raise
-        await counting  # the feedback ends with the goal
+        await counting  # The stream of feedback ends when the goal ends.
 
     async def _count(self, cancel_after: list[int]) -> None:
         async for _ in self._run.feedback:
@@ -173,7 +173,7 @@ class LiveGoal:
                 await self._cancel()
 
     async def _cancel(self) -> None:
-        with suppress(CallError):  # the goal has ended: the comparison tells how
+        with suppress(CallError):  # The goal has ended already; the comparison will report how.
             await self._run.cancel()
 
 

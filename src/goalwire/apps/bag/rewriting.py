@@ -1,4 +1,4 @@
-"""Bags made of bags: merged, cut, filtered, renamed, repaired, and given their metadata again."""
+"""Makes bags from bags: merges, cuts, filters, renames, repairs, and rebuilds metadata."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from goalwire.rosbag2.writer import Writer
 
 @record
 class Cut:
-    """Which messages of a bag are taken, and under which names."""
+    """The messages to take from a bag, and the names under which they are written."""
 
     selection: Selection | None = None
     start: int | None = None
@@ -55,7 +55,7 @@ def _add_topics(
         known = target.topic(name)
         if known is not None and (known.type_name, known.type_hash) != (topic.type_name, topic.type_hash):
             raise BagError(
-                f"'{name}' has the types {known.type_name} and {topic.type_name}, or two definitions of one; "
+                f"'{name}' has the types {known.type_name} and {topic.type_name}, or two definitions; "
                 f'give one of them another name'
             )
         target.add_topic(
@@ -78,7 +78,7 @@ def _taken(source: Reader, cut: Cut) -> Iterator[Message]:
 
 
 def repair(source: Reader, target: Writer) -> int:
-    """Write whatever can be read of a bag into another one; return how many messages that are."""
+    """Write the readable messages of a bag into another bag, and return their number."""
     _add_topics(source, target, None, {})
     count = 0
     for message in source.rescued():
@@ -90,7 +90,7 @@ def repair(source: Reader, target: Writer) -> int:
 def reindex(folder: str) -> Reader:
     """Write the metadata of a folder anew, from its files, and return the bag, opened.
 
-    Raises BagError if there are none, or one of them cannot be read.
+    Raises BagError if there are no files, or if one of them cannot be read.
     """
     if not Path(folder).is_dir():
         raise FileNotFoundError(f"nothing is at '{shown(folder)}'")
@@ -103,5 +103,5 @@ def reindex(folder: str) -> Reader:
 
 
 def open_all(paths: Iterable[str], stack: ExitStack) -> list[Reader]:
-    """Open several bags, which are closed with the stack."""
+    """Open several bags; closing the stack closes them."""
     return [stack.enter_context(Reader(path)) for path in paths]

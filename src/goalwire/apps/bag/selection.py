@@ -1,8 +1,8 @@
 """The choice of topics, services and actions by the flags of `ros2 bag record` and `play`.
 
-The rules are rosbag2's (rosbag2_transport, topic_filter.cpp): what is excluded is out in any case; of the
-rest, that is in which any flag names. Services are known by the topics of their events, actions by the topics
-and services they are made of.
+The rules are rosbag2's (rosbag2_transport, topic_filter.cpp): excluded names are always left out, and other
+names are included if any flag names them. A service is recognised by the topic of its events, an action by
+its topics and services.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ _ACTION_TOPICS = ('feedback', 'status')
 
 
 def action_of(topic: str) -> str:
-    """Return the action that a topic is part of, by itself or as events of its services; '' for any other."""
+    """Return the action to which a topic, or an event topic's service, belongs; '' for other topics."""
     action, found, part = topic.partition(_ACTION)
     is_part = part in _ACTION_TOPICS or part.endswith(SERVICE_EVENT)
     return action if found and is_part else ''
 
 
 def service_of(topic: str) -> str:
-    """Return the service whose events a topic has; '' for any other, and for the services of actions."""
+    """Return the service whose events a topic carries; '' for other topics and for actions' services."""
     return topic.removesuffix(SERVICE_EVENT) if topic.endswith(SERVICE_EVENT) and not action_of(topic) else ''
 
 
@@ -39,7 +39,7 @@ def is_hidden(name: str) -> bool:
 
 @record
 class Names:
-    """The chosen names of one kind: all, some or none, and those that are left out in any case."""
+    """The chosen names of one kind: all, some or none, without the excluded names."""
 
     all: bool = False
     some: frozenset[str] = frozenset()
@@ -67,7 +67,7 @@ class Selection:
     """Topics of these types are chosen."""
     types_out: frozenset[str] = frozenset()
     regex: str = ''
-    """Topics, services and actions that it matches are in."""
+    """Topics, services and actions that match this expression are chosen."""
     regex_out: str = ''
     hidden: bool = False
     """True to include hidden topics."""
@@ -92,7 +92,7 @@ class Selection:
 
 
 _OF_EVERY_NODE = ('rcl_interfaces/srv/', 'type_description_interfaces/srv/')
-"""Types of services that every node has. They are recorded if somebody names them."""
+"""Types of the services that every node has. Their calls are recorded only if the user names them."""
 
 
 def wants_calls(selection: Selection, server: GraphEntity) -> bool:

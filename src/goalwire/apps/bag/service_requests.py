@@ -1,4 +1,4 @@
-"""Sends the requests that a bag recorded to the live servers, in the place of publishing their events."""
+"""Sends the recorded requests of a bag to live servers, instead of publishing their events."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from goalwire.rosbag2.model import Message, Topic
 from goalwire.rosbag2.types import decoder_of
 
 ANSWER_S = 10.0
-"""How long an answer may take; nobody waits for it meanwhile."""
+"""Seconds that an answer may take; playing does not wait for it."""
 STEPS = {'service_introspection': 1, 'client_introspection': 0}
-"""The step of a call that each source tells of (service_msgs/msg/ServiceEventInfo)."""
+"""The event type with which each source reports a request (service_msgs/msg/ServiceEventInfo)."""
 
 
 class ServiceRequests:
-    """Calls the services of some topics; only the loop's thread may use it."""
+    """Calls the services whose events some topics carry. Only for the loop's thread."""
 
     def __init__(self, node: Node, topics: Iterable[Topic], source: str) -> None:
         """Make the clients; raises InterfaceError for a service that is unknown here."""
@@ -38,7 +38,7 @@ class ServiceRequests:
             self._clients[topic.name] = node.client(kind, service)
 
     def send(self, message: Message) -> None:
-        """Send the request of an event, if it is one of the source and has its contents."""
+        """Send the request of an event, if the event is from the chosen side and has contents."""
         try:
             event = self._decoders[message.topic](message.data)
         except DecodeError as error:
@@ -57,7 +57,7 @@ class ServiceRequests:
             self._node.logger.warning(str(error))
 
     async def finish(self) -> None:
-        """Wait for the answers that are outstanding."""
+        """Wait for the outstanding answers."""
         if self._calls:
             await asyncio.wait(self._calls)
 

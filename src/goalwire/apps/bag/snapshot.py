@@ -1,4 +1,4 @@
-"""The last messages, kept in memory until somebody asks for them."""
+"""Keeps the latest messages in memory until a snapshot is requested."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Snapshot:
         self._held = 0
 
     def put(self, message: Message) -> None:
-        """Keep a message; the oldest make room for it."""
+        """Keep a message, and drop the oldest ones if the bounds are exceeded."""
         kept = self._kept
         kept.append(message)
         self._held += len(message.data)
@@ -35,7 +35,7 @@ class Snapshot:
         """Do nothing: messages are only written by `write`."""
 
     def sync(self) -> None:
-        """Have the disk keep the written data."""
+        """Force the written data to the disk."""
         self._bag.sync()
 
     def write(self) -> int:

@@ -1,4 +1,4 @@
-"""The subscriptions by which a recorder hears one topic, whatever QoS its publishers have."""
+"""The subscriptions of a recorder to one topic, for publishers of any QoS."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import GraphEntity, Sample
 
 DEPTH = 1000
-"""Of the recorder's subscriptions: history that is kept for it is not cut short."""
+"""Queue depth of the recorder's subscriptions, large enough for the history of publishers."""
 HELD = 1000
-"""How many messages of a topic wait at most for the definition of its type."""
+"""The most messages of a topic that wait for the definition of its type."""
 
 
 class Delivery:
-    """Puts the messages of one topic into the file; they wait while the type's definition is looked for."""
+    """Puts the messages of one topic into the file. They wait until the type's definition is found."""
 
     def __init__(self, intake: Intake, topic: str, clock: Clock | None) -> None:
         """Messages are stored under the name `topic`, with the time of `clock` if there is one."""
@@ -36,14 +36,14 @@ class Delivery:
         self._held: deque[tuple[Sample, int]] = deque()
 
     def open(self) -> None:
-        """Begin to write: the waiting messages first. The file knows the topic by now."""
+        """Begin to write, the waiting messages first. The topic must have been added to the file."""
         with self._lock:
             while self._held:
                 self._intake.put(self.topic, *self._held.popleft())
             self._is_open = True
 
     def take(self, sample: Sample) -> None:
-        """Take one message; on any thread."""
+        """Take one message. May be called on any thread."""
         time = sample.received_timestamp if self._clock is None else self._clock.now().nanoseconds
         if not time:  # simulated time is 0 before the first /clock
             return
@@ -51,7 +51,7 @@ class Delivery:
             self._intake.put(self.topic, sample, time)
 
     def _has_held(self, sample: Sample, time: int) -> bool:
-        """Keep a message until the topic is known to the file; False if it has become known meanwhile."""
+        """Keep a message until `open`; return False if that was called meanwhile."""
         with self._lock:
             if self._is_open:
                 return False
@@ -63,17 +63,16 @@ class Delivery:
 
 
 _Class = tuple[bool, bool]
-"""Whether publishers are reliable, and whether they keep history."""
+"""A class of publishers: True if they are reliable, and True if they keep history."""
 
 
 class TopicRecording:
     """The subscriptions of one topic.
 
-    If the wire keeps endpoints apart whose QoS do not go together, no single subscription serves all
-    publishers as well as they offer: one that takes best effort loses messages of reliable publishers, one
-    that is reliable hears nothing of the others. So there is a subscription for each class of publishers, and
-    each takes messages of its own class alone. On other wires reliability is the publisher's business, and
-    only those with history are a class of their own.
+    If the wire does not connect endpoints of incompatible QoS, one subscription is not enough: with best
+    effort it may lose messages of reliable publishers, and a reliable one gets nothing from best-effort ones.
+    So each class of publishers has a subscription, which takes only messages of its own class. On other
+    wires the publisher decides the reliability, and only publishers with history are a separate class.
     """
 
     def __init__(
@@ -96,7 +95,7 @@ class TopicRecording:
 
     @property
     def is_asked_for(self) -> bool:
-        """Whether the messages are calls that are published since this recorder asks for them."""
+        """True if the messages are calls that are published only because this recorder asks for them."""
         return self.name.endswith(POSTFIX_FOR_RECORDERS)
 
     def update(self, publishers: Iterable[GraphEntity]) -> None:
@@ -120,7 +119,7 @@ class TopicRecording:
     def _acceptor(self, own: _Class) -> Callable[[bytes], bool]:
         owners = self._owners
         other = next(iter(self._subscriptions), own)
-        """Takes the messages of publishers that the graph does not show: the first subscription."""
+        """The class whose subscription takes the messages of publishers that the graph does not show."""
         return lambda gid: owners.get(gid, other) == own
 
     def _subscribe(self, kind: _Class, qos: QoS, accepts: Callable[[bytes], bool] | None) -> None:

@@ -17,11 +17,11 @@ class Written:
     path: Path
     count: int
     left_out: tuple[str, ...] = ()
-    """Why messages are not in it: a sentence for each reason."""
+    """Why messages were left out: a sentence for each reason."""
 
 
 def new_folder(path: Path) -> Path:
-    """Make a folder; raises BagError if something of that name exists, OSError."""
+    """Make a folder. Raises BagError if the path exists, and OSError."""
     try:
         path.mkdir(parents=True)
     except FileExistsError:
@@ -36,7 +36,7 @@ def file_stems(topics: Iterable[str]) -> Mapping[str, str]:
     for topic in topics:
         plain = topic.strip('/').replace('/', '__')
         stem, number = plain, 2
-        while stem.lower() in taken:  # some file systems do not tell A from a
+        while stem.lower() in taken:  # Some file systems ignore the case of names.
             stem, number = f'{plain}_{number}', number + 1
         taken.add(stem.lower())
         stems[topic] = stem

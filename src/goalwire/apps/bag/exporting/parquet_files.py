@@ -1,7 +1,7 @@
 """Bags as Parquet: a file for each topic, with a typed column for each field.
 
-Fields of nested messages are columns of their own, as `pose.x`. Sequences are lists, those of messages lists
-of structs, and those of bytes are binary.
+Fields of nested messages are columns of their own, such as `pose.x`. Sequences become lists, sequences of
+messages become lists of structs, and sequences of bytes become binary.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 
 _GROUP_ROWS = 10_000
 _GROUP_BYTES = 32 << 20
-"""A group of rows is written when it has so many rows, or messages of so many bytes."""
+"""A row group is written when it has this many rows, or its messages this many bytes."""
 _BYTES = {'uint8', 'char', 'byte'}
 _ARROW = {'bool': 'bool_', 'byte': 'uint8', 'char': 'uint8', 'wstring': 'string'}
-"""Names of Arrow for types; the others are alike."""
+"""Arrow's names of types, if they differ from ROS 2's."""
 
 
 class Column(NamedTuple):
-    """A column: its name, its type, and how its values are taken from a message."""
+    """A column: its name, its type, and the function that gets its value from a message."""
 
     name: str
     type: pa.DataType
@@ -82,7 +82,7 @@ class _File:
         self._byte_count = 0
 
     def close(self) -> None:
-        """Write what is left, and the end of the file."""
+        """Write the last row group and the end of the file."""
         try:
             if self._rows[0]:
                 self._write_group()
@@ -93,7 +93,7 @@ class _File:
 def write_parquet(bag: Reader, topics: Collection[str], start: int, folder: Path) -> list[Written]:
     """Write the messages of topics from a time on, in ns.
 
-    Raises BagError, also if pyarrow is not installed, InterfaceError, DecodeError, OSError.
+    Raises BagError (also if pyarrow is missing), InterfaceError, DecodeError and OSError.
     """
     try:
         import pyarrow.parquet  # noqa: F401
@@ -155,7 +155,7 @@ def _arrow_type(type_: FieldType) -> pa.DataType:
 
 
 def _converter(type_: FieldType) -> Callable[[Any], Any] | None:
-    """Return what makes Arrow's values of a field's; None if they are alike."""
+    """Return the function that turns a field's value into Arrow's; None if they are the same."""
     if type_.shape is Shape.SINGLE:
         if type_.is_message:
             return _structure(type_)

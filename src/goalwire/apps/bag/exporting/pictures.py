@@ -28,7 +28,7 @@ _MAGIC = {
     b'II*\0': 'tiff',
     b'MM\0*': 'tiff',
 }
-"""How files of these formats begin."""
+"""The first bytes of files in these formats."""
 _DEPTH_HEADER = 12
 """Bytes before the PNG in a picture that image_transport's compressedDepth made."""
 _BY_OPENCV = {1: 'gray', 3: 'bgr', 4: 'bgra'}
@@ -36,7 +36,7 @@ _BY_OPENCV = {1: 'gray', 3: 'bgr', 4: 'bgra'}
 
 
 def write_pictures(bag: Reader, topics: Collection[str], start: int, folder: Path) -> list[Written]:
-    """Write the pictures of topics from a time on, in ns; `topics` are those with pictures.
+    """Write the pictures of `topics`, all of which have pictures, from a time on, in ns.
 
     Each file is `time.png`, or `.jpg`, with the time at which it was recorded in ns. Raises BagError,
     DecodeError, OSError.
@@ -75,7 +75,7 @@ def _free_path(folder: Path, time: int, suffix: str) -> Path:
 
 
 def file_of(message: Any) -> tuple[str, bytes]:
-    """Return the suffix and the bytes of a picture's file; raises ValueError that says why there is none."""
+    """Return the suffix and the bytes of a picture's file; raises ValueError if there is none."""
     if hasattr(message, 'format'):
         return _compressed(bytes(message.data), message.format)
     try:
@@ -94,7 +94,7 @@ def _compressed(data: bytes, stated: str) -> tuple[str, bytes]:
             return suffix, data
     if data[:4] == b'RIFF' and data[8:12] == b'WEBP':
         return 'webp', data
-    raise ValueError(f'{peer_text(stated, 60)!r} is not a picture that a file of its own could have')
+    raise ValueError(f'{peer_text(stated, 60)!r} is not a picture format that can be written to a file')
 
 
 def _pixels(message: Any) -> np.ndarray[Any, Any]:
@@ -105,10 +105,10 @@ def _pixels(message: Any) -> np.ndarray[Any, Any]:
     if not picture.size:
         raise ValueError('they have no pixels')
     if encoding.depth not in {'8U', '16U'}:
-        raise ValueError(f'PNG has no numbers as those of {encoding.name}')
+        raise ValueError(f'PNG cannot hold the numbers of {encoding.name}')
     kind = encoding.kind or _BY_OPENCV.get(encoding.channels, '')
     if not kind:
-        raise ValueError(f'PNG has no pictures with {encoding.channels} channels')
+        raise ValueError(f'PNG cannot hold pictures with {encoding.channels} channels')
     if kind not in {'gray', 'rgb', 'bgr', 'rgba', 'bgra'}:
         return bridge.imgmsg_to_cv2(message, f'rgb{encoding.bits}')
     if kind.startswith('bgr'):
