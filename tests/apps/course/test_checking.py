@@ -278,8 +278,8 @@ def test_the_file_to_begin_with_is_not_enough(exercise: Exercise, tmp_path: Path
 
 
 FIRST_MESSAGES = {
-    'battery_service': "serves no service 'get_battery_status'; what it serves: none",
-    'arm_server': "serves no action 'move_arm'; what it serves: none",
+    'battery_service': "serves no service 'get_battery_status'; it serves: none",
+    'arm_server': "serves no action 'move_arm'; it serves: none",
     'mission_client': 'without asking for the battery',
     'reliable_client': 'has not ended',
 }

@@ -1,4 +1,4 @@
-"""The checks try a program with these: a node of their own beside it, and expectations of its servers."""
+"""The checks test a program with these: a node of their own, and waits for the program's node and servers."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from goalwire.logging.record import LoggingSeverity
 from goalwire.testing.world import World
 
 STARTS_WITHIN = 15.0
-"""s that a program has until its node is there, also on a machine that is busy."""
+"""Seconds that a program has until its node appears, even on a busy machine."""
 SERVES_WITHIN = 5.0
-"""s from then on until its server is there."""
+"""Seconds from then on until its server appears."""
 
 
 @asynccontextmanager
 async def alone() -> AsyncIterator[goalwire.Node]:
-    """Give the check's node, in a world that holds only the programs started in the block."""
+    """Yield the check's node, in a graph with only the programs that are started in the block."""
     with World('zenoh'):
         async with goalwire.Node('checker') as node:
             # The node's servers fail on purpose. Their warnings would confuse a student.
@@ -31,25 +31,25 @@ async def alone() -> AsyncIterator[goalwire.Node]:
 
 @asynccontextmanager
 async def beside(file: Path) -> AsyncIterator[tuple[goalwire.Node, Student]]:
-    """Run the program in a world of its own; give the check's node beside it."""
+    """Run the program in a graph of its own; yield the check's node and the program."""
     async with alone() as node, Student(file) as student:
         yield node, student
 
 
 async def wait_for_node(node: goalwire.Node, student: Student) -> None:
-    """Wait until the program has a node, or has ended; raises Wrong if it makes none."""
+    """Wait until the program has a node, or has ended; raises Wrong if no node appears."""
     try:
         async with asyncio.timeout(STARTS_WITHIN):
             await student.is_first(asyncio.create_task(_see_another(node)))
     except TimeoutError:
         raise Wrong(
-            f'the program runs, and has no node after {STARTS_WITHIN:g} s',
+            f'the program runs, but has no node after {STARTS_WITHIN:g} s',
             'main() makes the node; look at what holds it up before',
         ) from None
 
 
 async def _see_another(node: goalwire.Node) -> None:
-    """Wait until there is a node beside the check's own."""
+    """Wait until the graph has a node other than the check's own."""
     changes = node.graph.changes()
     while len(node.graph.nodes()) < 2:
         await anext(changes)
@@ -58,7 +58,7 @@ async def _see_another(node: goalwire.Node) -> None:
 async def wait_for_server(
     node: goalwire.Node, student: Student, client: Any, kind: str, name: str, wanted: str
 ) -> None:
-    """Wait for the program's server; raises Wrong, which names those that are there instead."""
+    """Wait for the program's server; raises Wrong, with the names of the servers that exist instead."""
     await wait_for_node(node, student)
     try:
         await student.during(client.wait_for_server(timeout=SERVES_WITHIN), f'serve the {kind} {name!r}')
@@ -74,7 +74,7 @@ async def wait_for_server(
     others = ', '.join(f'{each} ({type_name})' for each, type_name in offered.items()) or 'none'
     server = 'ActionServer' if kind == 'action' else 'service'
     raise Wrong(
-        f'the program serves no {kind} {name!r}; what it serves: {others}',
+        f'the program serves no {kind} {name!r}; it serves: {others}',
         f'make the {server} in __init__ (step 1), and look at its name',
     )
 

@@ -22,7 +22,7 @@ class Report:
     problem: str = ''
     """The first mistake, as a sentence; empty if there is none."""
     advice: str = ''
-    """The place to look at."""
+    """The advice on the mistake: where to look, or what to do."""
 
 
 def check(exercise: Exercise, file: Path, tell: Callable[[str], None] = lambda _step: None) -> Report:

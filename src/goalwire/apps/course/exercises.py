@@ -1,4 +1,4 @@
-"""The exercises: what each is called, which file it is about, and where its material lies."""
+"""The exercises: their names, the students' files, and the folders of their material."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ INTERFACES = 'humanoid_interfaces'
 
 @record
 class Exercise:
-    """One exercise. Its folder of MATERIAL, and the module that checks it, are called as its program is."""
+    """One exercise. Its folder in MATERIAL and the module of its check have the name of its program."""
 
     number: int
     title: str
@@ -33,7 +33,7 @@ class Exercise:
         return f'exercise_{self.number}'
 
     def read(self, name: str) -> str:
-        """Return a text of its material: 'task.md', 'hints.md', 'start.py' or 'solution.py'."""
+        """Return a file of the exercise's material: 'task.md', 'hints.md', 'start.py' or 'solution.py'."""
         return (MATERIAL / self.name / f'{name}.template').read_text(encoding='utf-8')
 
     def hints(self) -> list[str]:
@@ -53,7 +53,7 @@ EXERCISES = (
 def start(exercise: Exercise, place: Path) -> list[Path]:
     """Make the exercise's folder below `place`; return the paths of its files.
 
-    Raises FileExistsError if there is something of that name: nobody's work is overwritten.
+    Raises FileExistsError if the folder exists, so that no work is overwritten.
     """
     folder = place / exercise.folder
     folder.mkdir(parents=True)

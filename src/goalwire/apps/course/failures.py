@@ -1,4 +1,4 @@
-"""Reads in a program's output which exception it ended with, or logged, and which of its lines raised it."""
+"""Finds the exception in a program's output, and the line of the program that raised it."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Failure:
 def find_failure(output: str, program: str) -> Failure | None:
     """Return the last exception in the output of the file named `program`; None if it shows no traceback.
 
-    The line is the last one of that file. If an executor spins there, it raises on behalf of a callback, so
-    only lines that it has called count.
+    The failure names the innermost line of that file in the traceback. If this line calls `spin`, the error
+    comes from a callback outside of the file, so no line is named.
     """
     _, head, tail = output.rpartition(_HEAD)
     if not head:

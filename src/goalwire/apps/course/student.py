@@ -23,7 +23,7 @@ _KEPT_LINES = 2000
 _SHOWN_LINES = 6
 _LONGEST_LINE = 10_000
 _FAILS_WITHIN = 2.0
-"""s that a program has to write its traceback, and to end if the exception ends it."""
+"""Seconds that a failing program has to write its traceback and end."""
 
 
 class Wrong(Exception):
@@ -35,7 +35,7 @@ class Wrong(Exception):
 
 
 class Student:
-    """`async with Student(file) as student:` runs the program in this block, and kills it at the end."""
+    """A student's program; `async with Student(file) as student:` runs it, and kills it afterwards."""
 
     def __init__(self, file: Path) -> None:
         self._file = file
@@ -83,8 +83,8 @@ class Student:
     async def failure(self) -> Failure | None:
         """Return the exception that the program has shown, if any. This ends the program.
 
-        The answer that tells of a failure may come before the traceback is written. So this waits for the
-        program's end, kills it after `_FAILS_WITHIN` s if it goes on, and reads its output to the end.
+        The failed answer may arrive before the program has written its traceback. So wait until the program
+        ends, kill it after `_FAILS_WITHIN` s if necessary, and read its output to the end.
         """
         await asyncio.wait({self._end}, timeout=_FAILS_WITHIN)
         with suppress(ProcessLookupError):
@@ -93,7 +93,7 @@ class Student:
         return find_failure(self.output, self._file.name)
 
     async def during(self, waiting: Coroutine[Any, Any, T], doing: str) -> T:
-        """Return what `waiting` does. Raises Wrong if the program ends first: it should still be `doing`."""
+        """Return the result of `waiting`. Raises Wrong if the program ends before; `doing` names its task."""
         task = asyncio.create_task(waiting)
         if await self.is_first(task) and not await self._is_lost(task.exception()):
             return task.result()
@@ -108,13 +108,13 @@ class Student:
         )
 
     async def _is_lost(self, error: BaseException | None) -> bool:
-        """Whether an error tells of the program's end, which may be seen a little later than its server's."""
+        """Return True if an error means that the program ends, perhaps a little later than its server."""
         if isinstance(error, ServerLostError):
             await asyncio.wait({self._end}, timeout=_FAILS_WITHIN)
         return isinstance(error, ServerLostError) and self._end.done()
 
     async def is_first(self, task: asyncio.Task[T]) -> bool:
-        """Wait for the task or for the program's end; False, with the task cancelled, if that was first."""
+        """Wait for the task or the program's end. If the program ends first, cancel the task: False."""
         try:
             await asyncio.wait({task, self._end}, return_when=asyncio.FIRST_COMPLETED)
             return task.done()
@@ -123,7 +123,7 @@ class Student:
             await asyncio.wait({task})
 
     async def wait(self, within: float, advice: Callable[[], str]) -> int:
-        """Return its exit code. Raises Wrong, with what `advice` returns, if it has not ended `within` s."""
+        """Return the program's exit code. Raises Wrong with `advice()` if it runs longer than `within` s."""
         done, _ = await asyncio.wait({self._end}, timeout=within)
         if not done:
             raise Wrong(f'the program has not ended after {within:g} s', advice())

@@ -1,1 +1,1 @@
-"""The steps of each exercise's check: a module an exercise, with `steps(file)`, which raises Wrong."""
+"""The steps of the checks: one module for each exercise, with a function `steps(file)` that raises Wrong."""

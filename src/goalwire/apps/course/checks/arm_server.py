@@ -24,9 +24,9 @@ LONG = 30.0
 JOINTS = ['left_shoulder', 'left_elbow']
 TARGET = [0.5, 1.0]
 MOTIONS = (([0.2, 0.4], 0.6), (TARGET, 1.5))
-"""Where the arm is moved to, and how long each motion takes, in s: a program must not know one of them."""
+"""Targets of the arm and durations of the motions, in s; several, so that a program cannot hard-code them."""
 LATE = 1.0
-"""s by which a motion may take longer, on a machine that is busy, too."""
+"""Seconds by which a motion may take longer, even on a busy machine."""
 ENDS_WITHIN = 10.0
 LEAST_FEEDBACK = 5
 ANSWERS_WITHIN = 3.0
@@ -46,7 +46,7 @@ REFUSED: tuple[tuple[str, list[str], list[float], float], ...] = (
 
 
 async def steps(file: Path) -> AsyncIterator[str]:
-    """Yield what the program does as it should; raise Wrong at the first thing that it does not."""
+    """Yield a sentence for each step that the program passes; raise Wrong at the first mistake."""
     from humanoid_interfaces.action import MoveArm
 
     async with beside(file) as (node, student):
@@ -109,7 +109,7 @@ async def _move(client: Client, student: Student, target: Sequence[float], durat
 
 
 async def _explain(student: Student, problem: str, advice: str) -> Wrong:
-    """Return what is wrong: the exception that the program has shown, or else `advice`."""
+    """Return the mistake, with the exception in the program's output, or else with `advice`."""
     failure = await student.failure()
     if failure is None:
         printed = f'. What the program printed:\n{student.last_lines()}' if student.output.strip() else ''
@@ -164,7 +164,7 @@ async def _insist_on_refusal(client: Client, goal: MoveArm.Goal, fault: str) -> 
     except goalwire.GoalRefused:
         return
     except goalwire.CallError:
-        pass  # it was accepted, and then something else went wrong
+        pass  # The server accepted the goal, and another error followed.
     raise Wrong(
         f'a goal that {fault} is accepted',
         'goal_callback gets the goal before anything moves: return GoalResponse.REJECT there. Is '
@@ -173,7 +173,7 @@ async def _insist_on_refusal(client: Client, goal: MoveArm.Goal, fault: str) -> 
 
 
 async def _cancel(client: Client) -> float:
-    """Cancel a goal on its way; return where the shoulder stopped."""
+    """Cancel a goal during its motion; return the position at which the shoulder stopped."""
     positions: list[float] = []
     async with client.send(joint_names=['left_shoulder'], positions=[-1.0], duration=LONG, grace=0.2) as run:
         async for feedback in run.feedback:
@@ -209,7 +209,7 @@ async def _cancel(client: Client) -> float:
 
 
 async def _await_end(run: goalwire.Run[MoveArm.Result, MoveArm.Feedback]) -> MoveArm.Result:
-    """Await the run's result, no longer than a cancelled goal may take."""
+    """Wait for the result of a cancelled goal, within its time limit."""
     async with asyncio.timeout(ANSWERS_WITHIN):
         return await run.result
 

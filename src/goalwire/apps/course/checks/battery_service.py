@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 SERVICE = 'get_battery_status'
 ANSWERS_WITHIN = 2.0
 PAUSE = 1.0
-"""s between two questions, in which the simulated battery runs down by an amount that can be seen."""
+"""Seconds between two requests, enough for the simulated battery to lose a visible amount of charge."""
 AT_ONCE = 10
 
 
 async def steps(file: Path) -> AsyncIterator[str]:
-    """Yield what the program does as it should; raise Wrong at the first thing that it does not."""
+    """Yield a sentence for each step that the program passes; raise Wrong at the first mistake."""
     from humanoid_interfaces.srv import GetBatteryStatus
 
     async with beside(file) as (node, student):
@@ -60,7 +60,7 @@ async def _ask(
 
 
 async def _explain(student: Student, error: goalwire.CallError) -> Wrong:
-    """Return what is wrong with a callback that failed."""
+    """Return the mistake of a callback that failed."""
     failure = await student.failure()
     if failure is None:
         return Wrong(
@@ -132,7 +132,7 @@ def _judge_time(answer: GetBatteryStatus.Response) -> None:
 def _judge_change(first: GetBatteryStatus.Response, second: GetBatteryStatus.Response) -> None:
     if not second.battery.charge < first.battery.charge:
         raise Wrong(
-            f'the charge is the same {PAUSE:g} s later',
+            f'the charge is still the same after {PAUSE:g} s',
             'measure in the callback, not once in __init__',
         )
     if second.battery.header.stamp == first.battery.header.stamp:

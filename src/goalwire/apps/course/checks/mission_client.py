@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 SERVICE, ACTION = 'get_battery_status', 'move_arm'
 LEAST_CHARGE = 0.2
 LATE = 0.7
-"""s until the service is there, and from the first question until the action is."""
+"""Seconds until the service appears, and then from the first request until the action appears."""
 ASKS_WITHIN = 2.0
-"""s that the arm waits for the first question; a program that never asks meets the arm all the same."""
+"""Seconds after which the arm appears even if the program never asks for the battery."""
 CANCELS_AFTER = 0.7
-"""s that the arm takes to answer a request to cancel."""
+"""Seconds that the arm takes to answer a request to cancel."""
 LIMIT = 3.0
-"""s that the task gives the arm."""
+"""Seconds within which the task wants the arm to arrive."""
 ENDS_WITHIN = 8.0
-"""s from the time when its node is there; what it does takes half of that at most."""
+"""Seconds that the program may run after its node appeared; a correct one needs at most half of them."""
 
 
 class Robot:
@@ -47,7 +47,7 @@ class Robot:
         self._asked = asyncio.Event()
 
     async def serve(self, node: goalwire.Node, late: float = 0.0) -> None:
-        """Offer the service `late` s from now, and the action as late after the battery was asked."""
+        """Offer the service after `late` s, and the action `late` s after the first battery request."""
         from humanoid_interfaces.action import MoveArm
         from humanoid_interfaces.srv import GetBatteryStatus
 
@@ -77,7 +77,7 @@ class Robot:
 
 
 class Reluctant:
-    """An arm that refuses its goal, or accepts it and never arrives; it sees each request that follows.
+    """An arm that refuses its goal, or accepts it and never arrives. It records every later request.
 
     The five parts of the action are served one by one, because an action server answers them by itself.
     """
@@ -125,7 +125,7 @@ class Reluctant:
 
 
 async def steps(file: Path) -> AsyncIterator[str]:
-    """Yield what the program does as it should; raise Wrong at the first thing that it does not."""
+    """Yield a sentence for each step that the program passes; raise Wrong at the first mistake."""
     async with _mission(file, Robot(0.8, _arrive), late=LATE) as (robot, student):
         code = await student.wait(ENDS_WITHIN, lambda: _explain_hang(robot.seen))
         _judge_order(robot)
@@ -180,7 +180,7 @@ async def steps(file: Path) -> AsyncIterator[str]:
 
 @asynccontextmanager
 async def _mission(file: Path, robot: Robot, *, late: float = 0.0) -> AsyncIterator[tuple[Robot, Student]]:
-    """Run the program beside a robot, whose servers come after it."""
+    """Run the program beside a robot whose servers start later than the program."""
     async with alone() as node, Student(file) as student:
         await wait_for_node(node, student)
         serving = asyncio.create_task(robot.serve(node, late))
@@ -192,7 +192,7 @@ async def _mission(file: Path, robot: Robot, *, late: float = 0.0) -> AsyncItera
 
 
 def _explain_hang(seen: list[str]) -> str:
-    """Return at which step a program hangs that never ends, and why it may."""
+    """Return the step at which a program hangs, and the likely cause."""
     late = 'it waits for an answer to {} that was sent before the {} was there: wait for it with {}, '
     limit = 'and look at what that returns: False if a timeout_sec is over'
     if 'battery' not in seen:

@@ -1,4 +1,4 @@
-"""Exercise 4: a call with a limit for each attempt, growing pauses, and an end."""
+"""Exercise 4: a call with a time limit for each attempt, growing pauses, and a last attempt."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 SERVICE = 'get_battery_status'
 ATTEMPTS = 4
 ENDS_WITHIN = 8.0
-"""s from the time when its node is there; what it does takes half of that at most."""
+"""Seconds that the program may run after its node appeared; a correct one needs at most half of them."""
 
 
 class Server:
@@ -30,7 +30,7 @@ class Server:
         """When each request came, in s."""
 
     async def answer(self, _request: GetBatteryStatus.Request) -> GetBatteryStatus.Response:
-        """Answer, unless this is one of the first."""
+        """Answer the request, unless it is one of the first."""
         from humanoid_interfaces.srv import GetBatteryStatus
         from sensor_msgs.msg import BatteryState
 
@@ -40,12 +40,12 @@ class Server:
         return GetBatteryStatus.Response(battery=BatteryState(percentage=0.42, present=True))
 
     def gaps(self) -> list[float]:
-        """Return the s between one request and the next."""
+        """Return the seconds between each request and the next."""
         return [later - earlier for earlier, later in zip(self.times, self.times[1:], strict=False)]
 
 
 async def steps(file: Path) -> AsyncIterator[str]:
-    """Yield what the program does as it should; raise Wrong at the first thing that it does not."""
+    """Yield a sentence for each step that the program passes; raise Wrong at the first mistake."""
     async with _served(file, deaf=0) as (server, student):
         await _insist_on_success(student, 'the service answers at once')
         _count(server, 1, 'the service answers at once')
