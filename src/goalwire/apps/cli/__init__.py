@@ -1,6 +1,5 @@
 """The command line: `goalwire` and `ros2` are one program. See docs/reference/command-line.md.
 
-`main` looks up the noun and imports its module alone, so that `--help` and `list` start fast. A noun's
-module, in `commands`, offers one `NOUN`, made of verbs (`framework/verbs.py`), and is named in the table of
-`framework/nouns.py`.
+`main` imports only the module of the given noun, so that `--help` and `list` start fast. That module, in
+`commands`, defines `NOUN` with its verbs (`framework/verbs.py`); `framework/nouns.py` lists all nouns.
 """

@@ -1,4 +1,4 @@
-"""The entry point of `goalwire` and `ros2`: finds noun and verb, runs them, turns each ending into a code."""
+"""The entry point of `goalwire` and `ros2`: finds noun and verb, runs them, and returns the exit code."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def run_command(program: str, arguments: Sequence[str]) -> int:
         try:
             outcome = _dispatch(program, list(arguments))
             sys.stdout.flush()
-        except SystemExit as end:  # argparse's, after a help text
+        except SystemExit as end:  # argparse raises it after a help text
             outcome = Outcome(end.code if isinstance(end.code, int) else 0)
             sys.stdout.flush()
     except BrokenPipeError:
@@ -59,7 +59,7 @@ def run_command(program: str, arguments: Sequence[str]) -> int:
 
 
 def _dispatch(program: str, arguments: list[str]) -> Outcome:
-    if arguments[:1] == ['_complete']:  # as a shell would say it
+    if arguments[:1] == ['_complete']:  # the call of a shell's completion script
         from goalwire.apps.cli.framework.completion import completions
 
         print('\n'.join(completions(arguments[1] if arguments[1:] else '', arguments[2:])))  # noqa: T201
@@ -71,10 +71,12 @@ def _dispatch(program: str, arguments: list[str]) -> Outcome:
 
 
 def _noun_name(program: str, arguments: list[str]) -> tuple[str, list[str]]:
-    """Return the noun and what follows it; a help text or a version end here."""
+    """Return the noun and the words after it; print the help or the version and exit if asked for."""
     from goalwire.apps.cli.framework.nouns import NOUNS
 
-    while arguments and arguments[0] == '--use-python-default-buffering':  # ROS 2's; here it changes nothing
+    while (
+        arguments and arguments[0] == '--use-python-default-buffering'
+    ):  # a flag of ROS 2, without effect here
         arguments = arguments[1:]
     if not arguments or arguments[0] in {'-h', '--help'}:
         print(_help(program))  # noqa: T201
@@ -158,7 +160,8 @@ def _run_verb(
         own = arguments
     else:
         own, for_node = _split_ros_arguments(arguments)
-        sys.argv[1:] = for_node  # otherwise the node takes a value such as `rate:=fast` for a remapping rule
+        # Without this the node would read a value such as `rate:=fast` as a remapping rule.
+        sys.argv[1:] = for_node
     parsed = parser.parse_args(own, values)
     parsed.prog = parser.prog
     output: Output = Output(json=getattr(parsed, 'json', False))
@@ -167,7 +170,7 @@ def _run_verb(
 
 
 def _split_ros_arguments(arguments: list[str]) -> tuple[list[str], list[str]]:
-    """Return the arguments of the command, and `--ros-args … --`, which the command's node reads."""
+    """Return the command's own arguments, and those from `--ros-args` to `--` for its node."""
     own: list[str] = []
     for_node: list[str] = []
     is_ros = False

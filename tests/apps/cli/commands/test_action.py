@@ -137,7 +137,7 @@ def test_a_server_that_says_nothing_to_a_cancel_request_is_told(ros2: CommandLin
     ended = ros2('action', 'send_goal', 'lab/fibonacci', 'order=4005', '--timeout', '1')
     assert (ended.code, ended.lines[-1]) == (5, 'Canceling goal...')
     assert ended.err == (
-        'ros2: the server has not said within 5 s that it cancels the goal, which may go on; '
+        'ros2: the server did not answer the cancel request within 5 s; the goal may go on; '
         'see: ros2 action goals /lab/fibonacci\n'
     )
     ros2.ok('topic', 'pub', '-1', 'lab/orders', 'data=speak')  # else whoever cancels all goals waits for it

@@ -20,7 +20,7 @@ INTERFACES = ('.msg', '.srv', '.action')
 
 def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
-        'paths', nargs='*', default=['.'], help='Files, or folders that have some; here without'
+        'paths', nargs='*', default=['.'], help='Files, or folders that contain them (default: this folder)'
     )
 
 
@@ -33,7 +33,7 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
         for file in _files(path):
             count += 1
             problems += check_file(file)
-    problems = list(dict.fromkeys(problems))  # a file that others include is read more than once
+    problems = list(dict.fromkeys(problems))  # Several launch files may include one file.
     if not count:
         raise CommandError(
             Outcome.NOT_FOUND,
@@ -52,7 +52,7 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
 
 
 def _files(path: str) -> Iterator[str]:
-    """Yield a file itself, or the files below a folder that can be checked; not the results of builds."""
+    """Yield the file itself, or the files below a folder that can be checked, without build folders."""
     from goalwire.idl.workspace import IGNORE_MARKS, IGNORED
     from goalwire.launching.commands import ENDINGS
 
@@ -109,7 +109,7 @@ def _interface_problems(path: str) -> Iterator[str]:
 
 
 def _unknown_type(field: Field, package: str, folder: str) -> str:
-    """Say why the message type of a field is not there; '' if it is, or the field holds no message."""
+    """Return why a field's message type cannot be found; '' if it exists or the field is not a message."""
     from goalwire.errors import InterfaceError, InterfaceSyntaxError
     from goalwire.idl import registry
 
@@ -121,14 +121,14 @@ def _unknown_type(field: Field, package: str, folder: str) -> str:
     try:
         registry.message_definition(field.type.base)
     except InterfaceSyntaxError:
-        return ''  # reported when that file is checked
+        return ''  # The mistake is reported when that file itself is checked.
     except InterfaceError as error:
         return ' '.join(str(error).split())
     return ''
 
 
 def _package_of(folder: str) -> str:
-    """The name of the package that a folder of definitions is in: its package.xml's, else its folder's."""
+    """Return the package name of a folder of definitions, from package.xml or else from the folder's name."""
     from goalwire.idl.workspace import MANIFEST, package_name
 
     package = os.path.dirname(folder)

@@ -33,18 +33,18 @@ def _arguments(parser: ArgumentParser) -> None:
     )
     add_access_options(parser, 'browsers', TOKEN, 'https')
     parser.add_argument(
-        '--bag', metavar='FOLDER', help='Show this recording, a folder or a file, in place of what is live'
+        '--bag', metavar='FOLDER', help='Show this recording, a folder or a file, instead of the live robot'
     )
     parser.add_argument(
-        '--record-to', metavar='FOLDER', default='.', help='Where Record makes bags (default: this folder)'
+        '--record-to', metavar='FOLDER', default='.', help='Folder for new recordings (default: this folder)'
     )
-    parser.add_argument('--read-only', action='store_true', help='Send nothing: look alone')
+    parser.add_argument('--read-only', action='store_true', help='Only look: send nothing')
     parser.add_argument(
         '--allow',
         metavar='PATTERN',
         action='append',
         default=[],
-        help="Send to no name that does not match (e.g. '/arm/*'); may be repeated",
+        help="Send only to names that match (e.g. '/arm/*'); may be repeated",
     )
     parser.add_argument('--view', metavar='NAME', default='', help='Page to open: robot, graph, logs …')
     parser.add_argument('--no-open', action='store_true', help='Open no browser')
@@ -102,7 +102,7 @@ def _console(arguments: Namespace, output: Output) -> Outcome:
 
 
 def _show_bag(path: str, settings: Settings, ready: Callable[[list[str]], object]) -> Outcome:
-    """Serve the page of a bag. There is no node: nothing that the page does can reach a robot."""
+    """Serve the page of a bag, without a node: so the page cannot send anything to a robot."""
     from goalwire.apps.console.server import serve_recording
 
     return until_signal(lambda: serve_recording(path, settings, ready))
@@ -123,7 +123,7 @@ def _tell_where(urls: list[str], settings: Settings, output: Output) -> None:
 
 
 def _open(url: str) -> None:
-    """Open the user's browser, if there is one; a thread, for some browsers hold up who starts them."""
+    """Open the user's browser, if there is one, on a thread: starting some browsers blocks."""
     import webbrowser
     from threading import Thread
 

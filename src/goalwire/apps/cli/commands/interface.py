@@ -101,9 +101,9 @@ def _show(arguments: Namespace, output: Output) -> None:
 
 
 def any_type_name(given: str) -> str:
-    """Return 'pkg/kind/Name' of an interface of any kind, the kind left out if it is plain.
+    """Return 'pkg/kind/Name'; if the user left the kind out, srv, action and msg are tried in this order.
 
-    Raises CommandError if there is none.
+    Raises CommandError if there is no such interface.
     """
     if len(lookup.split_name(given)) != 2:
         return lookup.type_name(given, None)
@@ -148,7 +148,7 @@ def _lines(name: str, *, comments: bool, nested: bool, level: int) -> Iterator[s
 
 
 def _parse(line: str) -> tuple[str, str]:
-    """Return the type of a line's field, '' if it has none, and its comment with the #, '' likewise."""
+    """Return the type of a line's field and the line's comment with its #; '' stands for none."""
     words = line.split('#', maxsplit=1)[0].split()
     if (
         len(words) < 2
@@ -216,7 +216,7 @@ def _proto(arguments: Namespace, output: Output) -> None:
 def _stubs_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('folder', metavar='DIR', help='Where to write, such as typings')
     parser.add_argument(
-        'packages', nargs='*', metavar='PACKAGE', help='All that goalwire does not ship where left out'
+        'packages', nargs='*', metavar='PACKAGE', help='Packages (default: all that goalwire does not ship)'
     )
     parser.add_argument(
         '--stub-packages', action='store_true', help='Name the folders PACKAGE-stubs (PEP 561)'

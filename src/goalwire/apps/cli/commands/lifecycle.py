@@ -21,7 +21,7 @@ _GET_STATE = 'lifecycle_msgs/srv/GetState'
 
 
 def _lifecycle_nodes(arguments: Namespace, *, include_hidden: bool) -> list[str]:
-    """Return the nodes that tell their state."""
+    """Return the nodes that have a lifecycle."""
     with discovered(arguments) as graph:
         serving = {name for name, types in graph.service_names_and_types() if _GET_STATE in types}
         names = node_names(graph, include_hidden=include_hidden)
@@ -29,7 +29,7 @@ def _lifecycle_nodes(arguments: Namespace, *, include_hidden: bool) -> list[str]
 
 
 def _find_node(arguments: Namespace) -> str:
-    """Return the node that is named; raises CommandError if it is none with a lifecycle."""
+    """Return the named node; raises CommandError if it has no lifecycle."""
     name = find_node(arguments)
     if name not in _lifecycle_nodes(arguments, include_hidden=True):
         raise CommandError(
@@ -73,7 +73,7 @@ def _list_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--include-hidden-nodes', action='store_true', help='Consider hidden nodes as well')
     _service_timeout(parser)
     parser.add_argument(
-        '-a', '--all', action='store_true', help='Show all transitions, not the possible ones alone'
+        '-a', '--all', action='store_true', help='Show all transitions, not only the possible ones'
     )
 
 

@@ -1,4 +1,4 @@
-"""goalwire new: a package that is an ordinary Python project and one of ROS 2 (ament_python) at once."""
+"""goalwire new: makes a package that is both a plain Python project and a ROS 2 package (ament_python)."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class Kind(NamedTuple):
     """The things that a new package may contain."""
 
     program: str
-    """The name of its program and module, behind that of the package; also of its folders in `templates`."""
+    """The name of its module and of its folder in `templates`; the program is PACKAGE_program."""
     interfaces: str
     """The package that defines its type."""
     type_name: str
     own_type: str
-    """The type with the same fields that a package of interfaces of its own has, as `msg/Greeting.msg`."""
+    """The file of the equal type in a package of own interfaces, such as `msg/Greeting.msg`."""
     summary: str
 
 
@@ -49,13 +49,17 @@ _KINDS = {
 
 
 def _arguments(parser: ArgumentParser) -> None:
-    parser.add_argument('package', help='Its name: small letters, digits and underscores, a letter first')
+    parser.add_argument(
+        'package', help='Name of the package: small letters, digits and underscores, a letter first'
+    )
     for name, kind in _KINDS.items():
         parser.add_argument(f'--{name}', action='store_true', help=kind.summary)
     parser.add_argument(
-        '--interfaces', action='store_true', help='A package of its own types as well, PACKAGE_interfaces'
+        '--interfaces', action='store_true', help='Make a package of own types as well, PACKAGE_interfaces'
     )
-    parser.add_argument('--destination-directory', default='.', help='Where its folder is made; here without')
+    parser.add_argument(
+        '--destination-directory', default='.', help='Where its folder is made (default: here)'
+    )
 
 
 def _run(arguments: Namespace, output: Output) -> None:
@@ -89,7 +93,7 @@ def _run(arguments: Namespace, output: Output) -> None:
 
 
 def _write_stubs(folder: Path, output: Output) -> None:
-    """Write the stubs of a new package of interfaces; where that cannot be, say how it is done."""
+    """Write the stubs of a new package of interfaces; if that is not possible, print how to do it."""
     from goalwire.apps.cli.commands.stubs import environment_folder, write_into
     from goalwire.idl import search_path
 
@@ -120,7 +124,7 @@ def _check_name(prog: str, package: str) -> None:
 
 
 def _files(package: str, kinds: Sequence[Kind], *, own_types: bool) -> dict[str, str]:
-    """Return the files of a new package, and of its package of interfaces, as texts by paths."""
+    """Return the texts of a new package's files by their paths, its package of interfaces included."""
     interfaces = f'{package}_interfaces'
     scripts = {kind.program: f'{package}_{kind.program}' for kind in kinds}
     used = [interfaces] if own_types else sorted({kind.interfaces for kind in kinds})
@@ -156,14 +160,14 @@ def _files(package: str, kinds: Sequence[Kind], *, own_types: bool) -> dict[str,
 
 
 def _words_of(package: str, kind: Kind, *, alone: bool) -> dict[str, str]:
-    """Return the words of one program; if there are several, its node is called after both."""
+    """Return the values for one program's templates; an only node has the name of the package."""
     node = package if alone else f'{package}_{kind.program}'
     class_name = ''.join(map(str.capitalize, node.split('_')))
     return {'package': package, 'node': node, 'Class': class_name, 'program': kind.program}
 
 
 def _with_own_types(text: str, kind: Kind, interfaces: str) -> str:
-    """Return a program or a test whose type comes from the package of interfaces; its fields are the same."""
+    """Return the text of a program or test, with its type replaced by the package's own equal type."""
     return re.sub(
         rf'\b{kind.type_name}\b',
         Path(kind.own_type).stem,
@@ -172,7 +176,7 @@ def _with_own_types(text: str, kind: Kind, interfaces: str) -> str:
 
 
 def _fill(folder: str, package: str, words: Mapping[str, str]) -> dict[str, str]:
-    """Return the files of a folder of templates, below the package's own; words between @ are filled in."""
+    """Return the files of a template folder for a package, with each @word@ replaced by its value."""
 
     def fill(text: str) -> str:
         return re.sub('@([A-Za-z]+)@', lambda found: words[found[1]], text)

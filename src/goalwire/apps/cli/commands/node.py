@@ -71,7 +71,7 @@ def _info(arguments: Namespace, output: Output) -> None:
 
 
 def sections(graph: Graph, full_name: str, *, include_hidden: bool) -> list[tuple[str, NamesAndTypes]]:
-    """Return the endpoints of a node, under the titles of `node info`."""
+    """Return the endpoints of a node by the titles of `node info`."""
     from goalwire.graph.names import without_hidden
     from goalwire.transport.contract import EndpointKind
 

@@ -55,7 +55,7 @@ def _prefix(arguments: Namespace, output: Output) -> None:
 
 
 def _of_package(parser: ArgumentParser) -> None:
-    parser.add_argument('package_name', nargs='?', help='Name of the package, all where it is left out')
+    parser.add_argument('package_name', nargs='?', help='Name of the package (default: all)')
     parser.add_argument('--full-path', action='store_true', help='Show the path of each executable')
 
 
@@ -81,7 +81,7 @@ def _executables(arguments: Namespace, output: Output) -> None:
 
 def _xml_arguments(parser: ArgumentParser) -> None:
     _name_argument(parser)
-    parser.add_argument('-t', '--tag', help='Show the text of this tag alone, e.g. version')
+    parser.add_argument('-t', '--tag', help='Show only the text of this tag, e.g. version')
 
 
 def _xml(arguments: Namespace, output: Output) -> None:

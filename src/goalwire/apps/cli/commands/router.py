@@ -1,4 +1,4 @@
-"""ros2 router: a Zenoh router for a site, until Ctrl-C, as rmw_zenoh's `rmw_zenohd` is one."""
+"""ros2 router: runs a Zenoh router until Ctrl-C, like rmw_zenoh's `rmw_zenohd`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 LOOK_S = 1.0
-"""Between two looks at the files of the keystore."""
+"""Seconds between two checks of the keystore's files for changes."""
 
 
 def _arguments(parser: ArgumentParser) -> None:
@@ -34,7 +34,7 @@ def _arguments(parser: ArgumentParser) -> None:
         metavar='ADDRESS',
         action='append',
         default=[],
-        help='Where to listen (e.g. tcp/192.168.0.7:7447); every address where left out; may be repeated',
+        help='Where to listen (e.g. tcp/192.168.0.7:7447; default: every address); may be repeated',
     )
     parser.add_argument(
         '-e',
@@ -47,7 +47,7 @@ def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         '--secure',
         action='store_true',
-        help='Insist on an identity: with GOALWIRE_SECURITY links have TLS, and the policy is kept',
+        help='Require an identity: with GOALWIRE_SECURITY links use TLS, and the policy is enforced',
     )
 
 
@@ -99,7 +99,7 @@ def _choose_identity(arguments: Namespace) -> Chosen | None:
 
 
 def _wait(ended: Event, identity: Chosen | None) -> None:
-    """Wait for the end, or until the rules have changed: Zenoh reads them only when a router starts."""
+    """Wait until the router ends or the rules change, because Zenoh reads the rules only at the start."""
     if identity is None:
         ended.wait()
         return

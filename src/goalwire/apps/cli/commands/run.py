@@ -53,10 +53,10 @@ def _run(arguments: Namespace, _output: Output) -> Outcome:
 
 
 def _explain_one_word(word: str) -> str:
-    """Say what is missing after the only word that was given."""
+    """Return the error for a command line with one word, without an executable."""
     if word.endswith('.py') or os.path.isfile(word):
         return (
-            f"'{word}' is a file, and a package and its executable are needed; to run a file: python3 {word}"
+            f"'{word}' is a file, but a package and an executable are needed; to run a file: python3 {word}"
         )
     return f'the executable is missing: write ros2 run {word} EXECUTABLE; see: ros2 pkg executables {word}'
 

@@ -1,4 +1,4 @@
-"""goalwire stubs: types of packages of one's own, where type checkers and editors find them by themselves."""
+"""goalwire stubs: writes type stubs for your own packages to a folder that type checkers search."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ STUB_PACKAGE = '-stubs'
 
 def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
-        'packages', nargs='*', help='Packages with interfaces; without, all that are found here'
+        'packages', nargs='*', help='Packages with interfaces (default: all that are found here)'
     )
-    parser.add_argument('--directory', help="Where to write; without, the environment's site-packages")
+    parser.add_argument('--directory', help="Where to write (default: the environment's site-packages)")
 
 
 def _run(arguments: Namespace, output: Output) -> Outcome:
@@ -42,7 +42,7 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
 
 
 def write_into(folder: Path, packages: list[str], output: Output, *, suffix: str = STUB_PACKAGE) -> Outcome:
-    """Write stubs, and say what was written and which definitions were passed over.
+    """Write stubs, and print which files were written and which definitions were skipped.
 
     Raises CommandError if a package is missing, or nothing can be written to the folder.
     """

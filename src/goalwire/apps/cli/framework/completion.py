@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
 
 PATIENCE_S = 2.0
-"""How long a node may take to say its parameters."""
+"""Seconds that a node may take to list its parameters."""
 _NAME = Pattern(r'[A-Za-z0-9_/]+')
-"""Names of topics, services, actions, nodes and types, as ROS 2 allows them: strangers announce others."""
+"""Valid names of topics, services, actions, nodes and types. A hostile peer may announce others."""
 _PARAMETER = Pattern(r'[A-Za-z0-9_./:][A-Za-z0-9_./:-]*')
 
 
 def completions(shell: str, arguments: Sequence[str]) -> list[str]:
     """Return the completions of the last word, quoted for the shell.
 
-    Without a known shell only words are offered that need no quotes.
+    For an unknown shell only words without need of quotes are returned.
     """
     if shell not in SCRIPTS:
         return [each for each in complete([shell, *arguments]) if is_plain(each)]
@@ -85,13 +85,13 @@ def _beginning(begun: str, known: Iterable[str]) -> list[str]:
 
 
 def _match(begun: str, names: Iterable[str]) -> list[str]:
-    """Return the names with this beginning, with the slash or without it."""
+    """Return the names that begin so, whether or not the user wrote the first slash."""
     wanted = begun if begun.startswith('/') else f'/{begun}'
     return sorted({name for name in names if name.startswith(wanted) and _NAME.fullmatch(name)})
 
 
 def _live(noun: str, what: str, given: Sequence[str], begun: str) -> list[str]:
-    """Return the graph's, or the interfaces', words for an argument; [] if there are none."""
+    """Return candidates for an argument from the graph or from the interfaces; [] if it takes others."""
     from goalwire.apps.cli.framework.nodes import is_hidden, node_names
 
     names: dict[str, Callable[[Graph], Iterable[str]]] = {
@@ -127,7 +127,7 @@ def _live(noun: str, what: str, given: Sequence[str], begun: str) -> list[str]:
 
 
 def _fields(noun: str, type_name: str, pairs: Sequence[str], begun: str) -> list[str]:
-    """Return the fields of a request, goal or message as pairs begin: `name=`, or `name.` for a message."""
+    """Return the fields of a request, goal or message as `name=`, or as `name.` for a nested message."""
     part = {'service': 'Request', 'action': 'Goal'}.get(noun)
     try:
         cls: Any = lookup.interface(type_name)

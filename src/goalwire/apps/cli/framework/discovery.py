@@ -1,9 +1,9 @@
-"""The graph as a command needs it: complete, and soon. No daemon, and no node if none is needed.
+"""Discovers the graph for a command: completely and quickly, without a daemon and without a node.
 
-On Zenoh a session of goalwire's own is opened: it is complete once the router has told what it knows. On DDS,
-and with eclipse-zenoh, the graph comes piece by piece; so a command waits until nothing has come for a while,
-or what it looks for is there. On DDS all programs of this machine have answered by then: the system tells at
-which ports they listen. In the range LOCALHOST nobody else can answer: the wait ends with the last of them.
+On goalwire's own Zenoh the graph is complete once the router has sent its declarations. On DDS, and with
+eclipse-zenoh, the graph comes piece by piece. So a command waits until the searched name is there, or until
+nothing has come for a while. On DDS the operating system knows the ports of all programs of this machine, so
+they have answered by then. In the range LOCALHOST no others can answer: the wait ends with the last of them.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import Session
 
 SPIN_TIME_S = 1.0
-"""How long discovery may take on a wire that does not know its end; `--spin-time` says otherwise."""
+"""Seconds that discovery may take on a wire that cannot tell when it is complete; see `--spin-time`."""
 FIRST_S = 0.12
-"""How long a look lasts there at least: others answer within some ms, or later if the network is busy."""
+"""Shortest discovery on such a wire, in s: peers answer within some ms, or later on a busy network."""
 NOBODY_S = 0.5
-"""How long the first answer may take: an empty graph is rare, and told later."""
+"""Seconds to wait for the first answer: an empty graph is rare, so its report may come later."""
 MISSING_S = 1.5
-"""How much longer to look for a named thing there, before it is called missing."""
+"""Further seconds to wait for a given name on such a wire before it is reported as missing."""
 QUIET_S = 0.05
-"""After this long without a change, and with nothing outstanding, the graph counts as complete there."""
+"""After these seconds without a change or an outstanding answer the graph counts as complete there."""
 LAST_S = 0.02
-"""How much longer to look if all peers that can answer are known. A peer may be about to announce a second
+"""Further seconds to wait if all peers that can answer are known. A peer may be about to announce a second
 context."""
 
 
@@ -47,13 +47,13 @@ def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
         '--spin-time',
         type=seconds,
         metavar='SPIN_TIME',
-        help=f'Seconds for discovery on DDS (default: {SPIN_TIME_S:.0f}); on Zenoh its end is known',
+        help=f'Seconds for discovery on DDS (default: {SPIN_TIME_S:.0f}); on Zenoh it ends by itself',
     )
     parser.add_argument(
         '-s',
         '--use-sim-time',
         action='store_true',
-        help='Accepted as in ROS 2: nothing here depends on the time',
+        help='Accepted as in ROS 2; has no effect here',
     )
 
 
@@ -67,12 +67,13 @@ def discovered(
 ) -> Iterator[Graph]:
     """Yield the graph of the domain: complete, or as soon as `found(graph)` says that it suffices.
 
-    Where it is not there, `wait` s more are given to it, and half a second at least. With `whole` it is
-    complete in any case. Raises TransportError, CommandError.
+    If `found` is still false then, wait for it for another `wait` s, at least half a second. With `whole` the
+    graph is complete in any case. Raises TransportError, CommandError.
     """
     from goalwire.graph.graph import Graph
 
-    with closing(_open_session()) as session, raised():  # imports during opening must not be interrupted
+    # `raised` begins after `_open_session`, whose imports must not be interrupted.
+    with closing(_open_session()) as session, raised():
         graph = Graph(
             session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
         )
@@ -84,7 +85,7 @@ def discovered(
                 changes.settle(limit, None if whole else found, session)
             elif not graph.nodes():
                 changes.wait_for(lambda graph: bool(graph.nodes()), NOBODY_S)
-            if found is not None:  # a missing name is reported after a second look: the others may be busy
+            if found is not None:  # wait once more before a name is missing: peers may be busy
                 changes.wait_for(found, max(wait, NOBODY_S if session.discovers_at_once else MISSING_S))
         yield graph
 
@@ -115,9 +116,9 @@ class _Changes:
             self._changed.notify_all()
 
     def settle(self, limit: float, found: Callable[[Graph], bool] | None, session: Session) -> None:
-        """Wait until nothing has come for a while and nothing is outstanding, or what is looked for has come.
+        """Wait until `found` is true, or until all peers have answered and no change has come for a while.
 
-        `limit` s at most.
+        The wait takes `limit` s at most.
         """
         start = monotonic()
         quiet = LAST_S if session.knows_its_peers else QUIET_S
@@ -132,11 +133,11 @@ class _Changes:
                 now, end = monotonic(), start + limit
                 if now >= end or (now >= quiet_from and session.has_heard_all()):
                     return
-                # A missing answer may come without a change of the graph: then look again in a moment.
+                # An outstanding answer may come without a change of the graph, so check again in a moment.
                 self._changed.wait(min(end, quiet_from if now < quiet_from else now + quiet) - now)
 
     def wait_for(self, found: Callable[[Graph], bool], limit: float) -> None:
-        """Wait until it has come, `limit` s at most."""
+        """Wait until `found` is true for the graph, `limit` s at most."""
         with self._changed:
             self._changed.wait_for(lambda: found(self._graph), limit)
 

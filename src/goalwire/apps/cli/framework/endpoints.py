@@ -1,4 +1,4 @@
-"""An endpoint of the graph, as `info --verbose` shows it."""
+"""Describes endpoints of the graph for `info --verbose`."""
 
 from __future__ import annotations
 

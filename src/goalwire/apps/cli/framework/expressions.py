@@ -24,9 +24,9 @@ LONGEST = 2000
 MOST_ITEMS = 20_000_000
 """Items of lists and characters of texts that one evaluation may visit: two seconds in the worst case."""
 MOST_DIGITS = 400
-"""Of a number that is rounded; a double has no more than that, before its point or behind."""
+"""Most digits that `round` takes; a double has no more digits before or after its point."""
 _ITEMS_OF_A_TEXT = 1_000_000
-"""How many items it counts as to write a list or a message as a text, which has many parts of parts."""
+"""The cost of `str` of a list or message, counted in items, because of its nested parts."""
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     each.__name__: each for each in (abs, all, any, bool, float, int, len, max, min, round, sorted, str, sum)
@@ -60,18 +60,18 @@ class Expression:
     """A compiled expression of a user."""
 
     def __init__(self, text: str) -> None:
-        """Raises CommandError for an invalid expression."""
+        """Parse an expression. Raises CommandError if it is invalid."""
         self._text = text if len(text) <= LONGEST else text[:LONGEST] + '…'
         if len(text) > LONGEST:
             raise self._error(f'it has {len(text)} characters, and may have {LONGEST}')
         try:
             self._body = ast.parse(text.strip(), mode='eval').body
         except SyntaxError as error:
-            raise self._error(f'it is no Python expression: {error.msg}') from None
+            raise self._error(f'it is not a Python expression: {error.msg}') from None
         except (RecursionError, MemoryError):
             raise self._error('it is nested too deeply') from None
         except ValueError:
-            raise self._error('it contains a character that no expression has') from None
+            raise self._error('it contains a character that is not allowed in an expression') from None
 
     def __call__(self, message: Any) -> bool:
         """Return whether the expression holds for a message; raises CommandError, also if it takes too
@@ -91,7 +91,7 @@ class Expression:
 
 
 class _Evaluation:
-    """Works a tree out for one message."""
+    """Evaluates the tree of an expression for one message."""
 
     def __init__(self, message: Any, error: Callable[[str], CommandError]) -> None:
         self._message = message
@@ -103,7 +103,7 @@ class _Evaluation:
         value = self.value(tree)
         try:
             return bool(value)
-        except ValueError:  # an array of numpy
+        except ValueError:  # of a numpy array, which bool() refuses
             problem = f'{_source(tree)} is a list: write all({_source(tree)}) or any({_source(tree)})'
             raise self._error(problem) from None
 
@@ -139,10 +139,10 @@ class _Evaluation:
                 return self.value(tree.body if self.holds(tree.test) else tree.orelse)
             case ast.Call(func=ast.Name(id=name), keywords=[]) if name in FUNCTIONS:
                 return self._call(tree, name)
-        raise self._error(f'{ast.unparse(tree)!r} is not to be used here')
+        raise self._error(f'{ast.unparse(tree)!r} is not allowed here')
 
     def _field(self, owner: ast.expr, name: str) -> Any:
-        """Return a field of a message; an expression has no business with other attributes."""
+        """Return a field of a message. Other attributes are refused."""
         value = self.value(owner)
         if not hasattr(value, 'get_fields_and_field_types'):
             raise self._error(f'{_source(owner)} is {_kind(value)}, which has no field {name!r}')
@@ -189,11 +189,11 @@ class _Evaluation:
         if name == 'str' and any(not isinstance(each, int | float | str) for each in values):
             self._visit(_ITEMS_OF_A_TEXT)
         if name == 'sum' and any(isinstance(each, list) for each in values[1:]):
-            raise self._error('sum takes numbers')  # `sum` would copy the list for each item
+            raise self._error('sum takes only numbers')  # `sum` would copy the list for each item
         return self._attempt(tree, FUNCTIONS[name], *values)
 
     def _attempt(self, tree: ast.expr, function: Callable[..., Any], *values: Any) -> Any:
-        """Call a function, whose errors become sentences that name the part of the expression."""
+        """Call a function, and turn its errors into sentences that name the part of the expression."""
         self._visit(sum(len(each) for each in values if hasattr(each, '__len__')))
         try:
             return function(*values)
@@ -203,7 +203,7 @@ class _Evaluation:
             raise self._error(f'{_source(tree)} is too large a number') from None
         except (TypeError, ValueError, AttributeError):
             kinds = ' and '.join(map(_kind, values)) or 'nothing'
-            raise self._error(f'{_source(tree)} cannot be worked out with {kinds}') from None
+            raise self._error(f'{_source(tree)} cannot be evaluated with {kinds}') from None
 
     def _visit(self, items: int) -> None:
         self._items_left -= items

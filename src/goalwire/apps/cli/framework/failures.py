@@ -1,4 +1,4 @@
-"""Which outcome an error is, and the line that tells of it."""
+"""Maps errors to outcomes, and to the one line that a user sees."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _NEXT: tuple[tuple[type[errors.CallError], str], ...] = (
 
 def explain_error(error: Exception) -> tuple[Outcome, str]:
     """Return an error's outcome and its line."""
-    while isinstance(error, ExceptionGroup):  # of a TaskGroup: the first error has ended the other tasks
+    while isinstance(error, ExceptionGroup):  # in a TaskGroup the first error ends the rest
         error = error.exceptions[0]
     if isinstance(error, CommandError):
         return error.outcome, str(error)
@@ -62,7 +62,7 @@ def explain_error(error: Exception) -> tuple[Outcome, str]:
 
 
 def _beside_another_rclpy(error: Exception) -> str:
-    """Return advice for an error in a module of another ROS 2, or for a module of ROS 2 that it lacks."""
+    """Return advice for an error in another rclpy, or for a ROS 2 module that cannot be imported."""
     from goalwire.apps.cli.framework.installation import foreign_rclpy, imported_rclpy, is_of_ros
 
     rclpy = foreign_rclpy()

@@ -1,4 +1,4 @@
-"""Where a real ROS 2 is sourced, `ros2` is the real one."""
+"""Hands over to the `ros2` of a sourced ROS 2 installation."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import subprocess
 import sys
 
 MARK = 'GOALWIRE_ROS2'
-"""Set to the id of the process that handed over: should that come back here, it is not handed over again."""
+"""Environment variable with the id of the process that handed over, so that it never does so twice."""
 
 
 def hand_over(command: list[str]) -> None:
-    """Become the sourced ROS 2's `ros2`; returns if there is none, or goalwire is to come first."""
+    """Replace this process by a sourced ROS 2's `ros2`; return if there is none or goalwire comes first."""
     own = str(os.getpid())
     if os.environ.get('GOALWIRE_FIRST') == '1' or os.environ.get(MARK) == own:
         return
@@ -25,7 +25,7 @@ def hand_over(command: list[str]) -> None:
 
 
 def real_ros2(prefixes: str, own: str) -> str | None:
-    """Return the `ros2` of a sourced installation; None if there is none but our own."""
+    """Return the `ros2` of a sourced installation; None if only goalwire's is there."""
     name = 'ros2.exe' if os.name == 'nt' else 'ros2'
     for prefix in prefixes.split(os.pathsep):
         candidate = os.path.join(prefix, 'bin', name)

@@ -1,4 +1,4 @@
-"""Which goalwire and which rclpy this Python imports: the first that is found counts."""
+"""Finds the goalwire and the rclpy that this Python imports: the first in sys.path counts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def imported_rclpy() -> Path | None:
 
 
 def foreign_rclpy() -> Path | None:
-    """Return the folder of a rclpy that is not this goalwire's, be it imported or hidden by ours."""
+    """Return the folder of an rclpy that is not this goalwire's, whether it is imported or hidden."""
     elsewhere = [entry for entry in sys.path if Path(entry).resolve() != _OVERLAY]
     return _folder_of(PathFinder.find_spec('rclpy', elsewhere))
 
@@ -44,18 +44,18 @@ def is_other_overlay(folder: Path) -> bool:
 
 
 def is_of_ros(module: str) -> bool:
-    """Return whether a module is one of those that an installed ROS 2 has in place of goalwire's."""
+    """Return whether a module belongs to a package that both ROS 2 and goalwire provide."""
     package = module.partition('.')[0]
     return bool(package) and any((folder / package).is_dir() for folder in (_OVERLAY, CODE / 'idl' / 'share'))
 
 
 def other_overlays() -> list[Path]:
-    """Return the overlays of other goalwires in sys.path: each was put there by a goalwire.pth."""
+    """Return the overlays of other goalwire installations, which their goalwire.pth has put into sys.path."""
     return [Path(entry) for entry in sys.path if is_other_overlay(Path(entry))]
 
 
 def installed() -> list[Distribution]:
-    """Return the distributions of goalwire that sys.path leads to, each once; the first counts."""
+    """Return the distributions of goalwire in sys.path, each once; Python imports the first."""
     by_place: dict[Path, Distribution] = {}
     for distribution in distributions(name='goalwire'):
         by_place.setdefault(place_of(distribution), distribution)
@@ -73,7 +73,7 @@ def brought_imported_code(distribution: Distribution) -> bool:
 
 
 def _sources(distribution: Distribution) -> Iterator[Path]:
-    """Yield where its code may lie: beside the metadata, or in the checkout of an editable install."""
+    """Yield the possible folders of a distribution's code: beside its metadata, or an editable checkout."""
     yield place_of(distribution) / 'goalwire'
     try:  # PEP 610
         origin = json.loads(distribution.read_text('direct_url.json') or '{}')

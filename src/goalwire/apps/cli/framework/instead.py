@@ -20,4 +20,4 @@ VERBS = {
     ('node', 'kill'): 'end its process: Ctrl-C, or kill with its process id;',
 }
 HARMLESS = {('daemon', 'start'), ('daemon', 'status'), ('daemon', 'stop')}
-"""Scripts call these to be sure of the daemon's state: they succeed, and say that there is nothing to do."""
+"""Commands about the daemon that scripts call: each succeeds, and says that there is nothing to do."""

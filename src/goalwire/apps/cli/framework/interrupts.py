@@ -1,7 +1,7 @@
-"""Ctrl-C before a command has a loop that takes it, and while it looks at the graph.
+"""Handles Ctrl-C before a command has an event loop, and during discovery.
 
-Python turns SIGINT into an exception wherever the main thread is. While modules are imported that may be in a
-finaliser or a callback of a weak reference, where exceptions are printed and lost: the command would go on.
+Python turns SIGINT into an exception wherever the main thread is. During an import that may be
+in a finaliser or a weak reference's callback, where exceptions are printed and lost: the command would go on.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from goalwire.apps.cli.framework.outcome import Outcome
 
 
 def end_at_once() -> None:
-    """Have Ctrl-C end the process with its code; if SIGINT is ignored, as under nohup, it stays so."""
+    """Let Ctrl-C end the process with the code of SIGINT. If nohup ignores SIGINT, it stays ignored."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)
 
 
 @contextmanager
 def raised() -> Iterator[None]:
-    """Have Ctrl-C raise KeyboardInterrupt in the block, so that open things in it are closed."""
+    """Let Ctrl-C raise KeyboardInterrupt in the block, so that the block closes what it has opened."""
     if signal.getsignal(signal.SIGINT) is not _end:
         yield
         return

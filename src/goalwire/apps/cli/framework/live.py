@@ -19,7 +19,7 @@ from goalwire.transport.contract import EndpointKind
 NODE_NAME_PREFIX = '_ros2cli'
 """Nodes of the tools are hidden ones, as ROS 2's are."""
 _AT_ONCE = 3
-"""So many Ctrl-C end the process as it stands."""
+"""This many Ctrl-C end the process at once, without cleaning up."""
 _WARN, _ERROR = 30, 40
 _SAME_S = 0.2
 """Signals within this time count as one: a shell's `timeout` and supervisors signal child and group."""
@@ -30,7 +30,7 @@ Main: TypeAlias = Callable[['goalwire.Node'], Awaitable[Outcome | None]]
 def live(main: Main, node_name: str | None = None, *, use_sim_time: bool = False) -> Outcome:
     """Run `main` with a node of the command's own, until it returns.
 
-    Each Ctrl-C cancels it: the first may be used to clean up, a second one then ends that. SIGTERM likewise.
+    Each Ctrl-C or SIGTERM cancels `main`. After the first it may clean up; a second one ends the clean-up.
     """
 
     async def run() -> Outcome | None:
@@ -58,7 +58,7 @@ def until_signal(main: Callable[[], Awaitable[Outcome | None]]) -> Outcome:
 
 
 def _watch_signals(signals: list[int]) -> None:
-    """Have signals cancel the task that runs; if that cannot be, Ctrl-C is left to asyncio."""
+    """Let signals cancel the current task; on platforms without signal handlers asyncio handles Ctrl-C."""
     task = asyncio.current_task()
     assert task is not None
 
@@ -81,12 +81,12 @@ def _watch_signals(signals: list[int]) -> None:
 
 
 def types_there(node: goalwire.Node, kind: EndpointKind, name: str) -> list[str]:
-    """Return the types of the endpoints of a name, as far as the node knows by now."""
+    """Return the types of a name's endpoints that the node has discovered by now."""
     return sorted({entity.type_name for entity in node.context.graph.entities(kind, name)})
 
 
 def tell_types_ourselves() -> None:
-    """Keep the library from warning of types that do not match: the command says it, in its one line."""
+    """Silence the library's warnings of types that do not match: the command reports them in its one line."""
     get_logger('goalwire').set_level(_ERROR)
     get_logger('goalwire.transport').set_level(_WARN)
 

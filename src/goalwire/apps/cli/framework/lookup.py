@@ -59,8 +59,8 @@ def split_name(text: str) -> list[str]:
 def type_name(text: str, kind: str | None) -> str:
     """Return 'pkg/kind/Name' for 'pkg/Name', 'pkg.kind.Name', 'pkg::kind::Name' too.
 
-    A `kind` of None takes any, which must then be written. Raises CommandError for what does not name a type,
-    and for a type of another kind.
+    If `kind` is None, any kind is accepted, but the text must contain it. Raises CommandError for a text that
+    is not the name of a type, and for a type of another kind.
     """
     parts = split_name(text)
     if len(parts) == 2 and kind is not None:
@@ -81,7 +81,7 @@ def type_name(text: str, kind: str | None) -> str:
 
 
 def interface(name: str) -> Any:
-    """Return the class of 'pkg/kind/Name', of derived types, too. Raises CommandError if there is none."""
+    """Return the class of 'pkg/kind/Name', also of derived types. Raises CommandError for an unknown type."""
     from rosidl_runtime_py.utilities import get_interface
 
     from goalwire.errors import InterfaceSyntaxError, UnknownInterfaceError
@@ -95,7 +95,7 @@ def interface(name: str) -> Any:
 
 
 def interface_in_use(name: str) -> Any:
-    """As `interface`; if a type is not known here, the nodes that use it are asked, which takes a second."""
+    """Do as `interface`, but ask the nodes that use a type if it is unknown here, which takes a second."""
     try:
         return interface(name)
     except CommandError as error:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Named:
-    """One kind of named things in the graph: 'service', 'topic' or 'action'."""
+    """A kind of entity in the graph, 'service', 'topic' or 'action', and the verbs that all kinds share."""
 
     def __init__(
         self, what: str, kind: str, example: str, all_names: Callable[[Graph], NamesAndTypes]
@@ -30,7 +30,7 @@ class Named:
     # -- arguments -----------------------------------------------------------------------------------------
 
     def hidden_flag(self, parser: ArgumentParser, *short: str, default: object = SUPPRESS) -> None:
-        """Add the flag for hidden names; to a verb as well as to the noun, without undoing the noun's."""
+        """Add the flag for hidden names, to noun and verb; its absence at the verb keeps the noun's flag."""
         parser.add_argument(
             f'--include-hidden-{self.what}s',
             *short,
@@ -86,10 +86,9 @@ class Named:
     def one(
         self, arguments: Namespace, given: str | None = None, *, whole: bool = False
     ) -> tuple[str, list[str], Graph]:
-        """Return name, types and graph of what is named, by `given` or the command line.
+        """Return the full name of `given` or of the command line's name, its types, and the graph.
 
-        The graph may be no more than its beginning, unless it is to be `whole`. Raises CommandError where
-        there is nothing of that name.
+        The graph is complete only with `whole`. Raises CommandError if the name is not in the graph.
         """
         from goalwire.graph.names import without_hidden
 

@@ -1,4 +1,4 @@
-"""Finding a node, and calling the services that it has beside its own."""
+"""Finds a node, and calls the services that every node has, such as those for parameters."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def is_hidden(full_name: str) -> bool:
 
 
 def node_names(graph: Graph, *, include_hidden: bool) -> list[str]:
-    """Return the nodes' names, sorted, each as often as there are nodes of it."""
+    """Return the sorted names of the nodes; a name that several nodes share occurs several times."""
     names = sorted(node.node.qualified for node in graph.nodes())
     return [name for name in names if include_hidden or not is_hidden(name)]
 
@@ -56,7 +56,7 @@ def add_timeout_argument(parser: ArgumentParser) -> None:
         metavar='N',
         type=seconds,
         default=0.0,
-        help='Seconds to wait for the node (default: it is there)',
+        help='Seconds to wait until the node is there (default: no wait)',
     )
     parser.add_argument(
         '--service-timeout',

@@ -1,4 +1,4 @@
-"""Numbers as the command line takes them."""
+"""Reads numbers of the command line."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def port(text: str) -> int:
 
 
 def port_to_name(text: str) -> int:
-    """Read a TCP port that others will connect to, so not 0."""
+    """Read a TCP port from 1 on: others connect to it, so it must be fixed."""
     return _whole(text, 1, 'from 1 to 65535', 65535)
 
 

@@ -24,7 +24,7 @@ class Outcome(IntEnum):
     SERVER_LOST = 6
     """The server went away, or gave the request up."""
     REFUSED = 7
-    """The peer said no: a goal, a parameter, a transition, a request too many."""
+    """The peer refused a goal, a parameter, a transition, or a request beyond its limit."""
     ABORTED = 8
     """The goal was aborted."""
     CANCELED = 9
@@ -36,13 +36,13 @@ class Outcome(IntEnum):
     TERMINATED = 143
     """Ended by SIGTERM."""
     CLOSED_PIPE = 141
-    """The reader of the output has gone, as with `| head`. This is the only end without a line."""
+    """The output's reader has closed the pipe, as `| head` does. This is the only end without a line."""
 
 
 class CommandError(Exception):
     """Ends a command. `problem` says what is wrong, `advice` what to do next; both go on one line.
 
-    It becomes that line and the command's exit code; no program sees it.
+    `main` turns it into that line and the exit code; it is not part of the library's API.
     """
 
     def __init__(self, outcome: Outcome, problem: str, advice: str = '') -> None:

@@ -32,7 +32,7 @@ def spelt(text: str) -> str:
 
 
 def escaped(text: str) -> str:
-    r"""Return a text as it may reach a terminal: lines and tabs stay, other control characters are spelt."""
+    r"""Return a text that is safe for a terminal: control characters but line breaks and tabs are spelt."""
     if text.isprintable():
         return text
     return '\n'.join(
@@ -59,12 +59,12 @@ class Output:
         self._stream.write(f'{self.styled(spelt(text), style)}\n')
 
     def block(self, text: str, *, end: str = '\n') -> None:
-        """Print a text of several lines, and have it seen at once."""
+        """Print a text of several lines, and flush."""
         self._stream.write(escaped(text) + end)
         self._stream.flush()
 
     def data(self, value: Json) -> None:
-        """Print one JSON document on a line of its own, and have it seen at once."""
+        """Print one JSON document on a line of its own, and flush."""
         self._stream.write(json_text(value) + '\n')
         self._stream.flush()
 
@@ -83,7 +83,7 @@ class Output:
         self._stream.flush()
 
     def flush(self) -> None:
-        """Have everything seen that was printed."""
+        """Flush everything that was printed."""
         self._stream.flush()
 
 

@@ -18,37 +18,37 @@ class Access:
 
     host: str
     token: str
-    """'' if everybody who reaches the port may connect: only on loopback."""
+    """'' lets everybody connect who reaches the port; allowed only on loopback."""
     tls_cert: str
     tls_key: str
-    """The paths of both files; '' without TLS."""
+    """The paths of certificate and key; '' without TLS."""
 
 
 def add_access_options(parser: ArgumentParser, clients: str, variable: str, scheme: str) -> None:
     """Add --host, --token, --tls-cert and --tls-key.
 
-    `clients` is the help's word for those who connect. The environment's `variable` may hold the token.
-    `scheme` is that of addresses with TLS, such as 'https'.
+    `clients` names those who connect, for the help text. The environment variable `variable` may hold the
+    token. `scheme` is the scheme of addresses with TLS, such as 'https'.
     """
     parser.add_argument(
         '--host',
         metavar='ADDRESS',
         default='127.0.0.1',
-        help=f'Where to listen (127.0.0.1: this machine alone); elsewhere {clients} need a token',
+        help=f'Where to listen (127.0.0.1: only this machine); on other addresses {clients} need a token',
     )
     parser.add_argument(
         '--token',
         metavar='TEXT',
-        help=f'What {clients} must show, as ?token=TEXT; better in {variable}, which other users do not see',
+        help=f'Token for {clients}, sent as ?token=TEXT; {variable} hides it from other users',
     )
     parser.add_argument('--tls-cert', metavar='FILE', help=f'Certificate, for {scheme}')
-    parser.add_argument('--tls-key', metavar='FILE', help='Its key')
+    parser.add_argument('--tls-key', metavar='FILE', help='Key of the certificate')
 
 
 def read_access(arguments: Namespace, variable: str) -> Access:
     """Return the values of the options; a token is made if one is needed and none is given.
 
-    Raises CommandError for a certificate without its key, and for a token that no address can hold.
+    Raises CommandError for a certificate without its key, and for a token that a URL cannot contain.
     """
     token = arguments.token if arguments.token is not None else os.environ.get(variable, '')
     if not is_loopback(arguments.host):

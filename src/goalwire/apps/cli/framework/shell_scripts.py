@@ -1,7 +1,7 @@
-"""The scripts by which shells ask for completion, how they pass their line, and how words are quoted.
+"""The completion scripts of shells, how shells pass their line, and how words are quoted.
 
 Names come from strangers: any peer may announce a topic called ``/camera`>file` ``, and a shell runs the
-contents of its line. So a candidate goes to the shell as one word that means itself, or not at all.
+contents of its line. So a candidate is quoted as one literal word, or left out.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from goalwire.patterns import Pattern
 
-SCRIPTS = {  # each calls `ros2 _complete SHELL WORD …`: the last word is being written; bash gives its line
+SCRIPTS = {  # Each calls `ros2 _complete SHELL WORD …`, the unfinished word last; bash passes its line.
     'bash': """_goalwire_complete() {
     local each
     COMPREPLY=()
@@ -47,7 +47,7 @@ _QUOTING = set('\'"\\`$')
 
 
 def words_of(shell: str, arguments: Sequence[str]) -> list[str] | None:
-    """Return the words of the line, the last of which is being written; None if it cannot be told safely.
+    """Return the words of the line, the unfinished one last; None if the line cannot be split safely.
 
     bash splits at '=' and ':', too, so its script gives the whole line.
     """
@@ -61,14 +61,14 @@ def words_of(shell: str, arguments: Sequence[str]) -> list[str] | None:
     try:
         said = shlex.split(line[: len(line) - len(begun)])
     except ValueError:
-        return None  # a quote is open
+        return None  # an open quotation mark
     return [*said[1:], begun]
 
 
 def quoted(shell: str, candidates: Iterable[str]) -> Iterator[str]:
-    """Yield each candidate as the shell takes it as one word; leave out what it could mistake.
+    """Yield the candidates, each quoted as one word of the shell; leave out those that cannot be quoted.
 
-    fish quotes by itself. A word with a control character would be two candidates, or steer the terminal.
+    fish quotes by itself. A control character would split a candidate in two, or control the terminal.
     """
     for each in candidates:
         if not each.isprintable() or not each:
@@ -77,5 +77,5 @@ def quoted(shell: str, candidates: Iterable[str]) -> Iterator[str]:
 
 
 def is_plain(word: str) -> bool:
-    """Return whether a word means itself in every shell."""
+    """Return True if a word needs no quotes in any shell."""
     return _PLAIN.fullmatch(word) is not None

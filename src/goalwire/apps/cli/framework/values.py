@@ -87,7 +87,7 @@ def _put(values: dict[str, Any], path: list[str], value: Any, pair: str) -> None
 
 
 def _read_value(cls: Any, path: list[str], text: str) -> Any:
-    """Return a pair's value: the text itself if the field is a string, otherwise its value in YAML."""
+    """Return the value of a pair: the text itself for a string field, otherwise the text read as YAML."""
     kind = field_type(cls, path)
     if kind.startswith(('string', 'wstring')) and '[' not in kind:
         return text
@@ -98,7 +98,7 @@ def _read_value(cls: Any, path: list[str], text: str) -> Any:
 
 
 def field_type(cls: Any, path: Sequence[str]) -> str:
-    """Return the type of a field, '' if there is none of that path."""
+    """Return the type of the field at a path; '' if there is no such field."""
     from goalwire.apps.cli.framework.lookup import interface
 
     for at, part in enumerate(path):
@@ -112,10 +112,10 @@ def field_type(cls: Any, path: Sequence[str]) -> str:
 
 
 def fill(message: Any, values: Mapping[str, Any], title: str) -> list[Callable[[Any], None]]:
-    """Set fields of a message; `title` is its type. Return what sets the times that are 'now' or 'auto'.
+    """Set fields of a message of the type `title`. Return functions that set its 'now' and 'auto' times.
 
-    Each of these is called with the time, before the message is sent. Raises CommandError for what does not
-    fit, and for what can be set and not be sent.
+    Call each of them with the time before the message is sent. Raises CommandError for a value that does not
+    fit its field, or that cannot be serialized.
     """
     from rosidl_runtime_py import set_message_fields
 
@@ -132,7 +132,7 @@ def fill(message: Any, values: Mapping[str, Any], title: str) -> list[Callable[[
     except FieldValueError as error:
         raise _misfit(title, str(error)) from None
     except EncodeError as error:
-        _, _, problem = ' '.join(str(error).split()).partition(': ')  # the argument behind the type
+        _, _, problem = ' '.join(str(error).split()).partition(': ')  # without the type in front
         raise _misfit(title, problem) from None
     return set_stamps
 

@@ -30,15 +30,15 @@ class Verb(NamedTuple):
     run: Run
     arguments: AddArguments = lambda _parser: None
     has_json: bool = True
-    """Whether it takes `--json`: everything does that prints data."""
+    """True if the verb takes `--json`, as all verbs do that print data."""
     takes_ros_arguments: bool = False
-    """Whether `--ros-args …` is its own business, as for `run` and `launch`; else it is its node's."""
+    """True if the verb itself reads `--ros-args …`, as `run` and `launch` do; otherwise its node does."""
 
 
 def lazy(module: str) -> tuple[Run, AddArguments]:
     """Return a verb's two functions, `run` and `add_arguments` of a module below `commands`.
 
-    The module is imported when one of them is called: what takes part in the graph is slow to import.
+    The module is imported when one of them is called, because modules that use a node import slowly.
     """
     path = f'goalwire.apps.cli.commands.{module}'
 
@@ -59,11 +59,11 @@ class Noun(NamedTuple):
     summary: str
     verbs: tuple[Verb, ...]
     arguments: AddArguments = lambda _parser: None
-    """Flags that stand before the verb, in ROS 2 too; each is a `store_true`."""
+    """Adds the flags before the verb, which ROS 2 has, too; each is a `store_true`."""
 
     @property
     def is_command(self) -> bool:
-        """Whether it is used without a verb."""
+        """True if the noun is used without a verb."""
         return len(self.verbs) == 1 and self.verbs[0].name == self.name
 
 
@@ -80,13 +80,13 @@ class Parser(argparse.ArgumentParser):
         raise CommandError(Outcome.USAGE, f'{self.prog}: {message}', f'see: {self.prog} --help')
 
     def _print_message(self, message: str, file: SupportsWrite[str] | None = None) -> None:
-        """Print a help text; argparse's own takes no notice of a closed pipe."""
+        """Print a help text. Unlike argparse's method, this one does not ignore a closed pipe."""
         if message:
             (file or sys.stdout).write(message)
 
 
 class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
-    """argparse's own, which every argument makes one of, without shutil: its import takes 5 ms."""
+    """argparse's formatter without shutil, whose import takes 5 ms; argparse makes one for every argument."""
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, width=_columns() - 2)
@@ -101,7 +101,7 @@ def _columns() -> int:
     if columns <= 0:
         try:
             columns = os.get_terminal_size(sys.__stdout__.fileno()).columns  # type: ignore[union-attr]
-        except (AttributeError, ValueError, OSError):  # none, closed, or no terminal
+        except (AttributeError, ValueError, OSError):  # standard output is missing, closed, or not a terminal
             columns = 0
     return columns or 80
 
@@ -139,7 +139,7 @@ def verb_parser(program: str, noun: Noun, verb: Verb) -> Parser:
 
 
 def did_you_mean(word: str, known: Sequence[str]) -> str:
-    """Return "did you mean 'list'?", or '' if nothing known is written much like it."""
+    """Return "did you mean 'list'?", or '' if no known word is similar."""
     from difflib import get_close_matches
 
     return errors.did_you_mean(get_close_matches(word, known, 3, 0.6))

@@ -1,4 +1,4 @@
-"""The screen of `top`: tabs, a pane for details, and keys. What it shows comes from data.py."""
+"""The screen of `top`: tabs, a pane for details, and keys. Its data comes from data.py."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Options:
     """The options of the command line."""
 
     def __init__(self, *, hidden: bool = False, progress: str | None = None, timeout: float = 10.0) -> None:
-        """`timeout` is how many s a call may take, and a goal until it is accepted."""
+        """`timeout` limits a call, and the wait until a goal is accepted, in s."""
         self.hidden = hidden
         self.progress = progress
         self.timeout = timeout
@@ -95,7 +95,7 @@ class Top(App[Outcome]):
         self.own_goals: dict[str, str] = {}
         """Goals that were sent from here and have not ended: their action, by their id."""
         self.fault: Exception | None = None
-        """An error of this program, which has ended it."""
+        """The unexpected error that has ended this program."""
 
     # -- its life ------------------------------------------------------------------------------------------
 
@@ -121,7 +121,7 @@ class Top(App[Outcome]):
 
     def repaint(self) -> None:
         """Draw the present data."""
-        with suppress(NoMatches):  # a clock may tick while the screen is being taken down
+        with suppress(NoMatches):  # A timer may fire while the screen is being closed.
             self._repaint()
 
     def _repaint(self) -> None:
@@ -134,7 +134,7 @@ class Top(App[Outcome]):
             tab.refresh_lines(self._log_lines, self._view)
 
     async def close_data(self) -> None:
-        """Stop listening, and cancel what is under way."""
+        """End all subscriptions, and cancel running requests."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -142,7 +142,7 @@ class Top(App[Outcome]):
             await data.readers.close()
 
     def _handle_exception(self, error: Exception) -> None:
-        """End with the error, which is then told in one line; Textual would print pages."""
+        """End with the error, which `top` then prints in one line; Textual would print a long traceback."""
         self.fault = self.fault or error
         self.exit(Outcome.FAILED)
 
@@ -161,7 +161,7 @@ class Top(App[Outcome]):
 
     def say(self, text: str, style: str = '') -> None:
         """Show a text in the pane of details."""
-        with suppress(NoMatches):  # an answer may come while the screen is being taken down
+        with suppress(NoMatches):  # An answer may come while the screen is being closed.
             self.query_one('#text', Static).update(Text(escaped(text), style))
             self.query_one('#details').display = True
 
@@ -193,7 +193,7 @@ class Top(App[Outcome]):
             self.action_details()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Offer each key only on its own tab."""
+        """Return whether a key is offered: each works only on its own tab."""
         del parameters
         if action in {'filter', 'leave'}:
             return True
@@ -205,7 +205,7 @@ class Top(App[Outcome]):
     # -- keys ----------------------------------------------------------------------------------------------
 
     def action_tab(self, name: str) -> None:
-        """Show another tab; further keys are for it."""
+        """Show another tab, which then gets the keys."""
         self.query_one(TabbedContent).active = name
         self._show_tab()
 
@@ -226,7 +226,7 @@ class Top(App[Outcome]):
             self._echo.follow(tab.chosen, types[tab.chosen][0])
 
     def action_measure(self) -> None:
-        """Measure the chosen topic however much comes."""
+        """Measure the chosen topic even if its data rate is high."""
         self.query_one(TopicsTab).measure()
 
     def action_call(self) -> None:
@@ -258,7 +258,7 @@ class Top(App[Outcome]):
         self._begin(lambda: Cancel(self._node, name, None if all_goals else goal_id, self._options.timeout))
 
     def action_hidden(self) -> None:
-        """Show names that begin with an underscore, or do not."""
+        """Show or hide names that begin with an underscore."""
         self._view = self._view._replace(hidden=not self._view.hidden)
         self.repaint()
 
@@ -289,14 +289,14 @@ class Top(App[Outcome]):
         self.query_one('#details').display = False
 
     def action_leave(self) -> None:
-        """End; if goals of its own go on, ask whether to cancel them."""
+        """Close `top`; if goals that it has sent still run, ask whether to cancel them."""
         if not self.own_goals:
             self.exit(Outcome.OK)
             return
         self.run_worker(self._ask_before_leaving())
 
     def action_interrupt(self) -> None:
-        """End at once, as other commands do by Ctrl-C."""
+        """Close `top` at once, as Ctrl-C ends other commands."""
         self.exit(Outcome.INTERRUPTED)
 
     # -- sending -------------------------------------------------------------------------------------------
@@ -305,7 +305,7 @@ class Top(App[Outcome]):
         self.run_worker(self._prepare(make), exclusive=True, group='request')
 
     async def _prepare(self, make: Any) -> None:
-        """Have a request filled in and confirmed, and send it then."""
+        """Let the user fill in and confirm a request, then send it."""
         try:
             request: Request = make()
         except Exception as error:

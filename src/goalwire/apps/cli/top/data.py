@@ -1,7 +1,7 @@
 """The figures that `top` shows of the robot: rates, latencies, goals, log lines.
 
-It listens only to what is on the screen, so that looking does not load the robot: the rows of one tab. The
-log, which is small, is heard all the time.
+To save the robot's resources, it subscribes only for the rows of one tab that are on the screen. The log is
+small, so it is received all the time.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ if TYPE_CHECKING:
     Read: TypeAlias = Callable[[], Awaitable[None]]
 
 HEAVY = 5_000_000
-"""Above so many bytes a second a topic is measured only for a moment, unless the user asks for more."""
+"""Bytes a second above which a topic is measured only for a moment, unless the user asks for more."""
 _MOMENT_S = 1.0
 _DEPTH = 1000
 _REPAINT_S = 0.2
 
 
 class Readers:
-    """Tasks that each read something while it is wanted, by a key."""
+    """Tasks by keys. Each reads one thing, such as a topic's rate, while the screen wants it."""
 
     def __init__(self) -> None:
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self.problems: dict[str, str] = {}
-        """Why something cannot be read, in one line."""
+        """By key, in one line: why a task has failed."""
 
     def want(self, wanted: Mapping[str, Read]) -> None:
-        """Read these, and nothing else. What has ended is not begun again before it was not wanted once."""
+        """Run exactly these tasks. An ended task starts anew only after a call of `want` without its key."""
         for key in self._tasks.keys() - wanted.keys():
             self._tasks.pop(key).cancel()
             self.problems.pop(key, None)
@@ -56,7 +56,7 @@ class Readers:
             self._tasks[key] = asyncio.create_task(self._run(key, wanted[key]))
 
     def again(self, key: str) -> None:
-        """Begin this one anew when it is wanted the next time."""
+        """Cancel the task with this key, so that the next `want` starts it anew."""
         if (task := self._tasks.pop(key, None)) is not None:
             task.cancel()
 
@@ -74,33 +74,32 @@ class Readers:
 
 
 class TopicRate:
-    """How often messages come to one topic, and how much of them."""
+    """The rate of one topic, in messages and bytes a second."""
 
     def __init__(self) -> None:
         self._rate = Rate()
         self._since = monotonic()
         self._count = self._bytes = 0
         self.is_paused = False
-        """True if the topic is too fast to be measured all the time; the figures are then those of a
-        moment."""
+        """True if the topic is too fast to be measured all the time; its figures are from one moment."""
 
     def note(self, now: float, size: int) -> None:
-        """Note a message."""
+        """Count a message."""
         self._count += 1
         self._bytes += size
         self._rate.note(self._count, now, self._bytes)
 
     def pace(self, now: float) -> Pace | None:
-        """Return messages and bytes a second; None while they are not known."""
+        """Return messages and bytes a second; None until enough messages were measured."""
         return self._rate.latest() if self.is_paused else self._rate.pace(now)
 
     def is_heavy(self, now: float) -> bool:
-        """Return True if it has been too much for a moment."""
+        """Return True if the topic has brought more bytes than the limit allows for a moment."""
         return self._bytes > HEAVY * max(_MOMENT_S, now - self._since)
 
 
 class TopicRates:
-    """Rates of the topics that are on the screen. Best effort: publishers do not wait for us."""
+    """Rates of the topics that are on the screen, by best-effort subscriptions, so publishers never wait."""
 
     def __init__(self, node: goalwire.Node) -> None:
         self._node = node
@@ -116,7 +115,7 @@ class TopicRates:
         self.readers.want({name: partial(self._measure, name, kind) for name, kind in topics.items()})
 
     def ask(self, name: str) -> None:
-        """Measure a topic however much comes."""
+        """Measure a topic even if its data rate is high."""
         self._asked.add(name)
         self.rates.pop(name, None)
 
@@ -143,7 +142,7 @@ class TopicRates:
 
 
 class ServiceLatencies:
-    """Latencies of the calls made here; those of other clients, too, if introspection is on."""
+    """Latencies of the calls of `top`, and of other clients' calls if service introspection is on."""
 
     def __init__(self, node: goalwire.Node) -> None:
         self._node = node
@@ -166,7 +165,7 @@ class ServiceLatencies:
             subscription.close()
 
     def best(self, name: str) -> tuple[str, Latencies] | None:
-        """Return latencies and whose they are: 'clients', 'server' or 'top'; None if there are none."""
+        """Return latencies and who measured them: 'clients', 'server' or 'top'; None if there are none."""
         calls = self.calls.get(name)
         found = [('clients', calls.clients), ('server', calls.server)] if calls is not None else []
         if name in self.own:
@@ -212,7 +211,7 @@ class Log:
 
 
 class Echo:
-    """The latest message of one topic. Only what can be shown is decoded."""
+    """The latest message of one topic. Only messages that are shown are decoded."""
 
     def __init__(self, node: goalwire.Node, show: Callable[[str], None]) -> None:
         self._node = node

@@ -1,4 +1,4 @@
-"""The dialogs of `top`: filling in a message, and the confirmation without which nothing is sent."""
+"""The dialogs of `top`: filling in a message, and confirming it before it is sent."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _CSS = """
 
 
 class Form(ModalScreen[tuple[str, Any] | None]):
-    """Fills in a message as YAML; gives the text and the message, None if it is left."""
+    """Lets the user write a message as YAML; returns text and message, or None if the user leaves."""
 
     CSS = f'Form {{ {_CSS} TextArea {{ height: auto; min-height: 5; max-height: 60vh; }} }}'
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -71,7 +71,7 @@ class Form(ModalScreen[tuple[str, Any] | None]):
 class Confirmation(ModalScreen[bool]):
     """Shows what is about to be sent. One key sends it; any other closes the dialog.
 
-    Keys that were typed before it was on the screen are not taken for an answer, nor is what is pasted.
+    Keys that were typed before the dialog was visible, and pasted text, do not count as an answer.
     """
 
     CSS = f'Confirmation {{ {_CSS} #what {{ height: auto; max-height: 60vh; }} }}'
@@ -94,7 +94,7 @@ class Confirmation(ModalScreen[bool]):
             yield Static(' ', id='prompt')
 
     def on_mount(self) -> None:
-        """Take keys once it can be seen."""
+        """Accept keys from the moment when the dialog is visible."""
         self.call_after_refresh(self._arm)
 
     def _arm(self) -> None:

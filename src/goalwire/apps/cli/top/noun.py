@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SUMMARY = 'Show nodes, topics, services, goals and log lines on one screen'
 TIMEOUT_S = 10.0
 _LOOK_S = 1.0
-"""How often it is looked whether the terminal is still there: not every end of one comes with a signal."""
+"""Seconds between two checks that the terminal is open: a terminal may close without a signal."""
 
 
 def _arguments(parser: ArgumentParser) -> None:
@@ -34,7 +34,7 @@ def _arguments(parser: ArgumentParser) -> None:
 
 
 def _top(arguments: Namespace, output: Output) -> Outcome:
-    """Show it until it is left."""
+    """Show the screen until the user leaves it."""
     try:
         import textual as _textual  # noqa: F401
     except ImportError:
@@ -74,19 +74,19 @@ async def _show(node: goalwire.Node, arguments: Namespace) -> Outcome:
 
 
 async def _run(app: Top, node: goalwire.Node) -> Outcome:
-    """Run it; whatever ends it, the terminal is put back in order."""
+    """Run the screen, and restore the terminal on every way out."""
     running = asyncio.create_task(app.run_async())
     hung_up = asyncio.create_task(_hang_up())
     try:
         await asyncio.wait({running, hung_up}, return_when=asyncio.FIRST_COMPLETED)
-    except asyncio.CancelledError:  # ended by a signal
+    except asyncio.CancelledError:  # cancelled by a signal
         app.exit()
         await running
         raise
     finally:
         hung_up.cancel()
     if not running.done():
-        # The terminal has been closed: there is nothing to be put in order, and Textual would wait for it.
+        # The terminal was closed, so it is not restored: Textual would wait for it.
         await node.__aexit__(None, None, None)
         os._exit(Outcome.TERMINATED)
     if app.fault is not None:
@@ -95,7 +95,7 @@ async def _run(app: Top, node: goalwire.Node) -> Outcome:
 
 
 async def _hang_up() -> None:
-    """Return when the terminal is closed, whether SIGHUP tells it or not."""
+    """Wait until the terminal is closed, with or without SIGHUP."""
     hung_up = asyncio.Event()
     if sys.platform != 'win32':
         asyncio.get_running_loop().add_signal_handler(signal.SIGHUP, hung_up.set)

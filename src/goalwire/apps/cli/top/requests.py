@@ -1,4 +1,4 @@
-"""The requests that `top` can send: a call, a goal, a cancellation. Each is shown before it goes."""
+"""The requests that `top` can send: a call, a goal, a cancellation. The user sees each before it is sent."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ class Request(Protocol):
     type_name: str
 
     def template(self) -> str | None:
-        """Return the YAML to begin with; None if there is nothing to fill in."""
+        """Return the first content of the form, as YAML; None if there is nothing to fill in."""
 
     def read(self, text: str) -> Any:
-        """Return the message that a YAML text is. Raises CommandError."""
+        """Return the message that a YAML text describes. Raises CommandError."""
 
     def shown(self, message: Any) -> str:
         """Return the request as it will be sent."""
@@ -99,7 +99,7 @@ class Call(_Form):
 
 
 class SendGoal(_Form):
-    """A goal, which goes on when `top` ends: it asks whether to cancel its goals then."""
+    """A goal. If it still runs when the user leaves `top`, `top` asks whether to cancel it."""
 
     def __init__(
         self, node: goalwire.Node, name: str, type_name: str, sent: dict[str, str], timeout: float

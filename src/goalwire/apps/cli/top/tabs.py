@@ -40,7 +40,7 @@ _LEVEL_STYLES = {'WARN': 'yellow', 'ERROR': 'red', 'FATAL': 'bold red'}
 
 
 def cell(text: str, style: str = '') -> Text:
-    """Return a text of a peer's as one line that steers nothing."""
+    """Return a peer's text as one line without control characters."""
     return Text(spelt(text), style, no_wrap=True)
 
 
@@ -50,7 +50,7 @@ class View(NamedTuple):
     own: str = ''
     """The node of `top` itself, which is not counted."""
     hidden: bool = False
-    """Names that begin with an underscore, and the services that every node has, too."""
+    """True to show names that begin with an underscore, and the services that every node has."""
     filter: str = ''
 
     def names(self, found: NamesAndTypes) -> NamesAndTypes:
@@ -59,7 +59,7 @@ class View(NamedTuple):
         return [(name, types) for name, types in shown if self.filter in name]
 
     def nodes(self, graph: Graph) -> dict[str, int]:
-        """Return the nodes, and how many there are of each name."""
+        """Return the names of the nodes, and how many nodes share each name."""
         numbers: dict[str, int] = {}
         for entity in graph.nodes():
             numbers[entity.node.qualified] = numbers.get(entity.node.qualified, 0) + 1
@@ -80,7 +80,7 @@ class View(NamedTuple):
         return self.names(graph.action_names_and_types())
 
     def summary(self, graph: Graph) -> str:
-        """Return how much there is to be seen, on one line."""
+        """Return the numbers of nodes, topics and so on, in one line."""
         counts = (
             f'{sum(self.nodes(graph).values())} nodes',
             f'{len(self.topics(graph))} topics',
@@ -151,7 +151,7 @@ class TableTab(TabPane):
     def _widen(self, rows: Rows, titles: Collection[str]) -> None:
         """Make columns wide enough for their next content.
 
-        The table does it when it is idle; what is drawn before is cut off, and stays so until it changes.
+        The table itself widens them only when it is idle; until then a longer text would be drawn cut off.
         """
         for number, column in enumerate(self.table.ordered_columns):
             if column.key.value in titles:
@@ -168,7 +168,7 @@ class TableTab(TabPane):
         raise NotImplementedError
 
     def quiet(self) -> None:
-        """Listen to nothing: the tab is out of sight."""
+        """End the tab's subscriptions, because it is hidden."""
 
     def details(self, graph: Graph) -> str:
         """Return the details of the chosen row."""
@@ -176,7 +176,7 @@ class TableTab(TabPane):
 
 
 class NodesTab(TableTab):
-    """Nodes, and how much each has."""
+    """Nodes, with the numbers of their endpoints."""
 
     COLUMNS = ('node', 'publishers', 'subscriptions', 'services', 'clients', 'actions')
     _KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION, EndpointKind.SERVICE, EndpointKind.CLIENT)
@@ -205,7 +205,7 @@ class NodesTab(TableTab):
 
 
 class TopicsTab(TableTab):
-    """Topics, and how often their messages come."""
+    """Topics, with the rates of their messages."""
 
     COLUMNS = ('topic', 'Hz', 'bytes/s', 'publishers', 'subscriptions', 'type', 'note')
 
@@ -239,14 +239,14 @@ class TopicsTab(TableTab):
         self._rates.watch({})
 
     def measure(self) -> None:
-        """Measure the chosen topic however much comes."""
+        """Measure the chosen topic even if its data rate is high."""
         if self.chosen is not None:
             self._rates.ask(self.chosen)
             self._rates.readers.again(self.chosen)
 
 
 class ServicesTab(TableTab):
-    """Services, and how long their answers take: to calls from here, or to all if introspection is on."""
+    """Services, with their latencies: of the calls of `top`, or of all calls if introspection is on."""
 
     COLUMNS = ('service', 'servers', 'clients', 'calls', 'p50', 'p99', 'max', 'failed', 'of', 'type')
 
@@ -330,7 +330,7 @@ class GoalsTab(TableTab):
 
     @property
     def chosen_action(self) -> tuple[str, str | None] | None:
-        """The action of the chosen row, and its goal if the row is one."""
+        """The action of the chosen row, and the goal if the row shows a goal."""
         if self.chosen is None:
             return None
         name, _, goal_id = self.chosen.partition(' ')
@@ -372,7 +372,7 @@ class LogTab(TabPane):
         yield RichLog(max_lines=1000, wrap=True, markup=False, highlight=False)
 
     def refresh_lines(self, log: Log, view: View) -> None:
-        """Show the lines that the filter wants: the new ones, or all if it or the width is another."""
+        """Show the new lines that pass the filter, or all lines if the filter or the width has changed."""
         shown = self.query_one(RichLog)
         if not shown.size.width:
             return  # the table is not laid out yet

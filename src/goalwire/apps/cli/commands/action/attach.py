@@ -1,4 +1,4 @@
-"""goalwire action attach: follows a goal that was sent before to its end; Ctrl-C leaves, the goal goes on."""
+"""goalwire action attach: follows an earlier goal until it ends. Ctrl-C ends only the command."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `action attach`."""
     ACTIONS.name_argument(parser)
-    parser.add_argument('goal_id', metavar='ID', help='The goal, by its id or the beginning of that')
+    parser.add_argument('goal_id', metavar='ID', help='Id of the goal, or the beginning of the id')
     progress_argument(parser)
     parser.add_argument(
         '-t',

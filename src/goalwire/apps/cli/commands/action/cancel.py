@@ -1,4 +1,4 @@
-"""ros2 action cancel: cancels goals of an action, whoever has sent them."""
+"""ros2 action cancel: cancels goals of an action, from any client."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `action cancel`."""
     ACTIONS.name_argument(parser)
     what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument('goal_id', nargs='?', metavar='ID', help='The goal, by its id or the beginning of that')
-    what.add_argument('--all', action='store_true', help='All goals of the action, whoever has sent them')
+    what.add_argument('goal_id', nargs='?', metavar='ID', help='Id of the goal, or the beginning of the id')
+    what.add_argument('--all', action='store_true', help='All goals of the action, from any client')
     what.add_argument(
         '--before',
         metavar='TIME',
@@ -45,7 +45,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Have goals cancelled, and print which."""
+    """Cancel goals, and print their ids."""
     before = _time(arguments.before) if arguments.before else 0.0
     name, _ = ACTIONS.name_and_type(arguments)
 
@@ -73,9 +73,9 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 async def full_id(
     node: goalwire.Node, name: str, given: str, patience: float, *, is_active: bool = False
 ) -> str:
-    """Return the id of the action's goal with this beginning, one that has not ended if `is_active`.
+    """Return the id of the goal that begins with these letters; with `is_active`, only of a running goal.
 
-    Raises CommandError if there is none, or more than one.
+    Raises CommandError if no goal has such an id, or more than one has.
     """
     text = given.replace('-', '').lower()
     is_all_goals = text == 32 * '0'
@@ -90,7 +90,7 @@ async def full_id(
 
 
 def only_id(text: str, name: str, ids: Iterable[str]) -> str:
-    """Return the one id with this beginning; raises CommandError."""
+    """Return the only id that begins so; raises CommandError if none or several do."""
     found = [each for each in ids if each.startswith(text)]
     if len(found) == 1:
         return found[0]

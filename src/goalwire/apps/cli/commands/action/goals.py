@@ -1,4 +1,4 @@
-"""ros2 action goals: the goals that a server knows."""
+"""ros2 action goals: lists the goals that an action server knows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from goalwire.observe.goals import ReportedGoal
 
 LOOK_S = 2.0
-"""How long a server's status may take to come; a server that has had no goal sends none."""
+"""Seconds to wait for the server's status message; a server that never had a goal sends none."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:

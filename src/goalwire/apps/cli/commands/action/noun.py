@@ -56,9 +56,9 @@ NOUN = Noun(
         Verb('goals', 'Output a list of the goals of an action', *lazy('action.goals')),
         Verb('info', 'Print information about an action', _info, _info_arguments),
         Verb('list', 'Output a list of action names', ACTIONS.print_all, ACTIONS.list_arguments),
-        Verb('probe', 'Ask how a goal stands that was sent before', *lazy('action.probe')),
+        Verb('probe', 'Print the state of a goal that was sent before', *lazy('action.probe')),
         Verb('send_goal', 'Send an action goal', *lazy('action.send_goal')),
         Verb('type', "Print an action's type", ACTIONS.print_types, ACTIONS.name_argument),
-        Verb('watch', 'Show the goals of an action as they go on', *lazy('action.watch')),
+        Verb('watch', 'Show the goals of an action while they run', *lazy('action.watch')),
     ),
 )

@@ -1,4 +1,4 @@
-"""goalwire action probe: asks the server how a goal stands that was sent before; nothing changes there."""
+"""goalwire action probe: asks the server for the state of an earlier goal, and changes nothing."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ _PATIENCE_S = 10.0
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `action probe`."""
     ACTIONS.name_argument(parser)
-    parser.add_argument('goal_id', metavar='ID', help='The goal, by its id or the beginning of that')
+    parser.add_argument('goal_id', metavar='ID', help='Id of the goal, or the beginning of the id')
     timeout_argument(parser, _PATIENCE_S, 'Seconds to ask the server')
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Print how a goal stands; raises CommandError if the server does not have it, or nobody can tell."""
+    """Print the state of a goal; raises CommandError if the server does not know it or does not answer."""
     name, type_name = ACTIONS.name_and_type(arguments)
     cls = lookup.interface_in_use(type_name)
 

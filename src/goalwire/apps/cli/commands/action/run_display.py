@@ -1,4 +1,4 @@
-"""Shows a goal that is followed: its feedback, its result, and the exit code that stands for its end."""
+"""Shows one goal: its feedback, its result, and the exit code for the way it ended."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ class RunDisplay:
     """Prints what happens to one goal: text for people, or with `--json` one document for each event."""
 
     def __init__(self, output: Output, *, feedback: bool, progress: str | None) -> None:
-        """With `feedback` people see the feedback; `progress` names the field that a bar is drawn of."""
+        """`feedback` prints the feedback as text; `progress` is the feedback field that the bar shows."""
         self._output = output
         self._has_feedback = feedback
         self._progress = Progress(progress) if progress else None
         self._bar = ''
 
     async def follow(self, run: goalwire.Run[Any, Any]) -> Outcome:
-        """Show the feedback until the goal ends, then its result; raises what its result raises otherwise.
+        """Show the feedback until the goal ends, then its result; raises the errors of waiting for a result.
 
         Raises ProgressError if the feedback lacks the field of the progress.
         """
@@ -36,7 +36,7 @@ class RunDisplay:
         return await self.show_end(run)
 
     async def show_end(self, run: goalwire.Run[Any, Any], *, by_ourselves: bool = False) -> Outcome:
-        """Wait for the result and show it; `by_ourselves` says that this command had the goal cancelled."""
+        """Wait for the result and show it; `by_ourselves` is True if this command cancelled the goal."""
         try:
             return self._finish('SUCCEEDED', await run.result)
         except goalwire.GoalAborted as error:
@@ -66,7 +66,7 @@ class RunDisplay:
         return _OUTCOMES[status]
 
     def clear_bar(self) -> None:
-        """Take the bar away, so that a line can be printed."""
+        """Erase the bar, so that a line can be printed in its place."""
         if self._bar:
             self._bar = ''
             self._output.rewrite('')

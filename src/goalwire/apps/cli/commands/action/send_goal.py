@@ -1,4 +1,4 @@
-"""ros2 action send_goal: a goal from its sending to its end; Ctrl-C cancels it."""
+"""ros2 action send_goal: sends a goal and waits until it ends; Ctrl-C cancels the goal."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
 
 CANCEL_S = 30.0
-"""How long a server may take to say that it cancels a goal, after Ctrl-C; a second Ctrl-C does not wait."""
+"""Seconds that a server may take to accept a cancel request after Ctrl-C; a second Ctrl-C ends the wait."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -34,7 +34,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         'words',
         nargs='*',
         metavar='[TYPE] [GOAL]',
-        help=f'Type of the action, which may be left out where the graph knows it; then {values.HELP}',
+        help=f'Type of the action, which may be left out if the graph knows it; then {values.HELP}',
     )
     parser.add_argument('--stdin', action='store_true', help='Read the goal from standard input')
     parser.add_argument('--goal-file', metavar='FILE', help='Read the goal from a YAML file')
@@ -43,7 +43,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         '--detach',
         action='store_true',
-        help="Print the goal's id alone when the goal is accepted, and leave it to itself; "
+        help="Print only the goal's id when the goal is accepted, and exit while it runs; "
         'see `action attach` and `action probe`',
     )
     parser.add_argument(
@@ -77,7 +77,7 @@ class _Goal:
         self._set_stamps = values.fill(self._goal, given, type_name)
 
     async def perform(self, node: goalwire.Node) -> Outcome:
-        """Send it and follow it to its end."""
+        """Send the goal, show its course, and return the outcome."""
         tell_types_ourselves()
         client = node.action(self._cls, self._name)
         self._say('Waiting for an action server to become available...')
@@ -90,7 +90,7 @@ class _Goal:
         for set_stamp in self._set_stamps:
             set_stamp(node.clock.now().to_msg())
         self._say(f'Sending goal:\n     {yaml_text(self._goal)}')
-        # Leaving the block must not wait: `_cancel` does and shows what Ctrl-C asks for.
+        # The block must end without waiting: `_cancel` sends the cancel request, waits and prints the end.
         sending = client.send(
             self._goal, timeout=self._arguments.timeout, grace=0.0, keep=self._arguments.detach
         )
@@ -116,15 +116,17 @@ class _Goal:
     async def _follow(self, run: goalwire.Run[Any, Any], node: goalwire.Node) -> Outcome:
         try:
             return await self._display.follow(run)
-        except ProgressError:  # the feedback cannot be shown as asked: leaving the block cancels the goal
+        except ProgressError:
+            # The feedback lacks the field for --progress. The end of the block cancels the goal.
             node.logger.set_level(50)
             raise
         except (asyncio.CancelledError, goalwire.DeadlineError) as error:
-            node.logger.set_level(50)  # this prints the further course of the goal, and not the log
+            # Silence the log, because the command itself now prints what happens to the goal.
+            node.logger.set_level(50)
             return await self._cancel(run, error)
 
     async def _cancel(self, run: goalwire.Run[Any, Any], why: BaseException) -> Outcome:
-        """Cancel the goal since Ctrl-C or the deadline came, and wait for its end, or for one more Ctrl-C."""
+        """Cancel the goal after Ctrl-C or the deadline, then wait until it ends or Ctrl-C comes again."""
         task = asyncio.current_task()
         assert task is not None
         self._display.clear_bar()
@@ -142,13 +144,13 @@ class _Goal:
         return outcome
 
     async def _ask_to_cancel(self, run: goalwire.Run[Any, Any], patience: float) -> None:
-        """Have the server agree; raises CommandError if it does not, or says nothing."""
+        """Request the cancellation; raises CommandError if the server refuses it or does not answer."""
         see = f'see: ros2 action goals {self._name}'
         try:
             accepted = await run.cancel(timeout=patience)
         except goalwire.DeadlineError:
             problem = (
-                f'the server has not said within {patience:.0f} s that it cancels the goal, which may go on'
+                f'the server did not answer the cancel request within {patience:.0f} s; the goal may go on'
             )
             raise CommandError(Outcome.TIMEOUT, problem, see) from None
         if not accepted:
@@ -159,7 +161,7 @@ class _Goal:
             return await self._display.show_end(run, by_ourselves=True)
         except goalwire.DeadlineError:
             self._say('Goal canceled.')
-            return Outcome.TIMEOUT  # nobody waits for its result any more
+            return Outcome.TIMEOUT  # The command ends, so nothing waits for the result any more.
 
     def _say(self, text: str) -> None:
         if not self._arguments.detach:

@@ -1,4 +1,4 @@
-"""ros2 action watch: the goals of an action as they go on; a table on a terminal, else a line a change."""
+"""ros2 action watch: shows the goals of an action: a table on a terminal, else a line for each change."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 class _Screen:
-    """Shows the goals of one action: a table that is painted over and over, or a line for each change."""
+    """Shows the goals of one action: a table that is redrawn in place, or a line for each change."""
 
     def __init__(self, name: str, field: str | None, output: Output) -> None:
         check_field(field)
@@ -71,7 +71,7 @@ class _Screen:
         self._output.flush()
 
     async def keep_painted(self) -> None:
-        """Draw the table again and again, over the one before."""
+        """Redraw the table in place, again and again."""
         while True:
             self._paint()
             await asyncio.sleep(REPAINT_S)

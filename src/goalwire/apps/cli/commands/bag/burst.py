@@ -27,12 +27,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar='N',
         type=length,
         default=0,
-        help='Publish so many, then pause (0: all)',
+        help='Publish N messages, then pause (0: all)',
     )
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it prints no data
-    """Publish, then do as the node's services ask."""
+    """Publish the burst, then obey the services of the node."""
     from goalwire.apps.bag.player import Player
     from goalwire.apps.bag.player_services import offer_services
     from goalwire.apps.cli.framework.live import live

@@ -1,4 +1,4 @@
-"""ros2 bag check: is every byte of a bag there?"""
+"""ros2 bag check: checks that a bag is complete and undamaged."""
 
 from __future__ import annotations
 

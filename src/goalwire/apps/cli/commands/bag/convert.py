@@ -43,7 +43,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         help='YAML file with `output_bags`, as in ROS 2; or the folder of one bag, which the flags shape',
     )
     add_choice(parser)
-    parser.add_argument('--playback-duration', metavar='S', type=seconds, default=-1.0, help='Take so much')
+    parser.add_argument(
+        '--playback-duration', metavar='S', type=seconds, default=-1.0, help='Copy only S seconds'
+    )
     parser.add_argument(
         '--output-storage', choices=STORAGES, default='mcap', help='Kind of the files (default: mcap)'
     )
@@ -51,7 +53,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         '--storage-preset-profile', choices=PRESETS, default='none', help='How MCAP compresses'
     )
     parser.add_argument(
-        '-b', '--max-bag-size', metavar='BYTES', type=length, default=0, help='Begin a new file after so much'
+        '-b',
+        '--max-bag-size',
+        metavar='BYTES',
+        type=length,
+        default=0,
+        help='Begin a new file after this size',
     )
 
 

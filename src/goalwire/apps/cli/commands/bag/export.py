@@ -59,7 +59,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
 
 def _readable(bag: Reader, chosen: Selection) -> tuple[list[str], bool]:
-    """Return the chosen topics whose type is known, and whether there are others, of which it tells."""
+    """Return the chosen topics with a known type, and True if there are others; warn of those."""
     found: list[str] = []
     has_unknown = False
     for topic in bag.topics:
@@ -111,7 +111,7 @@ def _write_json_lines(
 
 
 def _write_csv(bag: Reader, topics: Collection[str], start: int, folder: Path) -> list[Written]:
-    """Write a file for each topic: a column for each field, those of nested messages as `pose.x`."""
+    """Write a file for each topic, with a column for each field; nested fields are named `pose.x`."""
     stems = file_stems(topics)
     new_folder(folder)
     counts: dict[Path, int] = {}

@@ -83,7 +83,7 @@ def _print(bag: Reader, rows: list[tuple[Topic, int]], output: Output, sizes: Co
 
 
 def _field(output: Output, title: str, lines: list[str]) -> None:
-    """Print a title and, beside it, one line below the other."""
+    """Print a title, and the lines in a column beside it."""
     for position, line in enumerate(lines or ['']):
         output.line(f'{"" if position else title:<19}{" " if len(title) > 18 else ""}{line}'.rstrip())
 

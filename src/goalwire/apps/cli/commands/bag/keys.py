@@ -1,4 +1,4 @@
-"""Keys on a terminal that steer a player."""
+"""Keys on a terminal that control a player."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from goalwire.apps.programs.keyboard import single_keys, split_keys
 
 @contextmanager
 def keys(pressed: Callable[[str], None]) -> Iterator[bool]:
-    """Have `pressed` called with each key while the block runs; yield False if there is no terminal."""
+    """Call `pressed` with each key while the block runs; yield False if there is no terminal."""
     if sys.platform == 'win32' or not sys.stdin.isatty():
         yield False
         return
@@ -22,7 +22,7 @@ def keys(pressed: Callable[[str], None]) -> Iterator[bool]:
 
     def read() -> None:
         typed = os.read(descriptor, 64).decode('utf-8', 'replace')
-        if not typed:  # the terminal has gone
+        if not typed:  # The terminal was closed.
             loop.remove_reader(descriptor)
         for key in split_keys(typed):
             pressed(key)

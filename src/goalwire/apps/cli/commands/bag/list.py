@@ -1,4 +1,4 @@
-"""ros2 bag list: the storages and compressors there are."""
+"""ros2 bag list: lists the available storage formats and compressors."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PLUGINS = {
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `bag list`."""
     parser.add_argument('plugin_type', choices=list(PLUGINS), help='Which plugins to list')
-    parser.add_argument('-v', '--verbose', action='store_true', help='Say what each is, too')
+    parser.add_argument('-v', '--verbose', action='store_true', help='Describe each plugin, too')
 
 
 def run(arguments: Namespace, output: Output) -> None:

@@ -1,4 +1,4 @@
-"""ros2 bag play --expect and --answer-calls: a bag beside live servers, or in their place."""
+"""ros2 bag play --expect and --answer-calls: compares a bag with live servers, or answers in their place."""
 
 from __future__ import annotations
 
@@ -106,7 +106,8 @@ def answer(bag: Reader, selection: Selection, arguments: Namespace) -> Outcome:
     async def serve(node: goalwire.Node) -> Outcome:
         answers = Answers(node, bag, selection, rate=arguments.rate)
         tell(f"answering from '{bag.path}': {', '.join(answers.names)}; Ctrl-C ends it")
-        with suppress(asyncio.CancelledError):  # cancelled by a signal, which ends the command
+        # A signal such as Ctrl-C cancels the wait. This is the normal end of the command.
+        with suppress(asyncio.CancelledError):
             await asyncio.Event().wait()
         tell(f'{answers.answered:,} requests and goals were answered')
         return Outcome.OK

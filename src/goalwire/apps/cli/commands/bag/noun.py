@@ -1,4 +1,4 @@
-"""ros2 bag: its verbs; each has a module beside this one, which is imported when it is run."""
+"""ros2 bag: its verbs. Each has a module in this folder, imported when the verb runs."""
 
 from __future__ import annotations
 

@@ -36,13 +36,20 @@ def add_arguments(parser: ArgumentParser) -> None:
     bag_argument(parser)
     add_choice(parser)
     parser.add_argument(
-        '-r', '--rate', metavar='N', type=positive, default=1.0, help='Times as fast (default: 1)'
+        '-r',
+        '--rate',
+        metavar='N',
+        type=positive,
+        default=1.0,
+        help='Play N times as fast as recorded (default: 1)',
     )
     parser.add_argument('-l', '--loop', action='store_true', help='Begin again at the end')
     parser.add_argument(
-        '-d', '--delay', metavar='S', type=positive, default=0.0, help='Wait before each round'
+        '-d', '--delay', metavar='S', type=positive, default=0.0, help='Wait S seconds before each round'
     )
-    parser.add_argument('--playback-duration', metavar='S', type=seconds, default=-1.0, help='Play so long')
+    parser.add_argument(
+        '--playback-duration', metavar='S', type=seconds, default=-1.0, help='Play for S seconds'
+    )
     until = parser.add_mutually_exclusive_group()
     until.add_argument(
         '--playback-until-sec', metavar='S', type=seconds, default=-1.0, help='Play up to this time'
@@ -79,7 +86,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         '--service-requests-source',
         choices=('service_introspection', 'client_introspection'),
         default='service_introspection',
-        help='Whose events requests and goals are taken from (default: those of the servers)',
+        help='The side whose recorded events give the requests and goals (default: the servers)',
     )
     parser.add_argument(
         '--send-actions-as-client',
@@ -117,7 +124,11 @@ def add_choice(parser: ArgumentParser) -> None:
         '-m', '--remap', metavar='OLD:=NEW', nargs='+', type=_remap, default=[], help='Other names for topics'
     )
     parser.add_argument(
-        '--start-offset', metavar='S', type=seconds, default=0.0, help='Begin so far into the bag'
+        '--start-offset',
+        metavar='S',
+        type=seconds,
+        default=0.0,
+        help='Begin S seconds after the start of the bag',
     )
     parser.add_argument(
         '--qos-profile-overrides-path', metavar='FILE', help='YAML: the QoS to publish with, by topic'
@@ -129,7 +140,7 @@ def add_choice(parser: ArgumentParser) -> None:
 def _remap(text: str) -> tuple[str, str]:
     old, found, new = text.partition(':=')
     if not found:
-        raise ArgumentTypeError(f"'{text}' is no OLD:=NEW")
+        raise ArgumentTypeError(f"'{text}' is not of the form OLD:=NEW")
     return full_name(old, 'topic'), full_name(new, 'topic')
 
 
@@ -184,7 +195,7 @@ def _options(arguments: Namespace) -> PlayOptions:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Play it to its end, or until Ctrl-C."""
+    """Play the bag to its end, or until Ctrl-C."""
     options = _options(arguments)
     with open_bag(arguments) as bag:
         if arguments.expect:
@@ -218,7 +229,7 @@ def play(bag: Reader, options: PlayOptions, arguments: Namespace, output: Output
 
 
 async def _steered(player: Player, arguments: Namespace, output: Output) -> None:
-    """Play, steered by keys on a terminal, which shows how far it is."""
+    """Play while keys on the terminal control the player; the terminal shows the position."""
     if getattr(arguments, 'disable_keyboard_controls', True):
         await player.play()
         return
@@ -235,7 +246,7 @@ async def _steered(player: Player, arguments: Namespace, output: Output) -> None
 
 
 def press(player: Player, key: str) -> None:
-    """Act on a key."""
+    """Do the command of a key."""
     if key == ' ':
         player.resume() if player.paused else player.pause()
     elif key == RIGHT:

@@ -22,12 +22,12 @@ def storage_argument(parser: ArgumentParser) -> None:
         '--storage',
         choices=['', *STORAGES],
         default='',
-        help='Accepted as in ROS 2: the files themselves say it',
+        help='Accepted as in ROS 2: the format is read from the files',
     )
 
 
 def open_bag(arguments: Namespace) -> Reader:
-    """Open the named bag; raises CommandError if its storage is another than the requested one."""
+    """Open the named bag; raises CommandError if its storage format is not the requested one."""
     bag = Reader(arguments.bag_path)
     if arguments.storage and bag.facts.storage != arguments.storage:
         found = bag.facts.storage

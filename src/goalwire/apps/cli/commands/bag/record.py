@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 NODE_NAME = 'rosbag2_recorder'
 LOOK_S = 1.0
-"""How often the command looks for new topics and losses to tell of."""
+"""Seconds between two checks for new topics and lost messages."""
 TELL_S = 60.0
-"""How often the recorder reports."""
+"""Seconds between two lines with the number of recorded messages."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -44,7 +44,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         '--ignore-leaf-topics', action='store_true', help='Leave topics out that nobody subscribes to'
     )
     group.add_argument(
-        '--no-discovery', action='store_true', help='Record the topics that are there at the start alone'
+        '--no-discovery', action='store_true', help='Record only the topics that exist at the start'
     )
     group.add_argument(
         '-p',
@@ -61,17 +61,17 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar='BYTES',
         type=length,
         default=CACHE_BYTES,
-        help=f'Bytes that wait for the file at most; a snapshot has as many (default: {CACHE_BYTES})',
+        help=f'Most bytes that wait for the file, or that a snapshot keeps (default: {CACHE_BYTES})',
     )
     group.add_argument(
         '--max-cache-duration',
         metavar='S',
         type=length,
         default=0,
-        help='Seconds of messages that a snapshot has at most',
+        help='Most seconds of messages that a snapshot keeps',
     )
     group.add_argument(
-        '--start-paused', action='store_true', help='Record nothing before the service ~/resume is called'
+        '--start-paused', action='store_true', help='Start paused: the service ~/resume begins the recording'
     )
     group.add_argument(
         '--disable-keyboard-controls', action='store_true', help='Accepted as in ROS 2: it reads no keys'
@@ -89,7 +89,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         nargs='+',
         type=_repeated,
         default=[],
-        help='Topics whose latest messages each file and snapshot begins with, as with /tf_static',
+        help='Topics whose latest messages are repeated at the start of each file, like /tf_static',
     )
 
 
@@ -145,10 +145,20 @@ def _add_output(parser: ArgumentParser) -> None:
         '-f', '--serialization-format', choices=['', 'cdr'], default='', help='Accepted as in ROS 2'
     )
     group.add_argument(
-        '-b', '--max-bag-size', metavar='BYTES', type=length, default=0, help='Begin a new file after so much'
+        '-b',
+        '--max-bag-size',
+        metavar='BYTES',
+        type=length,
+        default=0,
+        help='Begin a new file after this size',
     )
     group.add_argument(
-        '-d', '--max-bag-duration', metavar='S', type=length, default=0, help='Begin a new file after so long'
+        '-d',
+        '--max-bag-duration',
+        metavar='S',
+        type=length,
+        default=0,
+        help='Begin a new file after this time',
     )
     group.add_argument(
         '--max-bag-files',
@@ -173,14 +183,14 @@ def _add_output(parser: ArgumentParser) -> None:
         nargs='*',
         type=_key_value,
         default=[],
-        help='Kept in the metadata',
+        help='Text to keep in the metadata',
     )
 
 
 def _key_value(text: str) -> tuple[str, str]:
     key, found, value = text.partition('=')
     if not (key and found):
-        raise ArgumentTypeError(f"'{text}' is no KEY=VALUE")
+        raise ArgumentTypeError(f"'{text}' is not of the form KEY=VALUE")
     return key, value
 
 
@@ -236,7 +246,7 @@ def _check(arguments: Namespace) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it prints no data
-    """Record until Ctrl-C or SIGTERM, which are the way to end it: the outcome is OK then."""
+    """Record until Ctrl-C or SIGTERM; either is the normal end, with the outcome OK."""
     from goalwire.apps.bag.recorder import Recorder
     from goalwire.apps.bag.recorder_services import offer_services
     from goalwire.apps.cli.framework.live import live
@@ -261,7 +271,9 @@ def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it p
         async with Recorder(node, bag, selection, options) as recorder:
             offer_services(recorder)
             tell(f"recording into '{bag.path}'{'; it is paused' if options.paused else ''}; Ctrl-C ends it")
-            with suppress(asyncio.CancelledError):  # cancelled by a signal, which ends a recording
+            with suppress(
+                asyncio.CancelledError
+            ):  # A signal has cancelled the wait: the normal end of a recording.
                 await _tell_of(recorder)
         _tell_end(recorder)
         return Outcome.OK
@@ -295,7 +307,7 @@ def _new_bag(arguments: Namespace) -> Writer:
 
 
 async def _tell_of(recorder: Recorder) -> None:
-    """Print the new topics and lost messages; once in a while, the number of recorded messages."""
+    """Print new topics and lost messages at once, and the number of recorded messages from time to time."""
     known: set[str] = set()
     lost, told, start = 0, monotonic(), monotonic()
     while True:

@@ -1,4 +1,4 @@
-"""goalwire bridge: serves programs that speak web sockets and no ROS 2."""
+"""goalwire bridge: serves programs that use web sockets instead of ROS 2."""
 
 from __future__ import annotations
 

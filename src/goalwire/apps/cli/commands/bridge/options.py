@@ -1,4 +1,4 @@
-"""The options that all bridges have, and how a bridge is run."""
+"""The options that all bridges share, and the function that runs a bridge."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ def add_options(parser: ArgumentParser, default_port: int) -> None:
             default=[],
             help=f"{text} (a glob, or 're:' and a regular expression; all); may be repeated",
         )
-    parser.add_argument('--read-only', action='store_true', help='Let clients look alone')
+    parser.add_argument('--read-only', action='store_true', help='Let clients only look')
     parser.add_argument(
         '--backlog',
         metavar='BYTES',
         type=count,
         default=10_000_000,
-        help='What may wait for one client; beyond it the oldest messages are dropped (10000000)',
+        help='Bytes that may wait for one client; beyond them the oldest messages are dropped (10000000)',
     )
     parser.add_argument(
         '--max-message-size',
@@ -78,11 +78,11 @@ def add_options(parser: ArgumentParser, default_port: int) -> None:
         help='How long a service, or the acceptance of a goal, may take (10)',
     )
     parser.add_argument(
-        '--use-sim-time', action='store_true', help="Take /clock for the time, as for stamps that are 'now'"
+        '--use-sim-time',
+        action='store_true',
+        help="Use the time of /clock, for example for stamps that are 'now'",
     )
-    parser.add_argument(
-        '--keep-goals', action='store_true', help='Let the goals of a client that is lost go on'
-    )
+    parser.add_argument('--keep-goals', action='store_true', help='Let goals go on when their client is lost')
 
 
 def _time(text: str) -> float:
@@ -122,7 +122,7 @@ def _patterns(name: str, given: list[str]) -> Patterns:
 
 
 def missing_package(error: ModuleNotFoundError) -> CommandError:
-    """Return the error if a package of the extra is not installed."""
+    """Return the error for a missing package of the extra `bridge`."""
     return CommandError(
         Outcome.NOT_FOUND,
         f"the bridge needs the package '{error.name}'",

@@ -1,4 +1,4 @@
-"""Containers of components, and the request that has one load a component."""
+"""Containers of components, and the request to load a component into one."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
 
 LOAD_S = 30.0
-"""How long a container may take to load a component: it imports the component's modules."""
+"""Seconds that a container may take to load a component; importing its modules takes most of them."""
 SEVERITIES = {'debug': 10, 'info': 20, 'warn': 30, 'error': 40, 'fatal': 50}
-"""By the names that `--log-level` takes, as in rcl_interfaces/msg/Log."""
+"""The levels of rcl_interfaces/msg/Log by the names that `--log-level` takes."""
 _SERVICES = {
     'load_node': 'composition_interfaces/srv/LoadNode',
     'unload_node': 'composition_interfaces/srv/UnloadNode',
@@ -74,7 +74,7 @@ def container_names(graph: Graph) -> list[str]:
 
 
 def named_container(arguments: Namespace) -> str:
-    """Return the container of the command line; raises CommandError if it is not there."""
+    """Return the container that the user named; raises CommandError if it is not in the graph."""
     name = lookup.full_name(arguments.container_node_name, 'container')
     with discovered(arguments, lambda graph: name in container_names(graph)) as graph:
         known = container_names(graph)

@@ -33,7 +33,7 @@ _CPP_RESOURCE = 'rclcpp_components'
 
 
 def _types_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument('package_name', nargs='?', help='Package to show; all where it is left out')
+    parser.add_argument('package_name', nargs='?', help='Package to show (default: all)')
 
 
 def _types(arguments: Namespace, output: Output) -> None:
@@ -80,7 +80,7 @@ def _registered_types() -> dict[str, list[str]]:
 def _list_arguments(parser: ArgumentParser) -> None:
     add_graph_arguments(parser)
     add_container_argument(parser, optional=True)
-    parser.add_argument('--containers-only', action='store_true', help='List the containers alone')
+    parser.add_argument('--containers-only', action='store_true', help='List only the containers')
 
 
 def _list(arguments: Namespace, output: Output) -> Outcome:
@@ -132,7 +132,9 @@ def _load_arguments(parser: ArgumentParser) -> None:
     add_graph_arguments(parser)
     add_container_argument(parser)
     add_component_arguments(parser)
-    parser.add_argument('-q', '--quiet', action='store_true', help='Print id and name of the component alone')
+    parser.add_argument(
+        '-q', '--quiet', action='store_true', help='Print only the id and the name of the component'
+    )
 
 
 def _load(arguments: Namespace, output: Output) -> Outcome:
@@ -159,7 +161,7 @@ def _unload_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         'component_uid', type=count, nargs='+', help='Ids of the components, as `component list` shows them'
     )
-    parser.add_argument('-q', '--quiet', action='store_true', help='Print the ids alone')
+    parser.add_argument('-q', '--quiet', action='store_true', help='Print only the ids')
 
 
 def _unload(arguments: Namespace, output: Output) -> Outcome:

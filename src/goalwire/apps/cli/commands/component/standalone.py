@@ -1,4 +1,4 @@
-"""ros2 component standalone: a component in a container of its own, until Ctrl-C."""
+"""ros2 component standalone: runs a component in a container of its own, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 _KILL = getattr(signal, 'SIGKILL', signal.SIGTERM)
 OWN_END_S = 0.5
-"""How long a container may take to end by itself after Ctrl-C; then it gets SIGINT from here."""
+"""Seconds that a container may take to end after Ctrl-C before this command sends it SIGINT."""
 END_S = 10.0
-"""How long the container may take to end after SIGINT; then it is killed."""
+"""Seconds that the container may take to end after SIGINT before it is killed."""
 
 
 def arguments(parser: ArgumentParser) -> None:
@@ -64,7 +64,7 @@ def run(given: Namespace, output: Output) -> Outcome:
 
 
 async def _end(container: asyncio.subprocess.Process) -> None:
-    """Wait for the end of a container: a terminal's Ctrl-C has reached it, too; else it is interrupted."""
+    """Wait until a container ends. A Ctrl-C on the terminal reached it, too; otherwise interrupt it."""
     for wait_s, number in ((OWN_END_S, signal.SIGINT), (END_S, _KILL)):
         with suppress(TimeoutError):
             async with asyncio.timeout(wait_s):

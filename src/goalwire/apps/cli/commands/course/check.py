@@ -1,4 +1,4 @@
-"""goalwire course check: runs a student's program, tries it, and says what is not as it should be."""
+"""goalwire course check: runs a student's program, tests it, and prints the first mistake."""
 
 from __future__ import annotations
 
@@ -15,10 +15,13 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `course check` takes."""
+    """Add the arguments of `course check`."""
     add_exercise_argument(parser)
     parser.add_argument(
-        'file', nargs='?', type=Path, help="Your program; without, the exercise's, here or in its folder"
+        'file',
+        nargs='?',
+        type=Path,
+        help="Your program (default: the exercise's file, here or in its folder)",
     )
 
 

@@ -14,7 +14,7 @@ def add_exercise_argument(parser: ArgumentParser) -> None:
 
 
 def chosen_exercise(arguments: Namespace) -> Exercise:
-    """Return the exercise. Raises CommandError if there is none of that number."""
+    """Return the exercise with the given number. Raises CommandError if no exercise has it."""
     for exercise in EXERCISES:
         if str(exercise.number) == arguments.exercise:
             return exercise

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `course hint` takes."""
+    """Add the arguments of `course hint`."""
     add_exercise_argument(parser)
-    parser.add_argument('which', nargs='?', type=int, default=1, help='The number of the hint; 1 without')
+    parser.add_argument('which', nargs='?', type=int, default=1, help='The number of the hint (default: 1)')
 
 
 def run(arguments: Namespace, output: Output) -> None:

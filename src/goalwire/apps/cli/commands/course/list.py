@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(_parser: ArgumentParser) -> None:
-    """`course list` takes nothing."""
+    """Add no arguments: `course list` has none."""
 
 
 def run(_arguments: Namespace, output: Output) -> None:

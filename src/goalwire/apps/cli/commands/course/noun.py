@@ -1,4 +1,4 @@
-"""goalwire course: its verbs; each has a module beside this one, which is imported when it is run."""
+"""goalwire course: its verbs. Each has a module in this folder, imported when the verb runs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ NOUN = Noun(
     'course',
     'Learn services and actions: exercises, and checks of your work',
     (
-        Verb('check', 'Run your program, try it, and say what is not as it should be', *lazy('course.check')),
+        Verb('check', 'Run and test your program, and print the first mistake', *lazy('course.check')),
         Verb('hint', 'Print a hint for an exercise', *lazy('course.hint')),
         Verb('list', 'List the exercises', *lazy('course.list')),
         Verb('solution', 'Print a solution', *lazy('course.solution'), has_json=False),

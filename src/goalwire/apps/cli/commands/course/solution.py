@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `course solution` takes."""
+    """Add the arguments of `course solution`."""
     add_exercise_argument(parser)
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Print the program, and nothing else: it can be redirected into a file."""
+    """Print only the program, so that the output can be redirected into a file."""
     output.block(chosen_exercise(arguments).read('solution.py'), end='')

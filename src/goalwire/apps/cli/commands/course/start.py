@@ -15,13 +15,15 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add what `course start` takes."""
+    """Add the arguments of `course start`."""
     add_exercise_argument(parser)
-    parser.add_argument('--destination-directory', default='.', help='Where its folder is made; here without')
+    parser.add_argument(
+        '--destination-directory', default='.', help='Where its folder is made (default: here)'
+    )
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Make the folder; what is there already stays as it is."""
+    """Make the folder of an exercise; existing files are never overwritten."""
     exercise = chosen_exercise(arguments)
     place = Path(arguments.destination_directory)
     folder = place / exercise.folder

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 
 class Check(NamedTuple):
-    """One thing that was looked at; `advice` if it is not well."""
+    """The result of one check; `advice` says what to do if it failed."""
 
     name: str
     is_well: bool
     found: str
     advice: str = ''
     is_needed: bool = True
-    """False for what is only worth knowing, such as a wire that is not selected and cannot be used."""
+    """False if the result is only information, such as a wire that is neither selected nor usable."""

@@ -45,7 +45,7 @@ def check_goalwire() -> Check:
 
 
 def check_rclpy() -> Check:
-    """Say which rclpy a program imports here, and how to run it on goalwire if that is another one."""
+    """Say which rclpy a program imports here, and how to use goalwire instead if it is a different rclpy."""
     name = 'rclpy'
     imported, foreign = installation.imported_rclpy(), installation.foreign_rclpy()
     if not imported:
@@ -65,7 +65,7 @@ def check_rclpy() -> Check:
 
 
 def _why_not_importable() -> str:
-    """Have another process import rclpy; '' if it can, else the last line that it prints."""
+    """Import rclpy in another process; return '' if that works, else the last line of its output."""
     command = [sys.executable, '-c', 'import rclpy']
     try:
         done = subprocess.run(  # noqa: S603

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _ENVIRONMENT = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'AMENT_PREFIX_PATH')
 _SELF_TEST_S = 15.0
 _LOOK_S = 1.0
-"""How long participants of DDS have to answer an announcement."""
+"""Seconds that DDS participants have to answer an announcement."""
 
 
 def _versions() -> Check:
@@ -85,13 +85,13 @@ def _port() -> Check | None:
 
 
 def _dds() -> Check | None:
-    """Say whose participants are on DDS, and how they are reached; None if nobody is, on another wire."""
+    """Describe the DDS participants and how to reach them; None if there are none and DDS is not selected."""
     from goalwire.transport.dds.vendors import look_for_participants, rmw_for, vendor_name
 
     selected = registry.selected_identifier()
     is_selected = selected in dds.IDENTIFIERS
     if is_asked_for():
-        return None  # a secured session does not show itself there
+        return None  # A secured session does not answer announcements on unsecured DDS.
     name = 'DDS'
     try:
         domain = domain_from_environment()
@@ -111,7 +111,7 @@ def _dds() -> Check | None:
 
 
 def _zenoh() -> Check | None:
-    """On DDS: say whether there is a Zenoh router, whose programs are not seen here."""
+    """On DDS: warn of a Zenoh router, because programs on Zenoh cannot be seen from DDS."""
     if registry.selected_identifier() not in dds.IDENTIFIERS:
         return None
     from goalwire.transport.zenoh.rendezvous import Holder, look
@@ -136,7 +136,7 @@ def _peers(arguments: Namespace) -> Check:
 
 
 def _self_test() -> Check:
-    """Have another process of this machine serve, and call it."""
+    """Call a service that another process of this machine serves."""
     name = f'_goalwire_doctor_{os.getpid()}'
     command = [sys.executable, '-m', 'goalwire.apps.cli.commands.doctor.server', name]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL) as server:  # noqa: S603
@@ -171,9 +171,9 @@ def _advice() -> str:
 def _arguments(parser: ArgumentParser) -> None:
     add_graph_arguments(parser)
     parser.add_argument(
-        '-r', '--report', action='store_true', help='Accepted as in ROS 2: all is always printed'
+        '-r', '--report', action='store_true', help='Accepted as in ROS 2: the full report is always printed'
     )
-    parser.add_argument('-rf', '--report-failed', action='store_true', help='Print only what is not well')
+    parser.add_argument('-rf', '--report-failed', action='store_true', help='Print only the failed checks')
     parser.add_argument('--no-self-test', action='store_true', help='Start no second process')
 
 

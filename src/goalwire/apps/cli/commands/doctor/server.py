@@ -9,7 +9,7 @@ import goalwire
 
 
 async def serve(name: str) -> None:
-    """Answer std_srvs/srv/Trigger on a name."""
+    """Serve std_srvs/srv/Trigger under a name."""
     from std_srvs.srv import Trigger
 
     async with goalwire.Node(name) as node:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `mission cancel`."""
     add_mission_arguments(parser)
-    parser.add_argument('--no-undo', action='store_true', help='Run no undo steps: leave all as it stands')
+    parser.add_argument('--no-undo', action='store_true', help='Run no undo steps')
 
 
 def run(arguments: Namespace, _output: Output) -> None:

@@ -1,4 +1,4 @@
-"""goalwire mission check: runs a file's missions dry against their journals, before it is rolled out."""
+"""goalwire mission check: replays a file's missions against their journals, before the file is deployed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""goalwire mission decide: says what became of a step that may have happened."""
+"""goalwire mission decide: tells the runner whether an uncertain step has happened."""
 
 from __future__ import annotations
 

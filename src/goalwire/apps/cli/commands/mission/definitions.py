@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def missions_in(file: str) -> dict[str, Definition]:
     """Run a Python file and return its missions by their names. Raises CommandError.
 
-    The file's folder is searched first for the modules that it imports, as by `python FILE`.
+    Imports in the file look into its own folder first, as with `python FILE`.
     """
     from goalwire.missions import Definition
 

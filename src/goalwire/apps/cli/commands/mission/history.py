@@ -17,7 +17,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Print the entries in the order of their writing; raises CommandError."""
+    """Print the entries in the order in which they were written; raises CommandError."""
     from goalwire.apps.cli.commands.mission.showing import show_entry
 
     with opened(arguments) as store:

@@ -1,4 +1,4 @@
-"""The journal of a command, the mission that it names, and what several of these commands share."""
+"""Shared by the verbs of `mission`: the arguments for journal and mission, and how both are opened."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def add_journal_argument(parser: ArgumentParser) -> None:
 def add_mission_arguments(parser: ArgumentParser) -> None:
     """Add --journal, and the mission's id."""
     add_journal_argument(parser)
-    parser.add_argument('mission_id', metavar='ID', help='The mission, by its id or the beginning of that')
+    parser.add_argument('mission_id', metavar='ID', help='Id of the mission, or the beginning of the id')
 
 
 @contextmanager
@@ -52,7 +52,7 @@ def opened(arguments: Namespace) -> Iterator[Store]:
 
 
 def find_mission(store: Store, given: str) -> MissionRow:
-    """Return the mission with this id, or with the only one that begins so. Raises CommandError."""
+    """Return the mission with this id, or the only one whose id begins so. Raises CommandError."""
     rows = store.missions()
     found = [row for row in rows if row.id == given] or [row for row in rows if row.id.startswith(given)]
     if len(found) == 1:

@@ -1,4 +1,4 @@
-"""goalwire mission list: the missions of a journal; it reads the file, and needs no runner."""
+"""goalwire mission list: lists the missions of a journal file; no runner is needed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Print the missions in the order of their beginning; raises CommandError."""
+    """Print the missions in the order in which they began; raises CommandError."""
     from goalwire.apps.cli.commands.mission.showing import clock_time, row_data, state_style
 
     with opened(arguments) as store:

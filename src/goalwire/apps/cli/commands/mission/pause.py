@@ -1,4 +1,4 @@
-"""goalwire mission pause: the step under way goes on, and no further step begins."""
+"""goalwire mission pause: the current step goes on, but no further step begins."""
 
 from __future__ import annotations
 

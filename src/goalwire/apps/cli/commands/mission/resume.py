@@ -1,4 +1,4 @@
-"""goalwire mission resume: lets a mission go on that is paused, held after a restart, or stuck."""
+"""goalwire mission resume: continues a mission that is paused, held after a restart, or stuck."""
 
 from __future__ import annotations
 

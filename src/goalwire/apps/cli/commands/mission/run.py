@@ -1,4 +1,4 @@
-"""goalwire mission run: begins a mission of a file, or goes on with it, and follows it to its end."""
+"""goalwire mission run: begins or continues a mission of a file, and follows it until it ends."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_journal_argument(parser)
     parser.add_argument('mission', metavar='FILE:NAME', help='A Python file, and the name of a mission in it')
     parser.add_argument(
-        'arguments', nargs='*', metavar='ARGUMENT', help='What the mission is given, as YAML: 3, A3, [1, 2]'
+        'arguments', nargs='*', metavar='ARGUMENT', help='Arguments of the mission, as YAML: 3, A3, [1, 2]'
     )
     parser.add_argument(
         '--id',
         metavar='ID',
-        help='The id of the mission: one that was begun before goes on (default: a new one)',
+        help='Id of the mission; a mission that has begun continues (default: a new id)',
     )
 
 

@@ -1,4 +1,4 @@
-"""goalwire mission show: how a mission stands, what it asks, and how that is answered."""
+"""goalwire mission show: prints a mission's state, its open question, and the command to answer it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def run(arguments: Namespace, output: Output) -> None:
 
 
 def next_command(row: MissionRow) -> str:
-    """Return the command with which a person answers a mission that waits."""
+    """Return the command by which the user answers a waiting mission."""
     from goalwire.rules.missions.entries import MissionState
 
     if row.state is MissionState.LOST:

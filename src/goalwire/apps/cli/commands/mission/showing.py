@@ -28,7 +28,7 @@ def clock_time(at: float) -> str:
 
 
 def state_style(state: MissionState) -> str:
-    """Return the style of a state; those that wait for somebody are bold."""
+    """Return the style of a state; states that wait for a person are bold."""
     return _STYLES.get(state, 'bold')
 
 

@@ -1,4 +1,4 @@
-"""ros2 param: set, load, delete. A value is fitted to its parameter's declared type before it is sent."""
+"""ros2 param: set, load, delete. Before a value is sent, it is converted to the parameter's declared type."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _pairs(words: list[str]) -> list[tuple[str, str]]:
 
 
 def change(arguments: Namespace, output: Output) -> Outcome:
-    """Set parameters, none of them if one of the values does not fit."""
+    """Set parameters; if one value does not fit, none is sent."""
     pairs = _pairs(arguments.pairs)
     name = find_node(arguments)
 
@@ -120,9 +120,9 @@ def load_arguments(parser: ArgumentParser) -> None:
 
 
 def load(arguments: Namespace, output: Output) -> Outcome:
-    """Set what a file says, each parameter on its own as ROS 2 does.
+    """Set the values of a file; as in ROS 2, a refused parameter does not affect the others.
 
-    A read-only parameter that has the file's value already is told and passed over: every dump has some.
+    A read-only parameter that already has the file's value is reported and skipped: every dump has some.
     """
     name, file = find_node(arguments), arguments.parameter_file
     given = _read(file, name, use_wildcard=not arguments.no_use_wildcard)
@@ -151,7 +151,7 @@ def load(arguments: Namespace, output: Output) -> Outcome:
 
 
 def _read(file: str, node_name: str, *, use_wildcard: bool) -> dict[str, object]:
-    """Return a file's values for a node, by their names. Raises CommandError, if there are none, too."""
+    """Return a file's values for a node, by name. Raises CommandError if there are none."""
     from goalwire.entities.parameters.files import values_from_yaml_file
 
     try:
@@ -188,7 +188,7 @@ def _value_of_data(name: str, data: object, descriptor: Any) -> Any:
 
 
 def _fixed_type(descriptor: Any) -> Type | None:
-    """Return the type that a parameter keeps; None if it takes any, or nobody has declared it."""
+    """Return the declared type of a parameter; None if it is dynamically typed or not declared."""
     from goalwire.rules.parameters.fitting import KIND_NAMES
     from goalwire.rules.parameters.parameter import Type
 
@@ -199,7 +199,7 @@ def _fixed_type(descriptor: Any) -> Type | None:
 
 
 class _Report:
-    """Prints the outcome for each parameter, and knows the command's exit code."""
+    """Prints the outcome for each parameter, and holds the command's exit code."""
 
     def __init__(self, node_name: str, output: Output) -> None:
         self._node_name = node_name

@@ -113,7 +113,7 @@ def _list(arguments: Namespace, output: Output) -> Outcome:
 
 
 def _in_ros_2(full_name: str) -> tuple[str, str]:
-    """Sort nodes as `ros2 param list` does: by their own names first."""
+    """Return the sort key of a node in `ros2 param list`: its name before its namespace."""
     namespace, _, name = full_name.rpartition('/')
     return name, namespace
 
@@ -143,7 +143,7 @@ async def _show_names(
 def _get_arguments(parser: ArgumentParser) -> None:
     parameter_arguments(parser)
     parser.add_argument('parameter_name', help='Name of the parameter')
-    parser.add_argument('--hide-type', action='store_true', help='Print the value alone')
+    parser.add_argument('--hide-type', action='store_true', help='Print only the value')
 
 
 def _get(arguments: Namespace, output: Output) -> Outcome:
@@ -231,7 +231,7 @@ def _dump(arguments: Namespace, output: Output) -> Outcome:
 def _insert(tree: dict[str, Any], path: list[str], value: Any) -> None:
     for at, part in enumerate(path[:-1]):
         inner = tree.setdefault(part, {})
-        # With a.b beside a: a name that does not fit below another stays whole
+        # The parameter `a` has a value, so `a.b` cannot go below it: the name stays whole.
         if not isinstance(inner, dict):
             tree['.'.join(path[at:])] = value
             return

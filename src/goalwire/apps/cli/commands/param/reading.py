@@ -1,4 +1,4 @@
-"""Shared by the verbs of `ros2 param`: finding the node, and asking it."""
+"""Shared by the verbs of `ros2 param`: finds the node and makes its client."""
 
 from __future__ import annotations
 

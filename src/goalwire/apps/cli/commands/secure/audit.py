@@ -1,4 +1,4 @@
-"""goalwire secure audit: reads an identity's audit log, and checks that no line of it was changed."""
+"""goalwire secure audit: prints an identity's audit log, and checks that no line was changed."""
 
 from __future__ import annotations
 

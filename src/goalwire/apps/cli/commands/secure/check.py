@@ -27,7 +27,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
     from goalwire.transport.zenoh.router_rules import inexpressible
 
     findings = check(keystore)
-    with suppress(SecurityError):  # the error is among the findings
+    with suppress(SecurityError):  # The findings already contain the error of an unreadable policy.
         policy = load_policy(keystore.policy_path)
         findings += [Finding(each, is_error=False) for each in inexpressible(policy)]
     for each in findings:

@@ -1,4 +1,4 @@
-"""goalwire secure config: settings for rmw_zenoh's own router and sessions, made from keystore and policy."""
+"""goalwire secure config: prints settings for rmw_zenoh's router and sessions, from keystore and policy."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `secure config`."""
     parser.add_argument('what', choices=['router', 'session'], help='Whose settings')
-    parser.add_argument('name', metavar='NAME', help='The identity that the router, or the session, has')
+    parser.add_argument('name', metavar='NAME', help='The identity of the router or session')
     parser.add_argument('--router-host', metavar='HOST', default='localhost', help='Where the router is')
     parser.add_argument('--port', metavar='N', type=port_to_name, default=7447, help="The router's TCP port")
     add_keystore_argument(parser)
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Print them: json, which is json5, for ZENOH_ROUTER_CONFIG_URI or ZENOH_SESSION_CONFIG_URI."""
+    """Print the settings as JSON, which rmw_zenoh reads as json5 (ZENOH_ROUTER_CONFIG_URI and the like)."""
     from goalwire.security.environment import VARIABLE, choose_identity
     from goalwire.security.policy_file import load_policy
     from goalwire.transport.zenoh.router_rules import inexpressible

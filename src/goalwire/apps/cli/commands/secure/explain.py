@@ -1,4 +1,4 @@
-"""goalwire secure explain: whether somebody may do something, and which line of the policy decides."""
+"""goalwire secure explain: says if an identity may do something, and which line of the policy decides."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Say it; the outcome is REFUSED if the answer is no."""
+    """Print the decision of the policy; the outcome is REFUSED if it is no."""
     from goalwire.security.policy_file import load_policy
 
     policy = load_policy(find_folder(arguments) / 'policy.toml')

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `secure init`."""
-    parser.add_argument('folder', metavar='DIR', type=Path, help='A folder that is not there yet, or empty')
+    parser.add_argument('folder', metavar='DIR', type=Path, help='A new or an empty folder')
 
 
 def run(arguments: Namespace, output: Output) -> None:

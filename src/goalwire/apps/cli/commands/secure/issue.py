@@ -1,4 +1,4 @@
-"""goalwire secure issue: makes a new key for a name that has none."""
+"""goalwire secure issue: makes a key and a certificate for a name that has none."""
 
 from __future__ import annotations
 

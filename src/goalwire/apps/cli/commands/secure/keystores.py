@@ -1,4 +1,4 @@
-"""The keystore of a command, and the arguments that several of these commands share."""
+"""Shared by the verbs of `secure`: arguments, and how the keystore is opened."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def require_cryptography() -> None:
 
 
 def find_folder(arguments: Namespace) -> Path:
-    """Return the folder of a command's keystore; it need not exist."""
+    """Return the folder of the command's keystore, which may be missing."""
     return arguments.keystore or keystore_folder() or Path()
 
 
 def open_keystore(arguments: Namespace) -> Keystore:
-    """Return the keystore that a command means. Raises CommandError or SecurityError."""
+    """Open the keystore of a command. Raises CommandError or SecurityError."""
     require_cryptography()
     from goalwire.security.keystore import Keystore
 
@@ -74,7 +74,9 @@ def _days(text: str) -> timedelta:
 
 
 def add_kind_arguments(parser: ArgumentParser) -> None:
-    """Add --robot, --person, --program and --router, of which one must be given."""
+    """Add --robot, --person, --program and --router; the user must give one of them."""
     kinds = parser.add_mutually_exclusive_group(required=True)
     for kind in KINDS:
-        kinds.add_argument(f'--{kind}', dest='kind', action='store_const', const=kind, help=f'It is a {kind}')
+        kinds.add_argument(
+            f'--{kind}', dest='kind', action='store_const', const=kind, help=f'The identity is a {kind}'
+        )

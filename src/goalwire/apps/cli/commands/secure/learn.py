@@ -18,14 +18,19 @@ if TYPE_CHECKING:
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `secure learn`."""
     parser.add_argument(
-        '--for', dest='wait', metavar='SECONDS', type=seconds, default=10.0, help='How long (default: 10)'
+        '--for',
+        dest='wait',
+        metavar='SECONDS',
+        type=seconds,
+        default=10.0,
+        help='How long to watch (default: 10)',
     )
-    parser.add_argument('-o', '--output', metavar='FILE', type=Path, help='A new file to write it to')
+    parser.add_argument('-o', '--output', metavar='FILE', type=Path, help='A new file to write the policy to')
     add_graph_arguments(parser)
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Watch the graph, and write a policy for it."""
+    """Watch the graph, and write a policy that allows what was seen."""
     from goalwire.security.learning import Need, write_policy
     from goalwire.security.storage import PUBLIC, create
     from goalwire.transport.zenoh.questions import need_of

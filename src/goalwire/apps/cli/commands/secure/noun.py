@@ -1,4 +1,4 @@
-"""goalwire secure: its verbs; each has a module beside this one, which is imported when it is run."""
+"""goalwire secure: its verbs. Each has a module in this folder, imported when the verb runs."""
 
 from __future__ import annotations
 

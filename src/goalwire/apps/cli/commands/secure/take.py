@@ -14,8 +14,10 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `secure import`."""
-    parser.add_argument('file', metavar='FILE', type=Path, help="What 'secure export' has written")
-    parser.add_argument('folder', metavar='DIR', type=Path, help='The keystore here; made if it is not there')
+    parser.add_argument('file', metavar='FILE', type=Path, help="The file that 'secure export' has written")
+    parser.add_argument(
+        'folder', metavar='DIR', type=Path, help='The keystore on this machine; made if it does not exist'
+    )
 
 
 def run(arguments: Namespace, output: Output) -> None:

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
 
 LOOK_S = 0.3
-"""How long a server may take before it is said that it is waited for."""
+"""Seconds of waiting for a server before the command says that it waits."""
 PATIENCE_S = 5.0
-"""How long a service may take to appear if no `--timeout` says it."""
+"""Seconds that a service may take to appear, without `--timeout`."""
 _BAR = 40
 """Characters of the longest bar of a histogram."""
 
@@ -37,7 +37,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         'words',
         nargs='*',
         metavar='[TYPE] [VALUES]',
-        help=f'Type of the service, which may be left out where the graph knows it; then {values.HELP}',
+        help=f'Type of the service, which may be left out if the graph knows it; then {values.HELP}',
     )
     parser.add_argument('--stdin', action='store_true', help='Read the values from standard input')
     parser.add_argument(
@@ -55,7 +55,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar='N',
         type=count,
         default=1,
-        help='Send the request up to N times where no answer comes: for services that may be called twice',
+        help='Send the request up to N times if no answer comes: for services that may be called twice',
     )
     parser.add_argument(
         '--repeat', metavar='N', type=count, help='Call N times, and show how long the answers took'
@@ -107,7 +107,7 @@ class _Call:
         return client
 
     def _stamp(self, node: goalwire.Node) -> None:
-        """Set the times that were given as 'now'."""
+        """Set the fields that the user gave as 'now' to the present time."""
         for set_stamp in self.set_stamps:
             set_stamp(node.clock.now().to_msg())
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
 
 QUEUE = 1000
-"""Steps that wait at most if no depth is asked for."""
+"""Default depth of the queue: the number of events that may wait."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -65,7 +65,7 @@ def _tell_if_silent(name: str, arguments: Namespace) -> None:
 
 
 def name_step(fields: Any) -> Any:
-    """Put the name of a step in the place of its number, in the fields of a service's event."""
+    """Replace the number of the step by its name in the fields of a service event."""
     info = fields.get('info')
     if isinstance(info, dict) and info.get('event_type') in range(len(STEPS)):
         info['event_type'] = STEPS[info['event_type']]

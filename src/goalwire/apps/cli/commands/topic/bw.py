@@ -1,4 +1,4 @@
-"""ros2 topic bw: how many bytes come."""
+"""ros2 topic bw: measures how many bytes a topic's messages have in a second."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ros2 topic delay: how old messages are when they come, by the stamp in their header."""
+"""ros2 topic delay: measures the age of arriving messages by the stamp in their header."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace, output: Output) -> Outcome:
     """Print the delay until Ctrl-C.
 
-    If neither this machine nor a node knows the type, its first field is taken for the header.
+    If the type is unknown here and to all nodes, its first field is read as a header.
     """
     topic = raw_source(arguments, arguments.topic_name)
     cls = _class_of(topic.type.type_name)
@@ -65,7 +65,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
 
 def _class_of(type_name: str) -> Any:
-    """Return the class of a type; None, of which it tells, if nobody knows it."""
+    """Return the class of a type; print a note and return None if the type is unknown."""
     try:
         return lookup.interface_in_use(type_name)
     except CommandError as error:

@@ -36,7 +36,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         '--filter',
         metavar='EXPR',
-        help='Print where a Python expression of m holds: the message, or what --field chooses of it',
+        help='Print only if this Python expression of m is true; m is the message, or the field of --field',
     )
     parser.add_argument('--once', action='store_true', help='Print the first message and exit')
     parser.add_argument('--timeout', metavar='S', type=positive, help='Exit after that many seconds')
@@ -71,7 +71,7 @@ class _Printer:
         self._path = field_path(arguments.field) if arguments.field else []
 
     def show(self, message: Any, info: Any) -> bool:
-        """Print a message; False if the filter does not want it."""
+        """Print a message; return False if the filter excludes it."""
         arguments, output = self._arguments, self._output
         value = field_value(message, self._path, arguments.field)
         if self._filter is not None and not self._filter(value):
@@ -87,7 +87,7 @@ class _Printer:
         return True
 
     def _text(self, value: Any, about: dict[str, int | None] | None) -> str:
-        """Return the forms of ROS 2, which differ for messages and for single values; `about` goes before."""
+        """Return a message or a single value as ROS 2 prints it, with `about` in front."""
         arguments = self._arguments
         if not hasattr(value, 'get_fields_and_field_types'):
             before = (
@@ -107,7 +107,7 @@ class _Printer:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Print messages until Ctrl-C, the first one, or the end of the time."""
+    """Print messages until Ctrl-C, the first message with --once, or the timeout."""
     printer = _Printer(arguments, output)
     topic = source(arguments, arguments.topic_name, arguments.message_type)
 

@@ -1,4 +1,4 @@
-"""ros2 topic hz: how often messages come."""
+"""ros2 topic hz: measures how often messages arrive."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_graph_arguments(parser)
     window_argument(parser, WINDOW)
     parser.add_argument(
-        '--filter', metavar='EXPR', help='Count where a Python expression of the message m holds'
+        '--filter', metavar='EXPR', help='Count only messages m for which this Python expression is true'
     )
     parser.add_argument(
-        '--wall-time', action='store_true', help='Go by the clock on the wall under --use-sim-time, too'
+        '--wall-time', action='store_true', help='Use the wall clock even with --use-sim-time'
     )
 
 
@@ -73,9 +73,9 @@ async def _count(
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Print rates until Ctrl-C. Only with a filter the messages are decoded, which needs their definition."""
+    """Print rates until Ctrl-C. Messages are decoded only for a filter, which needs their definition."""
     if arguments.filter:
-        Expression(arguments.filter)  # a bad expression is reported at once
+        Expression(arguments.filter)  # report a bad expression before anything is opened
     find = source if arguments.filter else raw_source
     topics = [find(arguments, name) for name in arguments.topic_names]
 

@@ -25,7 +25,7 @@ SECONDS = 10.0
 REPAINT_S = 0.1
 _LEVELS = ' ▁▂▃▄▅▆▇█'
 _LABEL = 11
-"""Columns of the numbers beside a curve."""
+"""Width of the numbers beside a curve, in columns."""
 _ROWS = 8
 """Lines of a curve at most."""
 
@@ -57,9 +57,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def curve_text(
     points: list[tuple[float, float]], start: float, end: float, columns: int, rows: int
 ) -> list[str]:
-    """Return the lines of a curve from one time to another, its highest and lowest value beside it.
+    """Return the lines that draw a curve between two times, with its extreme values beside it.
 
-    Of points that fall into one column the latest is drawn.
+    If several points fall into one column, the latest is drawn.
     """
     width = max(1, columns - _LABEL - 1)
     shown = [(at, value) for at, value in points if start <= at <= end]
@@ -80,7 +80,7 @@ def curve_text(
 
 
 class _Plot:
-    """The curves, drawn over the earlier drawing."""
+    """The curves, redrawn in place."""
 
     def __init__(self, curves: list[Curve], seconds: float, output: Output) -> None:
         self._curves = curves
@@ -109,7 +109,7 @@ def _curve(arguments: Namespace, given: str) -> Curve:
         )
     path = field_path(field)
     topic = source(arguments, name)
-    # The user is told at once
+    # report the problem at once
     field_value(topic.cls(), [step for step in path if isinstance(step, str)][:1], field)
     return Curve(f'{topic.name}.{field}', topic, path, deque(maxlen=10_000))
 
@@ -128,7 +128,7 @@ async def _follow(node: goalwire.Node, curve: Curve) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Draw until Ctrl-C; with `--json` or without a terminal there is nothing to draw on."""
+    """Draw until Ctrl-C; raises CommandError with `--json` or without a terminal."""
     if not output.is_terminal:
         raise CommandError(
             Outcome.UNAVAILABLE,

@@ -1,4 +1,4 @@
-"""ros2 topic pub: one message, again and again."""
+"""ros2 topic pub: publishes one message, again and again."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         'words',
         nargs='*',
         metavar='[TYPE] [VALUES]',
-        help=f'Type of the message, which may be left out where the graph knows it; then {values.HELP}',
+        help=f'Type of the message, which may be left out if the graph knows it; then {values.HELP}',
     )
     add_graph_arguments(parser)
     parser.add_argument('--stdin', action='store_true', help='Read the values from standard input')
@@ -116,7 +116,7 @@ class _Publication:
             self._output.block(f'publishing #{number}: {self._message!r}\n')
 
     async def _wait_a_moment(self, publisher: goalwire.Publisher[Any], node: goalwire.Node) -> None:
-        """Give discovery its moment; raises CommandError if all that come take another type."""
+        """Wait a moment for discovery; raises CommandError if all subscriptions have another type."""
         try:
             await publisher.wait_for_subscribers(self._wanted, timeout=LOOK_S)
         except goalwire.DeadlineError:

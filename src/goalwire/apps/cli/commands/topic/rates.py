@@ -15,9 +15,9 @@ EVERY_S = 1.0
 
 
 async def report(messages: AsyncIterable[T], note: Callable[[T], bool], show: Callable[[], None]) -> None:
-    """Have `note` take each message, and `show` tell the figures once a second.
+    """Call `note` with each message, and `show` once a second to print the figures.
 
-    `note` returns False if the message does not count, or if there are too few for a figure.
+    `note` returns False if the message does not count, or if there are too few messages for a figure.
     """
     shown = monotonic()
     async for message in messages:
@@ -27,7 +27,7 @@ async def report(messages: AsyncIterable[T], note: Callable[[T], bool], show: Ca
 
 
 class Spread(NamedTuple):
-    """A mean and how far the values lie from it."""
+    """Mean, extremes and standard deviation of some values."""
 
     mean: float
     least: float
@@ -43,7 +43,7 @@ class Window:
         self.values: deque[float] = deque(maxlen=size)
 
     def spread(self) -> Spread:
-        """Return mean, extremes and standard deviation of one value at least."""
+        """Return mean, extremes and standard deviation; needs at least one value."""
         n = len(self.values)
         mean = sum(self.values) / n
         deviation = sqrt(sum((each - mean) ** 2 for each in self.values) / n)
@@ -59,7 +59,7 @@ def spread_text(title: str, mean: float, spread: Spread) -> str:
 
 
 def bandwidth_text(bytes_a_second: float, sizes: Spread) -> str:
-    """Return ROS 2's two lines about bytes, all in the unit that suits the rate."""
+    """Return ROS 2's two lines about bytes, in a unit that suits the rate."""
     power, unit = (0, 'B') if bytes_a_second < 1e3 else (1, 'KB') if bytes_a_second < 1e6 else (2, 'MB')
 
     def shown(number: float) -> str:

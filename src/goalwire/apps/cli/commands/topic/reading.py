@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
 
 QUEUE = 100
-"""Messages that wait at most if no depth is asked for."""
+"""Default depth of the queue, in messages."""
 
 
 class Source(NamedTuple):
@@ -41,7 +41,7 @@ class RawSource(NamedTuple):
 
 
 def raw_source(arguments: Namespace, given: str) -> RawSource:
-    """Return the topic that is named, its type, which may be unknown here, and a QoS. Raises CommandError."""
+    """Return the named topic with a type, which may be unknown here, and a QoS. Raises CommandError."""
     from goalwire.observe.serialized_types import serialized_type
 
     name, type_name, graph = _one(arguments, given)
@@ -53,7 +53,7 @@ def raw_source(arguments: Namespace, given: str) -> RawSource:
 
 
 def source(arguments: Namespace, given: str, type_name: str | None = None) -> Source:
-    """Return the topic that is named, its class, and a QoS that suits. Raises CommandError."""
+    """Return the named topic with its class and a QoS that suits its publishers. Raises CommandError."""
     if type_name is not None:
         name = lookup.full_name(given, 'topic')
         wanted = lookup.type_name(type_name, 'msg')
@@ -84,7 +84,7 @@ def _qos(arguments: Namespace, publishers: Sequence[Any]) -> goalwire.QoS:
 
 
 def window_argument(parser: ArgumentParser, default: int) -> None:
-    """Add the number of messages that a mean is taken of."""
+    """Add the option for the number of messages in a mean."""
     parser.add_argument(
         '-w',
         '--window',
@@ -92,5 +92,5 @@ def window_argument(parser: ArgumentParser, default: int) -> None:
         metavar='N',
         type=count,
         default=default,
-        help=f'Messages that are taken together (default: {default})',
+        help=f'Number of messages in a mean (default: {default})',
     )
