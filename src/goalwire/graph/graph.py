@@ -36,18 +36,18 @@ class _Node:
 
 
 class Graph(GraphListener):
-    """The graph, filled by a session's `watch_graph`. Queries are answered from indices, on any thread."""
+    """The graph, filled by a session's `watch_graph`. Any thread may query it."""
 
     def __init__(
         self, session: str | None = None, *, compares_definitions: bool = True, enforces_qos: bool = False
     ) -> None:
-        """Mismatches are looked for if an endpoint of `session` is concerned; None: among all.
+        """Find mismatches that concern endpoints of `session`, or all mismatches if that is None.
 
-        The others are the session's: `compares_definitions` decides what a mismatch of definitions means,
-        `enforces_qos` whether QoS that do not go together keep endpoints apart.
+        The other two are attributes of the session. `compares_definitions`: different definitions of a type
+        keep endpoints apart. `enforces_qos`: incompatible QoS keeps endpoints apart.
         """
         self.session = session
-        """Of which session this is the graph; None: of no one in particular."""
+        """The session whose mismatches are looked for; None for all sessions."""
         self._compares_definitions = compares_definitions
         self._enforces_qos = enforces_qos
         self._lock = ForkableLock()
@@ -58,7 +58,7 @@ class Graph(GraphListener):
         self._endpoints: dict[EndpointKind, dict[str, _Endpoints]] = {
             kind: defaultdict(dict) for kind in EndpointKind if kind is not EndpointKind.NODE
         }
-        self._mismatches: set[tuple[object, ...]] = set()  # their keys: each is told once
+        self._mismatches: set[tuple[object, ...]] = set()  # keys of those already reported
         self._change_watchers: Watchers[[]] = Watchers()
         self._counterparts = CounterpartWatchers()
         self._mismatch_watchers: Watchers[[Mismatch]] = Watchers()
@@ -66,7 +66,7 @@ class Graph(GraphListener):
     # -- what the transport tells --------------------------------------------------------------------------
 
     def appeared(self, entity: GraphEntity) -> None:
-        """Add a node or endpoint; one that is known already changes nothing."""
+        """Add a node or endpoint; a known one changes nothing."""
         found: list[Mismatch] = []
         with self._lock:
             if entity.kind is EndpointKind.NODE:
@@ -95,20 +95,20 @@ class Graph(GraphListener):
             self._change_watchers.tell()
 
     def connected(self) -> None:
-        """Wake those that wait for the graph, so that they look again."""
+        """Wake the threads and tasks that wait for the graph, so that they look again."""
         with self._lock:
             self.version += 1
         self._change_watchers.tell()
 
     def on_change(self, callback: Callable[[], object]) -> Watch[[]]:
-        """Call `callback` after each change, on the thread that brought it, until the answer is closed.
+        """Call `callback` after each change, on the thread of the change, until the returned Watch is closed.
 
-        To wait for a state: watch first, then look, then sleep until called.
+        To wait for a state, first watch, then look at the graph, then sleep until the next call.
         """
         return self._change_watchers.add(callback)
 
     def on_mismatch(self, callback: Callable[[Mismatch], object]) -> Watch[[Mismatch]]:
-        """Call `callback` with each mismatch found from now on: each once, also if a side comes again."""
+        """Call `callback` once for each mismatch found from now on, even if an endpoint returns."""
         return self._mismatch_watchers.add(callback)
 
     def watch_counterparts(
@@ -116,8 +116,8 @@ class Graph(GraphListener):
     ) -> CounterpartWatch:
         """Call `callback(endpoint, is_there)` for each counterpart of an endpoint of that kind and name.
 
-        Those that are there come first; each change comes once and in order, on the thread that brought it.
-        Types and QoS are up to the callback.
+        Existing ones come first. Each change comes once and in order, on the thread of the change. Types and
+        QoS are not compared.
         """
         with self._lock:
             there = self._endpoints[opposite(kind)].get(name, {})
@@ -145,7 +145,7 @@ class Graph(GraphListener):
             return list(self._endpoints[kind].get(name, {}).values())
 
     def endpoints(self) -> list[GraphEntity]:
-        """Return every endpoint; those of one kind and name in the order of their appearance."""
+        """Return every endpoint. Those of one kind and name are in the order of their appearance."""
         with self._lock:
             return [
                 endpoint
@@ -173,7 +173,7 @@ class Graph(GraphListener):
         return False
 
     def matched(self, endpoint: Endpoint | GraphEntity) -> list[GraphEntity]:
-        """Return an endpoint's counterparts: same name and type, and a QoS that agrees if that counts."""
+        """Return an endpoint's counterparts: same name and type, and a compatible QoS if that counts."""
         others = self.entities(opposite(endpoint.kind), endpoint.name)
         return [
             other
@@ -243,7 +243,7 @@ class Graph(GraphListener):
     # -- the tables; the lock is held ------------------------------------------------------------------------
 
     def _node_of(self, entity: GraphEntity) -> _Node:
-        """Return the node that an entity belongs to; one that is not known yet is added."""
+        """Return the node that an entity belongs to; add it if it is unknown."""
         key = entity.session, entity.node_id
         node = self._nodes.get(key)
         if node is None:
@@ -316,7 +316,7 @@ class Graph(GraphListener):
 
 
 def _agree(one: Endpoint | GraphEntity, other: GraphEntity) -> bool:
-    """Return whether the QoS of two topic endpoints go together; that of services is never asked."""
+    """Return whether the QoS of two topic endpoints is compatible; True for services."""
     if one.kind is EndpointKind.PUBLISHER:
         return incompatible_policy(one.qos, other.qos) is None
     if one.kind is EndpointKind.SUBSCRIPTION:

@@ -1,4 +1,4 @@
-"""Finds nodes and endpoints of one name that do not go together, although no wire reports it."""
+"""Finds conflicts that no wire reports: nodes or endpoints with one name that do not fit each other."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from goalwire.transport.contract import EndpointKind, GraphEntity
 
 
 class Reason(Enum):
-    """The ways in which two endpoints do not go together."""
+    """The kinds of conflicts between two endpoints."""
 
     DEFINITION = 'definition'
-    """Same name, same type, another hash."""
+    """The endpoints have the same name and type, but different hashes of its definition."""
     TYPE = 'type'
-    """The same name with another type."""
+    """The endpoints have the same name, but different types."""
     TWO_SERVERS = 'two servers'
-    """Two servers of one name: each gets every request, the client takes the first reply."""
+    """Two servers have one name: each gets every request, and the client takes the first reply."""
     TWO_NODES = 'two nodes'
-    """Two nodes of one name, and so of one name for each of their standing services."""
+    """Two nodes have one name, and so their built-in services have the same names, too."""
 
 
 @record
 class Mismatch:
-    """Two endpoints that do not go together. `name` is the action's if they belong to one, or the nodes'."""
+    """A conflict between two endpoints. `name` is the endpoints' name, their action's, or their nodes'."""
 
     reason: Reason
     name: str
     first: GraphEntity
     second: GraphEntity
     separates: bool = True
-    """False on a wire that compares no definitions: messages pass all the same."""
+    """False if the wire compares no definitions, so that messages pass nevertheless."""
 
     @property
     def key(self) -> tuple[object, ...]:
-        """The identity of a finding: it stays the same when either node has been restarted."""
+        """The identity of the mismatch. It stays the same if one of the nodes is restarted."""
         sides = sorted(
             (side.kind.value, side.node.qualified, side.type_hash) for side in (self.first, self.second)
         )
@@ -77,7 +77,7 @@ class Mismatch:
         )
 
     def _about_types(self) -> str:
-        """Topics in ROS 2's words, up to the colon."""
+        """Return the message for different types. For topics it begins with ROS 2's own text."""
         sides = ' and '.join(
             f"{side.kind.value} in node '{side.node.qualified}' has the type {shown(side.type_name)}"
             for side in (self.first, self.second)
@@ -98,7 +98,7 @@ _OPPOSITES = {
 
 
 def opposite(kind: EndpointKind) -> EndpointKind:
-    """Return the kind of endpoint that an endpoint talks to; raises KeyError for nodes."""
+    """Return the kind of endpoint that a kind communicates with; raises KeyError for nodes."""
     return _OPPOSITES[kind]
 
 
@@ -109,9 +109,9 @@ def find_mismatches(
     *,
     separates: bool = True,
 ) -> Iterator[Mismatch]:
-    """Hold a new endpoint against those of its name: its counterparts, and its fellows of the same kind.
+    """Compare a new endpoint with others of its name: `counterparts`, and `fellows` of the same kind.
 
-    `separates` says whether different definitions keep endpoints apart; a hash that is not told is no other.
+    `separates` says whether different definitions keep endpoints apart. A missing hash is not a difference.
     """
     for peer in counterparts:
         if peer.type_name != newcomer.type_name and peer.type_name and newcomer.type_name:
@@ -130,11 +130,11 @@ def find_mismatches(
 
 
 def _is_told(name: str) -> bool:
-    """Of an action's parts only one is looked at, so that it is named once."""
+    """Return whether to report a name: of an action's parts only send_goal, so that it is reported once."""
     return name.endswith(SEND_GOAL) or not is_part_of_action(name)
 
 
 def _are_namesakes(one: GraphEntity, other: GraphEntity) -> bool:
-    """Return whether the owners of these endpoints are two nodes of one name."""
+    """Return whether these endpoints belong to two different nodes with one name."""
     same_node = (one.session, one.node_id) == (other.session, other.node_id)
     return not same_node and one.node.qualified == other.node.qualified

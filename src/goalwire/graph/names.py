@@ -1,4 +1,4 @@
-"""Names in the graph: which are hidden, and which belong to an action."""
+"""Hidden names, and names that belong to an action."""
 
 from __future__ import annotations
 
@@ -36,5 +36,5 @@ def is_part_of_action(name: str) -> bool:
 
 
 def shown(type_name: str) -> str:
-    """Return a type as users know it: an action's, if it is that of its first service."""
+    """Return the type's name for users: the action's type for the type of its send_goal service."""
     return type_name.removesuffix(_SEND_GOAL_TYPE) if '/action/' in type_name else type_name

@@ -1,4 +1,4 @@
-"""Explains why nobody serves a name: the graph has it with another type, or has a similar name."""
+"""Explains why a name has no server: the graph has the name with another type, or a similar name."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 _MOST = 3
 """How many similar names are shown."""
 _LIKENESS = 0.75
-"""Of two names, from 0 to 1, by difflib."""
+"""The least similarity of two names, from 0 to 1, by difflib."""
 
 
 def near_misses(graph: Graph, name: str, *, is_action: bool) -> str:
-    """Return what to look at, in one sentence; '' if nothing in the graph is near.
+    """Return advice in one sentence; '' if the graph has nothing similar.
 
-    The type that is asked for is that of this session's clients of the name.
+    The expected type is that of this session's own clients of the name.
     """
     ending = SEND_GOAL if is_action else ''
     servers = graph.entities(EndpointKind.SERVICE, name + ending)
@@ -55,7 +55,7 @@ def _of_nodes(nodes: list[str]) -> str:
 
 
 def similar_names(name: str, names: list[str]) -> list[str]:
-    """Return the same name in other namespaces, then names that are written alike."""
+    """Return the same name in other namespaces, then names with similar spelling."""
     from difflib import get_close_matches
 
     base = name.rpartition('/')[2]

@@ -1,8 +1,8 @@
-"""Tells listeners of changes in the graph, with no lock held.
+"""Reports changes in the graph to listeners, with no lock held.
 
-`Watchers` tells everybody of any change. `CounterpartWatchers` tells an endpoint which ones come and go on
-the other side of its topic. Changes are noted under the graph's lock, which decides their order, and told
-without it.
+`Watchers` reports every change to all. `CounterpartWatchers` reports to an endpoint the endpoints that come
+and go on the other side of its topic. Changes are noted under the graph's lock, which decides their order,
+and reported without it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ P = ParamSpec('P')
 
 
 class Watch(Generic[P]):
-    """One party's interest; `close` ends it."""
+    """One registered callback; `close` ends it."""
 
     __slots__ = ('_remove', 'callback', 'closed')
 
@@ -30,13 +30,13 @@ class Watch(Generic[P]):
         self.closed = False
 
     def close(self) -> None:
-        """Stop telling. A call under way goes on. Idempotent."""
+        """Stop calling the callback. A call that is running goes on. Idempotent."""
         self.closed = True
         self._remove(self)
 
 
 class Watchers(Generic[P]):
-    """The parties interested in one kind of event."""
+    """The registered callbacks for one kind of event."""
 
     def __init__(self) -> None:
         self._lock = ForkableLock()
@@ -54,9 +54,9 @@ class Watchers(Generic[P]):
             self._watches = tuple(each for each in self._watches if each is not watch)
 
     def tell(self, *args: P.args, **kwargs: P.kwargs) -> None:
-        """Call all watchers in the order in which they came.
+        """Call all callbacks in the order in which they were added.
 
-        An error of one is logged and spares the others.
+        An error of one is logged, and the others are still called.
         """
         for watch in self._watches:
             try:
@@ -72,7 +72,7 @@ CounterpartWatch: TypeAlias = Watch[[GraphEntity, bool]]
 
 
 class CounterpartWatchers:
-    """The watchers of each topic, and the changes that they have to be told."""
+    """The watchers of each topic, and the changes that are not reported to them yet."""
 
     def __init__(self) -> None:
         self._lock = ForkableLock()
@@ -88,7 +88,7 @@ class CounterpartWatchers:
         callback: Callable[[GraphEntity, bool], object],
         there: Iterable[GraphEntity],
     ) -> CounterpartWatch:
-        """Watch the endpoints of a kind and name; the present ones, `there`, are the first changes."""
+        """Watch the endpoints of a kind and name; the existing ones, `there`, are reported first."""
         topic = kind, name
         watch = Watch(partial(self._remove, topic), callback)
         with self._lock:
@@ -106,12 +106,12 @@ class CounterpartWatchers:
                 self._by_topic.pop(topic, None)
 
     def note(self, entity: GraphEntity, *, is_there: bool) -> None:
-        """Note that an endpoint has come or gone; `tell` then calls its watchers."""
+        """Note that an endpoint has come or gone. `tell` reports it later."""
         for watch in self._by_topic.get((entity.kind, entity.name), ()):
             self._dispatcher.post((watch, entity, is_there))
 
     def tell(self) -> None:
-        """Call the watchers with the noted changes, unless another thread does."""
+        """Call the watchers with the noted changes, unless another thread is doing that."""
         self._dispatcher.drain()
 
 
