@@ -1,13 +1,14 @@
 """Puts one publisher's messages in order, each once, its history before its live messages.
 
-Pure: its owner tells it what came, live or as the answer to a query, and asks it which query to send next.
-While a query is out, live messages wait; otherwise the first of them would make all history look outdated.
+Pure: the owner passes in each message, whether live or as the answer to a query, and gets the next query to
+send. While a query is open, live messages wait; otherwise the first of them would make all history outdated.
 Zenoh 1.10.2's own advanced subscriber does not wait after its first query, and so loses history.
 
 Anybody on the network can send a message in a publisher's name with a number far ahead. If such a number made
 all lower ones outdated, one message would silence the publisher for good. So a number behind a gap counts
-only after the publisher's own answer has filled the gap or has gone beyond it. Until then the message is
-delivered, and those that follow it are, too: it is a *run* beside the publisher's line of numbers.
+only after the publisher's own answer has filled the gap or has gone beyond it. Until then the message and
+those that follow it are delivered, too, but counted apart: they are a *run* beside the publisher's line of
+numbers.
 """
 
 from __future__ import annotations
@@ -21,19 +22,20 @@ _MASK = 0xFFFF_FFFF
 _HALF = 0x8000_0000
 
 MOST_RUNS = 8
-"""Runs of one publisher that are remembered; a message of an older one may be delivered twice."""
+"""How many runs of one publisher are remembered; a message of an older run may be delivered twice."""
 
 
 def is_newer(number: int, other: int | None) -> bool:
-    """Whether `number` comes after `other` (None: before all); numbers of 32 bits, which wrap around."""
+    """Return whether `number` comes after `other`, if there is one. The 32-bit numbers wrap around."""
     return other is None or 0 < ((number - other) & _MASK) < _HALF
 
 
 class StreamState(Generic[T]):
-    """The publishers of one address: one that numbers its messages, or all of a session that do not.
+    """The stream of one address: that of a publisher which numbers, or of all in a session that do not.
 
-    `emit` gets each message that is due. Where `recovers`, what is missing is asked for again.
-    Every publisher is known by its gid; `number` is the wire's if it numbers, else the sender's own.
+    `emit` gets each message that is due. With `recovers`, missing messages are requested again. A publisher
+    is identified by its gid. `number` is the wire's number of the message, or the attachment's if there is
+    none.
     """
 
     __slots__ = (
@@ -53,7 +55,7 @@ class StreamState(Generic[T]):
     def __init__(self, emit: Callable[[T], None], depth: int, *, numbered: bool, recovers: bool) -> None:
         self.is_asking = False
         self.asked_s = 0.0
-        """When the last question was sent; set by its sender."""
+        """The time at which the last query was sent; set by the sender."""
         self.is_alive = False
         """True while a token shows the publisher."""
         self._emit = emit
@@ -64,16 +66,16 @@ class StreamState(Generic[T]):
         self._seen: dict[bytes, int] = {}
         self._answered: dict[bytes, int] = {}
         self._runs: dict[bytes, list[tuple[int, int]]] = {}
-        """First and last numbers of the runs behind gaps that no answer has filled."""
+        """The first and last numbers of the runs after gaps that no answer has filled."""
 
     def ask(self) -> str | None:
-        """Return the question for the history, or None if one is out already; `end` must follow."""
+        """Return the query for the history; None if another query is open. `end` must follow."""
         return self._question(self._history)
 
     def live(self, gid: bytes, number: int, item: T, *, is_first: bool) -> str | None:
-        """Take a message as it was published; return a question to ask before it is due, or None.
+        """Take a live message; return a query to send before the message is due, or None.
 
-        `is_first` where the publisher has sent nothing before it.
+        `is_first` says that it is the publisher's first message.
         """
         if self.is_asking:
             self._held.append((number, gid, item))
@@ -81,7 +83,7 @@ class StreamState(Generic[T]):
         if self._runs and self._joins_run(gid, number, item):
             return None
         last = self._seen.get(gid)
-        if last is None and not is_first:  # never heard, yet not its first: there may be history
+        if last is None and not is_first:  # a new publisher, but not its first message: there may be history
             self._held.append((number, gid, item))
             return self.ask()
         if self._recovers and last is not None and is_newer(number, last + 1):
@@ -91,7 +93,7 @@ class StreamState(Generic[T]):
         return None
 
     def heartbeat(self, number: int) -> str | None:
-        """Take a numbering publisher's word that `number` is its last; return a question or None."""
+        """Take a heartbeat, which says that `number` is the last one; return a query or None."""
         last = next(iter(self._seen.values()), None)
         if last is None:
             return self.ask()
@@ -102,7 +104,7 @@ class StreamState(Generic[T]):
     def answer(self, gid: bytes, number: int, item: T) -> None:
         """Take a message that came as an answer.
 
-        A publisher that keeps few messages may have dropped for this one what came live and waits here.
+        Messages with lower numbers may wait here that the publisher does not keep any more: they come first.
         """
         if is_newer(number, self._seen.get(gid)):
             if self._held:
@@ -114,7 +116,7 @@ class StreamState(Generic[T]):
                 self._emit(item)
 
     def _take_held_before(self, gid: bytes, number: int) -> None:
-        """Emit the live messages of a publisher that came before its answer `number`."""
+        """Emit a publisher's waiting messages with lower numbers than its answer `number`."""
         before: list[tuple[int, bytes, T]] = []
         rest: list[tuple[int, bytes, T]] = []
         for each in self._held:
@@ -124,7 +126,7 @@ class StreamState(Generic[T]):
             self._take(gid, held, item)
 
     def end(self) -> None:
-        """Note that all answers to the question have come: the waiting messages are due now."""
+        """Note that all answers to the query have come: the waiting messages are due now."""
         self.is_asking = False
         held, self._held = self._held, []
         if held:
@@ -142,8 +144,8 @@ class StreamState(Generic[T]):
     def _take(self, gid: bytes, number: int, item: T) -> None:
         """Emit a live message unless it came before.
 
-        Without the wire's numbers the sender's own decide; several of its threads may overtake each other,
-        so only an answer makes the messages up to it outdated.
+        Without the wire's numbers those of the attachment decide. Several threads of the sender may overtake
+        each other, so only an answer makes the messages up to it outdated.
         """
         seen = self._seen.get(gid)
         if self._numbered:
@@ -162,11 +164,11 @@ class StreamState(Generic[T]):
 
     @staticmethod
     def _is_next(number: int, seen: int | None) -> bool:
-        """Whether no message is missing before this one."""
+        """Return whether no message is missing before this one."""
         return number == (0 if seen is None else (seen + 1) & _MASK)
 
     def _advance(self, gid: bytes, number: int) -> None:
-        """All of a publisher's messages up to `number` are outdated; so are the runs up to there."""
+        """Mark all of a publisher's messages up to `number` as outdated, and its runs up to there."""
         self._seen[gid] = number
         runs = self._runs.get(gid)
         if runs:
@@ -177,7 +179,7 @@ class StreamState(Generic[T]):
                 del self._runs[gid]
 
     def _joins_run(self, gid: bytes, number: int, item: T) -> bool:
-        """Whether a message belongs to a run: the next one is delivered, one that came before is not."""
+        """Return whether a message belongs to a run; deliver it if it is the run's next one."""
         runs = self._runs.get(gid, ())
         for at, (first, last) in enumerate(runs):
             if number == (last + 1) & _MASK:
@@ -187,7 +189,7 @@ class StreamState(Generic[T]):
         return self._is_in_run(gid, number)
 
     def _is_in_run(self, gid: bytes, number: int) -> bool:
-        """Whether a message was delivered in a run."""
+        """Return whether a message was delivered in a run."""
         return any(
             (number - first) & _MASK <= (last - first) & _MASK for first, last in self._runs.get(gid, ())
         )

@@ -1,9 +1,10 @@
 """Subscriptions: each message becomes a Sample and is delivered on the thread that read it.
 
-Those with history ask every publisher for what it keeps, then follow it. On the wire that is what zenoh's
-advanced subscriber does. Publishers with history show a token `<key>/@adv/pub/<session>/<entity>/_` and
-answer queries there (`_max=<depth>`, `_sn=<first>..<last>`). Reliable ones number their messages and may send
-heartbeats on the same key; the others have 'uhlc' in place of the entity.
+A subscription with history asks every publisher for its kept messages, then follows it. On the wire it
+behaves as zenoh's advanced subscriber. Publishers with history show a token
+`<key>/@adv/pub/<session>/<entity>/_` and answer queries there (`_max=<depth>`, `_sn=<first>..<last>`).
+Reliable ones number their messages and may send heartbeats on the same key; the others have 'uhlc' in place
+of the entity.
 """
 
 from __future__ import annotations
@@ -27,17 +28,17 @@ from goalwire.zenoh.protocol.network import ReplyError
 from goalwire.zenoh.protocol.primitives import show_id
 
 UNNUMBERED = 'uhlc'
-"""The entity chunk of publishers whose messages have no number of the wire."""
+"""The chunk in place of the entity, for publishers that do not number their messages on the wire."""
 
 KEPT_STREAMS = 1000
-"""How many publishers are remembered. Beyond, those that have gone are forgotten, the oldest first."""
+"""How many publishers are remembered. Beyond this those that have gone are forgotten, the oldest first."""
 
 _NUMBER_SIZE = 4
 Read = Callable[[Message], Sample | None]
 
 
 class _Came(NamedTuple):
-    """The origin of a message: the publisher's address, or None, and the message's number."""
+    """The origin of a message: the publisher's address if it is known, and the message's number."""
 
     address: str | None
     number: int
@@ -66,17 +67,16 @@ class HistorySubscriber:
         self._deliver = deliver
         self._recovers = False
         self._takes_own = True
-        self._lock = RLock()  # over the streams, never over calls of zenoh or of `deliver`
+        self._lock = RLock()  # protects the streams; not held during calls of zenoh or of `deliver`
         self._streams: dict[str, StreamState[Sample]] = {}
         self._dispatcher: OrderedDispatcher[Sample] = OrderedDispatcher(self._tell)
         self._declared: list[Declared] = []
         self._is_open = True
 
     def declare(self, *, recovers: bool, takes_own: bool) -> None:
-        """Follow the publishers. If it `recovers`, missing messages are requested again; `takes_own`
-        includes this session's.
+        """Follow the publishers; with `takes_own` also those of this session.
 
-        `takes_own` for those of this session too.
+        With `recovers` missing messages are requested again.
         """
         self._recovers, self._takes_own = recovers, takes_own
         try:
@@ -106,7 +106,7 @@ class HistorySubscriber:
             self._deliver(sample)
 
     def _stream(self, address: str) -> StreamState[Sample]:
-        """Return the stream of an address, a new one if it was unknown. The lock is held."""
+        """Return the stream of an address, a new one if it was unknown. The caller holds the lock."""
         stream = self._streams.get(address)
         if stream is None:
             if len(self._streams) >= KEPT_STREAMS:
@@ -159,12 +159,12 @@ class HistorySubscriber:
         self._ask(address, stream, question)
 
     def _address(self, key: str) -> str:
-        """Return the two chunks of '<key>/@adv/pub/<session>/<entity>/…'."""
+        """Return '<session>/<entity>' from '<key>/@adv/pub/<session>/<entity>/…'."""
         chunks = key.removeprefix(f'{self._key}/@adv/pub/').split('/')
         return '/'.join(chunks[:2])
 
     def _ask(self, address: str, stream: StreamState[Sample], question: str | None) -> None:
-        """Put a question to the publishers of an address; their answers may come before this returns."""
+        """Send a query to the publishers of an address. Their answers may come before this returns."""
         if question is None:
             return
 
@@ -182,7 +182,7 @@ class HistorySubscriber:
 
         def stop_waiting() -> None:
             with self._lock:
-                if stream.asked_s == asked_s:  # otherwise another question is on its way
+                if stream.asked_s == asked_s:  # otherwise another query is open
                     stream.end()
             self._dispatcher.drain()
 
@@ -212,7 +212,7 @@ def declare(
     endpoint: Endpoint,
     deliver: Callable[[Sample], None],
 ) -> list[Declared]:
-    """Declare a subscriber that brings messages of `key` to `deliver`; two for types with buffers."""
+    """Declare a subscriber that gives messages of `key` to `deliver`; two for types with buffers."""
     reject = _rejecter(context, state)
     takes_own = not endpoint.ignore_local
     if endpoint.qos.is_transient_local:
@@ -220,7 +220,7 @@ def declare(
         subscriber.declare(recovers=endpoint.qos.is_reliable, takes_own=takes_own)
         return [subscriber]
     keys = [key]
-    if uses_cpu_channel(endpoint):  # only one of the two gets each message
+    if uses_cpu_channel(endpoint):  # each message goes to only one of the two
         keys.append(f'{key}/{CPU_BUFFERS}')
     return [
         context.wire.declare_subscriber(
@@ -250,7 +250,7 @@ def _reader(reject: Callable[[RemoteError], None]) -> Callable[[Message], Sample
 
 def _handler(reject: Callable[[RemoteError], None], deliver: Callable[[Sample], None]) -> OnMessage:
     def on_message(raw: Message) -> None:
-        # hot path: `sample_of` for the ordinary attachment, one call less for each message.
+        # hot path: this is `sample_of` for the ordinary attachment, and saves a call for each message.
         data, payload = raw.attachment, raw.payload
         if data is not None and len(data) == SIZE and payload is not None:
             sequence, sent, size, gid = split(data)

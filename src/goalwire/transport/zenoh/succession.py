@@ -1,4 +1,4 @@
-"""Keeps links alive beyond the certificates with which they began: each side shows the other renewed ones."""
+"""Keeps links open after a certificate was renewed: each side shows the other its new certificate."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Succession:
-    """Shows this session's renewed certificate on all its links, and takes those of the others."""
+    """Shows this session's renewed certificate to its peers, and takes theirs."""
 
     def __init__(self, chosen: Chosen) -> None:
         self._chosen = chosen
@@ -27,16 +27,16 @@ class Succession:
         """How often this session's certificate was renewed."""
 
     def listen(self, session: NativeSession) -> None:
-        """Take what others show to this session."""
+        """Begin to take certificates that peers show to this session."""
         session.protocol.declare_subscriber(
             CERTIFICATE + session.id, lambda sample: self._take(session, sample), takes_own=False
         )
 
     def show_to_all(self, session: NativeSession) -> None:
-        """Show the newest certificate on the links that have not had it yet."""
+        """Show the newest certificate to the peers that have not seen it yet."""
         for link in session.protocol.links:
             guard = link.guard
-            # A router of eclipse-zenoh's does not know of this: its links are made anew.
+            # eclipse-zenoh's router does not understand this: links to it are closed and made again.
             if not isinstance(guard, LinkGuard) or guard.forwards or guard.shown == self.renewals:
                 continue
             guard.shown = self.renewals
@@ -57,7 +57,7 @@ class Succession:
         publication.close()
 
     def _take(self, session: NativeSession, sample: Sample) -> None:
-        """Take a certificate that somebody shows. One that is not right is counted, and changes nothing."""
+        """Take a certificate that a peer shows. A wrong one is counted and ignored."""
         if sample.payload is None:
             return
         try:

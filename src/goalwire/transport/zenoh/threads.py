@@ -5,10 +5,10 @@ closed before that (endpoint.close_at_exit), and its callbacks are waited for. A
 threads, so closing, or even dropping, what its parent opened could wait for ever: the child leaks it on
 purpose.
 
-Zenoh calls back on threads that Python did not start. Around each call a thread state is made and thrown
-away, and the first frame in a fresh one allocates its stack: 9 µs a message. One PyGILState_Ensure that is
-never matched keeps the state for the thread's life. That takes 1 µs a message, and 408,000 messages/s pass
-instead of 101,000. This leans on CPython; GOALWIRE_PIN_THREADS=0 turns it off.
+Zenoh calls back on threads that Python did not start. Python creates a thread state for each call and deletes
+it afterwards, and the first frame in a new state allocates its stack: 9 µs a message. A call of
+PyGILState_Ensure without a matching release keeps the state for the thread's life. That takes 1 µs a message,
+and 408,000 messages/s pass instead of 101,000. This leans on CPython; GOALWIRE_PIN_THREADS=0 turns it off.
 """
 
 from __future__ import annotations
@@ -32,42 +32,43 @@ RUNTIME = (
 )
 """Zenoh's thread pools, merged to three threads: receiving, network upkeep, sending.
 
-Fewer would be faster and fail. Zenoh answers a late joiner on the receiving thread and blocks until there
-is room: if that thread also sends, 128 KiB of history stop the session for good. And taking an advanced
-publisher back waits, holding the GIL, for a task of the upkeep thread: if that thread also receives, it may
-be waiting for the GIL to run a callback.
+Fewer threads would be faster, but block for ever. Zenoh answers a late subscriber on the receiving thread and
+waits for room: if that thread also sends, 128 KiB of history stop the session. And to undeclare an advanced
+publisher waits, with the GIL held, for a task of the upkeep thread: if that thread also receives, it may
+itself wait for the GIL to run a callback.
 """
 
 
 NOISY = ('zenoh::api::session', 'zenoh::net::routing::hat::peer::interests')
-"""Parts of zenoh that report as errors what is none: "Received Data for unknown key_expr" where a session
-comes or goes under traffic, and "Unknown interest" where an answer finds nobody waiting for it any more."""
+"""Parts of zenoh that log errors without a cause: "Received Data for unknown key_expr" if a session comes or
+goes under traffic, and "Unknown interest" if an answer arrives for a question that was withdrawn."""
 
 LOG_FILTER = ','.join(['error', *(f'{part}=off' for part in NOISY)])
 """The log filter of zenoh without RUST_LOG: errors, without those that mean nothing."""
 
 
 CALLERS_S = 1.0
-"""How long the end of a program waits for daemon threads to come out of zenoh."""
+"""How long the end of a program waits until daemon threads have returned from calls of zenoh."""
 
 _HERE = os.path.dirname(__file__)  # noqa: PTH120 - compared with file names, as text
 
 
 _started: list[ForkGuard] = []
-"""Empty until zenoh is in use; then in which process."""
+"""Empty until a session is opened; then the guard that knows the process."""
 
 
 RUNTIME_VARIABLE = 'ZENOH_RUNTIME'
-"""Zenoh reads it when its threads start, with the first session of a process."""
+"""The variable with the thread pools. Zenoh reads it when its threads start, with a process's first
+session."""
 
 _has_threads = False
-"""True once a session has been opened: zenoh does not read the variable again."""
+"""True once a session has been opened: then zenoh does not read the variable again."""
 
 
 def open_session(config: zenoh.Config) -> zenoh.Session:
-    """Open a session in the right process, on the threads of `RUNTIME` unless somebody wants others.
+    """Open a session with the threads of `RUNTIME`, unless ZENOH_RUNTIME asks for others.
 
-    Raises ZError, and ForkedError in a child whose parent has opened one.
+    Raises ZError, and ForkedError in a child whose parent has opened a session.
     """
     global _has_threads  # noqa: PLW0603 - zenoh starts its threads once a process
     if not _started:
@@ -85,17 +86,17 @@ def open_session(config: zenoh.Config) -> zenoh.Session:
     try:
         session = zenoh.open(config)
     finally:
-        if sets_variable:  # programs that this one starts are not to inherit it
+        if sets_variable:  # child programs should not inherit the variable
             os.environ.pop(RUNTIME_VARIABLE, None)
     _has_threads = True
     return session
 
 
 def _let_callers_out() -> None:
-    """Give daemon threads that are inside a call of zenoh the time to come out: it fails now.
+    """Wait until daemon threads have returned from calls of zenoh, which fail now.
 
-    A thread that wants back into an ending interpreter is unwound, which aborts the process within Rust.
-    Nothing wakes us when they are out: a counter for that would burden every message.
+    Python unwinds a thread that returns into an ending interpreter; inside Rust code this aborts the process.
+    This polls, since a counter of such threads would slow every message down.
     """
     deadline = time.monotonic() + CALLERS_S
     while _has_callers() and time.monotonic() < deadline:
@@ -109,7 +110,7 @@ def _has_callers() -> bool:
 
 
 def _nothing() -> None:
-    """Stand in for pinning if it is off."""
+    """Do nothing; used if thread states are not kept."""
 
 
 def _make_pin() -> Callable[[], object]:
@@ -120,7 +121,7 @@ def _make_pin() -> Callable[[], object]:
     ensure = pythonapi.PyGILState_Ensure
 
     class Pinned(threading.local):
-        def __getattr__(self, name: str) -> object:  # asked on a thread that is not pinned yet
+        def __getattr__(self, name: str) -> object:  # called on a thread whose state is not kept yet
             self.done = True
             return ensure()
 
@@ -128,4 +129,4 @@ def _make_pin() -> Callable[[], object]:
 
 
 keep_thread_state: Callable[[], object] = _make_pin()
-"""Call first in every zenoh callback: only the first call on a thread does anything, or runs Python code."""
+"""Keeps the thread's state. Every zenoh callback calls this first; only the first call on a thread acts."""

@@ -1,4 +1,4 @@
-"""Keys and liveliness tokens: where data travels, how nodes and endpoints show themselves, and their gids.
+"""The keys of data, the liveliness tokens of nodes and endpoints, and their gids.
 
     data      <domain>/<name>/<dds type>/<hash>, one formula for topics and services
     node      @ros2_lv/<domain>/<session>/<node id>/<node id>/NN/<enclave>/<namespace>/<name>
@@ -33,9 +33,9 @@ from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, Nod
 from goalwire.transport.graph_names import check_names
 
 GRAPH_SPACE = '@ros2_lv'
-"""First chunk of every liveliness token; `@` keeps it out of the reach of `**` elsewhere."""
+"""The first chunk of every liveliness token; since it begins with `@`, `**` does not match it."""
 CPU_BUFFERS = '_buf_cpu'
-"""Last chunk of the side channel that lyrical and later use for types with buffers."""
+"""The last chunk of a second key that ROS 2 Lyrical and later use for types with buffers."""
 
 _FORBIDDEN = Pattern(r'//|[*#?$ ]')
 
@@ -49,7 +49,7 @@ def dds_type(type_name: str) -> str:
 
 @lru_cache(maxsize=256)
 def ros_type(dds_name: str) -> str:
-    """Return 'std_msgs/msg/String' for its DDS spelling; anything else comes back as it is."""
+    """Return 'std_msgs/msg/String' for its DDS spelling; return any other text unchanged."""
     namespace, found, name = dds_name.rpartition('::dds_::')
     if not found or not name.endswith('_'):
         return dds_name
@@ -77,10 +77,10 @@ def graph_key(domain_id: int) -> str:
 
 
 DEFAULT_DEPTH = 42
-"""The depth that stands for 0."""
+"""The depth that replaces depth 0."""
 
 _DIGITS = 20
-"""As many as the greatest number of 64 bits has."""
+"""The number of digits of the largest 64-bit number."""
 
 _SECOND = 1_000_000_000
 _INFINITE = divmod(INFINITE_NS, _SECOND)
@@ -89,11 +89,11 @@ P = TypeVar('P', bound=IntEnum)
 
 
 def actual_depth(qos: QoS) -> int:
-    """Return how many messages are kept."""
+    """Return how many messages an endpoint with this QoS keeps."""
     return qos.depth or DEFAULT_DEPTH
 
 
-@lru_cache(maxsize=256)  # a node's standing services ask for the same seven times
+@lru_cache(maxsize=256)  # a node's built-in services have the same QoS seven times
 def encode_qos(qos: QoS) -> str:
     """Return a token's QoS chunk; raises LocalError for a policy that is UNKNOWN."""
     for name in ('reliability', 'durability', 'history', 'liveliness'):
@@ -113,7 +113,7 @@ def encode_qos(qos: QoS) -> str:
 
 
 def decimal(text: str) -> int:
-    """Read a number of a token; raises ValueError for anything else, and for more digits than rmw writes."""
+    """Read a number in a token; raises ValueError for other text or more digits than rmw_zenoh writes."""
     if not (text.isascii() and text.isdigit() and len(text) <= _DIGITS):
         raise ValueError(f"'{text}' is not a decimal number of at most {_DIGITS} digits")
     return int(text)
@@ -125,7 +125,7 @@ def _policy(value: IntEnum, default: IntEnum) -> str:
 
 
 def _duration(nanoseconds: int) -> str:
-    """Seconds and nanoseconds, each empty if it equals its half of infinity; 0 means infinity."""
+    """Return '<seconds>,<nanoseconds>'. A part is empty if it equals that of infinity; 0 means infinity."""
     halves = divmod(nanoseconds or INFINITE_NS, _SECOND)
     return ','.join('' if half == whole else str(half) for half, whole in zip(halves, _INFINITE, strict=True))
 
@@ -179,7 +179,7 @@ _CPU_ONLY = 'backends:cpu:'
 
 
 def encode_node(domain_id: int, session: str, node_id: int, node: NodeName) -> str:
-    """Return a node's token; a node is its own entity, so its id stands twice."""
+    """Return a node's token. It has the node's id twice, as node and as entity."""
     return _head(domain_id, session, node_id, node_id, EndpointKind.NODE, node)
 
 
@@ -200,7 +200,7 @@ def encode_endpoint(
 
 
 def uses_cpu_channel(endpoint: Endpoint) -> bool:
-    """True for a subscription that must say it takes plain memory, or lyrical's publishers miss it."""
+    """Return whether a subscription must announce that it takes plain memory; else Lyrical ignores it."""
     return (
         endpoint.kind is EndpointKind.SUBSCRIPTION
         and endpoint.has_buffers
@@ -214,7 +214,7 @@ def _head(
     return f'{GRAPH_SPACE}/{domain_id}/{session}/{node_id}/{entity_id}/{_CODES[kind]}/{_names(node)}'
 
 
-@lru_cache(maxsize=64)  # asked for once for each endpoint of a node
+@lru_cache(maxsize=64)  # every endpoint of a node needs the same names
 def _names(node: NodeName) -> str:
     names = '/'.join(_mangle(text) for text in (node.enclave or '/', node.namespace or '/', node.name))
     if not _is_carried(names):
@@ -239,8 +239,8 @@ def _is_carried(key: str) -> bool:
 def gid_of(token: str) -> bytes:
     """Return the 16 bytes that name a token's owner: XXH3-128 of the token, little endian.
 
-    Of an endpoint's, the chunks that Jazzy knows: it leaves `backends` out. Lyrical does not, but there is
-    nothing that a subscription's gid must agree with.
+    For an endpoint only the chunks of Jazzy count, so without `backends`. Lyrical includes it, but nobody
+    compares the gids of subscriptions.
     """
     chunks = token.split('/', _ENDPOINT_CHUNKS)
     if len(chunks) > _ENDPOINT_CHUNKS:
@@ -249,7 +249,7 @@ def gid_of(token: str) -> bytes:
 
 
 def own_entity(token: str, session: str, node_id: int, node: NodeName, endpoint: Endpoint) -> GraphEntity:
-    """Return the entity of an endpoint of our own, as `parse` would read it from the token."""
+    """Return the entity of this session's own endpoint, as `parse` would read it from the token."""
     return GraphEntity(
         endpoint.kind,
         session,

@@ -1,7 +1,7 @@
 """The interface of a Zenoh session that the ROS layer uses: goalwire's own, or eclipse-zenoh's.
 
-Callbacks run on the thread that reads, or on the caller's within one session, with no lock held. They get the
-same on both: a key, a payload, an attachment, and where it came from.
+Callbacks run on the thread that reads, or on the caller's thread within one session, with no lock held. They
+get the same values from both kinds of session: key, payload, attachment, and the message's origin.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp
 from goalwire.zenoh.protocol.shared_memory import Loan
 
 HISTORY_S = 10.0
-"""How long what a publisher sends waits for what it keeps. Its answers are taken as long as they come."""
+"""How long live messages wait for a publisher's history. Later answers are taken nevertheless."""
 
 
 class Message(Protocol):
@@ -30,7 +30,7 @@ class Message(Protocol):
 
     @property
     def payload(self) -> Payload | None:
-        """None: the key was deleted."""
+        """The payload; None if the key was deleted."""
 
     @property
     def attachment(self) -> bytes | None:
@@ -38,7 +38,7 @@ class Message(Protocol):
 
     @property
     def timestamp(self) -> Timestamp | None:
-        """When it was put, and by which session's clock. Raises RemoteError."""
+        """The time at which it was put, and the session whose clock that is. Raises RemoteError."""
 
     @property
     def source_info(self) -> SourceInfo | None:
@@ -50,41 +50,41 @@ Left: TypeAlias = tuple[object, Callable[[], None]]
 OnMessage: TypeAlias = Callable[[Message], None]
 OnAnswer: TypeAlias = Callable[[Message | ReplyError], None]
 OnToken: TypeAlias = Callable[[str, bool], None]
-"""Gets a token, and whether it is there now."""
+"""Is called with a token, and True if it has appeared or False if it has vanished."""
 
 
 class Declared(Protocol):
     """A declaration."""
 
     def undeclare(self) -> object:
-        """Take it off the wire. Idempotent."""
+        """Undeclare it. Idempotent."""
 
 
 def undeclare(declared: Declared) -> None:
-    """Take something off the wire, or leave that to the thread that is using it.
+    """Undeclare something, or leave that to the thread that is using it.
 
-    Zenoh's Python objects refuse while another thread is inside one of their methods, and undeclare
-    themselves when the last reference goes: so the caller drops its own afterwards.
+    Zenoh's Python objects raise while another thread is inside one of their methods, and undeclare themselves
+    when the last reference is deleted. So the caller drops its own reference afterwards.
     """
     with suppress(RuntimeError):  # its text is "Already borrowed"
         declared.undeclare()
 
 
 def refuse_use(*_: object, **__: object) -> Never:
-    """Stand in for a method of something undeclared; its owner turns this into ClosedError."""
+    """Replace a method of something undeclared. The owner turns the error into ClosedError."""
     raise RuntimeError('undeclared')
 
 
 @runtime_checkable
 class LoanPublisher(Protocol):
-    """A declared publisher that can put what was written into shared memory."""
+    """A declared publisher that can put messages which were written into shared memory."""
 
     @property
     def put_loan(self) -> Callable[[Loan, Callable[[], bytes]], bool]:
-        """Called with a loan and what makes the attachment; False: nothing was put, as some need bytes."""
+        """Takes a loan and a function for the attachment; False if nothing was put, as some need bytes."""
 
     def borrow(self, size: int) -> Loan | None:
-        """Return a chunk of shared memory; None if there is no room, or nobody who could read it."""
+        """Return a chunk of shared memory; None if there is no room, or if no subscriber could read it."""
 
 
 class Subscriber(Declared, Protocol):
@@ -92,7 +92,7 @@ class Subscriber(Declared, Protocol):
 
     @property
     def address(self) -> str:
-        """Its session and its number there, 'session/number'."""
+        """The subscriber's session and its number there, 'session/number'."""
 
 
 class Publisher(Declared, Protocol):
@@ -100,15 +100,15 @@ class Publisher(Declared, Protocol):
 
     @property
     def put(self) -> Callable[..., None]:
-        """Called with a payload and `attachment=`; puts one message."""
+        """Puts one message; takes a payload and `attachment=`."""
 
     @property
     def put_where_free(self) -> Callable[..., Sequence[Left]]:
-        """Called with a payload, an attachment, the links behind whose messages it has to wait, and `waits=`.
+        """Puts one message on the links that have room, and returns the others, each with a function.
 
-        Puts one message on the other links, as far as they have room, and returns those that are left. With
-        `waits`, their functions wait for room; otherwise they may drop the message. A session without a view
-        of its links has one for all, which has never room for a large message.
+        Takes a payload, an attachment, the links on which earlier messages wait, and `waits=`. The function
+        of a link sends the message there. With `waits` it waits for room; otherwise it may drop the message.
+        A session that does not show its links returns one entry for all, whatever room they have.
         """
 
 
@@ -124,9 +124,9 @@ class Querier(ABC):
         on_end: Callable[[], None],
         timeout_ns: int | None,
     ) -> object:
-        """Send a query and return what `cancel` takes. `on_end` is called once, when no answer can come.
+        """Send a query; return an object for `cancel`. `on_end` is called once, after the last answer.
 
-        `timeout_ns` is how long an answer is wanted at least; None: ten minutes, as under rmw_zenoh.
+        The query lasts at least `timeout_ns`, or ten minutes if that is None, as in rmw_zenoh.
         """
 
     @abstractmethod
@@ -135,7 +135,7 @@ class Querier(ABC):
 
     @abstractmethod
     def undeclare(self) -> object:
-        """Stop asking; queries on their way go on."""
+        """Undeclare the querier. Queries that were sent before go on."""
 
 
 class Wire(ABC):
@@ -144,11 +144,11 @@ class Wire(ABC):
     id: str
     """The session's id, as keys and users show it."""
     wire_poller: WirePoller | None
-    """The place where idle threads wait on the wire; None for a wire that has threads of its own for that."""
+    """The poller with which idle threads wait on the wire; None if the wire's own threads do that."""
     errors: tuple[type[Exception], ...]
     """The exceptions that these methods raise when they fail or the session is closed."""
     discovers_at_once = False
-    """True if opening waits until the router has told what it knows. eclipse-zenoh sometimes does not
+    """True if opening waits until the router has reported all it knows. eclipse-zenoh sometimes does not wait
     (1.10.2)."""
 
     @abstractmethod
@@ -159,16 +159,15 @@ class Wire(ABC):
     def declare_publisher(self, key: str, *, reliable: bool, waits: bool) -> Publisher:
         """Declare a publisher on a key.
 
-        With `waits` it waits if the wire is full; otherwise messages are dropped.
+        With `waits` it waits for room on a full wire; otherwise it drops messages.
         """
 
     @abstractmethod
     def declare_history_publisher(self, key: str, *, reliable: bool, waits: bool, depth: int) -> Publisher:
-        """Declare a publisher that keeps its last messages for later subscribers, as Zenoh's advanced
-        publishers do.
+        """Declare a publisher that keeps its last messages for later subscribers.
 
-        It shows itself by a token `<key>/@adv/pub/<session>/<number>/_` and answers queries on that key. The
-        number is 'uhlc' unless it is reliable and so numbers its messages.
+        As Zenoh's advanced publishers, it declares a token `<key>/@adv/pub/<session>/<number>/_` and answers
+        queries on that key. A reliable publisher numbers its messages; for others <number> is 'uhlc'.
         """
 
     @abstractmethod
@@ -182,7 +181,7 @@ class Wire(ABC):
 
     @abstractmethod
     def declare_queryable(self, key: str, on_query: Callable[[Query], None]) -> Declared:
-        """Declare a complete queryable: the callback gets queries on the key, and each must be ended."""
+        """Declare a complete queryable. The callback gets queries on the key, and must end each of them."""
 
     @abstractmethod
     def declare_querier(self, key: str) -> Querier:
@@ -201,7 +200,7 @@ class Wire(ABC):
     ) -> None:
         """Ask every queryable that matches, complete or not, for replies on any key.
 
-        `publisher` is the session that has the answer: if it has a link of its own, nobody else is asked.
+        `publisher` is the session that has the answer. If there is a link to it, only that session is asked.
         """
 
     @abstractmethod
@@ -210,36 +209,36 @@ class Wire(ABC):
 
     @abstractmethod
     def watch_tokens(self, key: str, on_token: OnToken, *, waits: bool) -> Declared:
-        """Tell of present tokens, some maybe twice, and of those that come and go, in order.
+        """Report existing tokens, perhaps twice, and then all that come and go, in order.
 
-        With `waits`, what others answer within a while is told before this returns.
+        With `waits`, existing tokens are reported before this returns, if others answer soon enough.
         """
 
     @abstractmethod
     def wait_for_router(self, seconds: float) -> bool:
         """Return whether there is a link to a router, or one comes up within `seconds`.
 
-        A peer that answers where a router was expected will do: it is linked, and works.
+        A peer that answers at a router's address counts, too, since the link to it works.
         """
 
     @abstractmethod
     def watch_routers(self, on_router: Callable[[str, str], None]) -> Declared:
-        """Tell of each link to a router that there is or comes to be: its id, and the address dialled."""
+        """Report each link to a router, now and later: the router's id, and the address that was dialled."""
 
     def call_later(self, seconds: float, function: Callable[[], None]) -> Callable[[], object]:  # noqa: ARG002
-        """Call a function later on the thread that reads, and return what cancels that; or do nothing.
+        """Call a function later on the thread that reads; return a function that cancels this.
 
-        Nothing is done by a session that has no such thread: its caller must look at the time itself.
+        A session without such a thread does nothing, as here: its caller must check the time itself.
         """
         return bool
 
     def refused(self) -> dict[str, int]:
-        """Return how many messages of peers were ignored, by kind, as far as the session tells."""
+        """Return how many messages of peers were ignored, by kind; empty if the session does not count."""
         return {}
 
     @abstractmethod
     def close(self) -> None:
-        """Send what waits, disconnect, and wait for callbacks under way.
+        """Send the waiting messages, disconnect, and wait for running callbacks.
 
         Raises one of `errors` if cut short.
         """

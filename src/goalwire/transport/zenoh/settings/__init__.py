@@ -1,14 +1,14 @@
-"""The configuration of a session: from the environment and its files to what a session is opened with.
+"""The configuration of a session, read from environment variables and files.
 
-    values       a configuration as values, and where in it a setting is
+    values       a configuration as JSON values, and access to a setting by its path
     built_in     rmw_zenoh's settings, and the few that goalwire changes
     environment  the variables that say how sessions are opened
     json5        JSON5, read with the line of each setting
-    schema       the settings there are, and what each takes
+    schema       the known settings, and the values that each takes
     reader       files and overrides, read and checked
     plan         a session to open, and a rendezvous to offer beside it
-    native       the settings of a session of goalwire's own, or why eclipse-zenoh must open it
+    native       the settings of goalwire's own session, or the reason why eclipse-zenoh is needed
     secured      whole configurations for rmw_zenoh's router and sessions, with the rules of a policy
 
-Files are opened in `reader` only, and what it returns has been held against the schema.
+Only `reader` opens files, and it checks everything that it returns against the schema.
 """

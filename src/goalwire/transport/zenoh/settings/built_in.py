@@ -1,6 +1,6 @@
 """rmw_zenoh's session and router settings as data, and the few that goalwire changes, with the reasons.
 
-Only what differs from the zenoh library's own defaults is listed. Source: rmw_zenoh_cpp
+Only differences from the zenoh library's own defaults are listed. Source: rmw_zenoh_cpp
 config/DEFAULT_RMW_ZENOH_{SESSION,ROUTER}_CONFIG.json5, the same from humble to rolling.
 """
 
@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from goalwire.security.environment import Chosen
 
 _FAST_RETRY: Settings = {'period_init_ms': 100, 'period_max_ms': 400, 'period_increase_factor': 2}
-"""rmw waits 1 s, 2 s, 4 s; a rendezvous that has moved to another process is found in under half a second."""
+"""rmw_zenoh waits 1 s, 2 s, 4 s. With these a rendezvous that has moved is found in under half a second."""
 
 _QUEUE_SIZE: Settings = {'control': 16, 'data': 16}
-"""Pieces of 64 KiB that may wait for a link, made when needed; rmw has 2. A message of 1 MB fits: so its
-publisher does not wait piece by piece (to the callback 720 µs, not 1070), nor drop it on a busy machine. And
-so do the declarations of 4000 endpoints: Zenoh hands them over on the thread that learns when a socket has
-room again, and waits; where sockets hold little, the link was given up after a minute."""
+"""How many batches of 64 KiB may wait for a link, allocated when needed; rmw_zenoh has 2. A message of 1 MB
+fits. So its publisher does not wait batch by batch (it arrives after 720 µs, not 1070), and does not drop it
+on a busy machine. The declarations of 4000 endpoints fit, too. Zenoh sends these on the thread that learns
+when a socket has room again, and waits for room there: with small sockets the link was closed after a
+minute."""
 
 _TO_LESSER: Settings = {'to_router': 'always', 'to_peer': 'greater-zid'}
 
@@ -88,9 +89,9 @@ def _scouting(delay_ms: int, strategy: Settings) -> Settings:
 def session(port: int) -> Settings:
     """Return the settings of an ordinary session that meets others at a router on `port` of this machine.
 
-    The scouting delay is what an open costs where no router answers, and mostly where one does: Zenoh 1.10.2
-    misses the end of its own wait if the router's greeting overtakes its record of having connected. On
-    loopback all is said within 3 ms; rmw's 500 buy nothing.
+    To open a session takes the scouting delay if no router answers, and mostly also if one does: Zenoh 1.10.2
+    misses the end of its own wait if the router's greeting arrives before the connection is recorded. On
+    loopback the exchange takes 3 ms; rmw_zenoh's delay of 500 ms has no benefit.
     """
     return _common() | {
         'mode': 'peer',
@@ -120,13 +121,13 @@ def rendezvous(port: int) -> Settings:
 
 
 def protect_session(settings: Settings, port: int) -> None:
-    """Have a built-in session speak TLS, to all machines that reach this one: strangers are kept out."""
+    """Make a built-in session use TLS and listen for all machines, since TLS keeps strangers out."""
     settings['connect'] = {**_dict(settings, 'connect'), 'endpoints': [f'tls/localhost:{port}']}
     settings['listen'] = {**_dict(settings, 'listen'), 'endpoints': everywhere(0)}
 
 
 def protect_rendezvous(settings: Settings, port: int) -> None:
-    """Have the rendezvous speak TLS, and only tell peers of each other: it knows no policy."""
+    """Make the rendezvous use TLS and forward no data, only tell peers of each other: it has no policy."""
     settings['listen'] = {**_dict(settings, 'listen'), 'endpoints': everywhere(port)}
     settings['access_control'] = {
         'enabled': True,
@@ -139,7 +140,7 @@ def protect_rendezvous(settings: Settings, port: int) -> None:
 
 def everywhere(port: int) -> list[Json]:
     """Return the addresses of a protected session: all of this machine, with or without IPv6."""
-    import _socket  # `socket` takes 5 ms, and may not be imported while Ctrl-C ends the program
+    import _socket  # `socket` takes 5 ms to import, and must not be imported while Ctrl-C ends the program
 
     try:
         with closing(_socket.socket(_socket.AF_INET6, _socket.SOCK_STREAM)) as probe:
@@ -152,8 +153,8 @@ def everywhere(port: int) -> list[Json]:
 def tls_of_identity(identity: Chosen) -> Settings:
     """Return the settings of mutual TLS: the certificate that all trust, and the file of an identity.
 
-    A certificate names an identity and not a host, so names of hosts are not compared: the session asks who
-    is there, and its policy whether that one is known.
+    A certificate names an identity and not a host, so host names are not compared. The session takes the
+    identity from the certificate, and its policy decides if that identity is known.
     """
     names = ('listen_certificate', 'listen_private_key', 'connect_certificate', 'connect_private_key')
     own = dict.fromkeys(names, str(identity.identity_path))
@@ -171,14 +172,14 @@ _MARK = b'goalwire'.hex()
 
 
 def rendezvous_id() -> str:
-    """Return a session id for a rendezvous; half of it tells that goalwire offers it, half is drawn."""
+    """Return a session id for a rendezvous: half of it marks goalwire's, the other half is random."""
     return _MARK + os.urandom(8).hex()
 
 
 def is_rendezvous_id(session: str) -> bool:
-    """Return whether a session is a rendezvous of goalwire's, by its id."""
+    """Return whether a session is goalwire's rendezvous, by its id."""
     return session.startswith(_MARK)
 
 
 SINGLE_BIND: Settings = {'timeout_ms': 0, 'exit_on_failure': True}
-"""How a rendezvous listens, whatever its endpoints: one attempt, repeated by rendezvous.Offer."""
+"""The settings with which a rendezvous tries to listen only once; rendezvous.EmbeddedRouter repeats that."""

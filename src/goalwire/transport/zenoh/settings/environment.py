@@ -5,7 +5,7 @@
     ZENOH_SHM_ALLOC_SIZE, ZENOH_SHM_MESSAGE_SIZE_THRESHOLD   bytes; sizes of shared memory, where it is on
     GOALWIRE_SHARED_MEMORY                              on, off: whether goalwire's own programs share memory
     ZENOH_ROUTER_CHECK_ATTEMPTS                         how many seconds to look for a router before a warning
-    GOALWIRE_ZENOH                                      native, eclipse: whose sessions and rendezvous
+    GOALWIRE_ZENOH                                      native, eclipse: who opens sessions and rendezvous
     GOALWIRE_ROUTER                                     auto, on, off: whether to offer a rendezvous
     GOALWIRE_ROUTER_PORT                                where it is offered and looked for (7447)
 
@@ -27,7 +27,7 @@ DEFAULT_PORT = 7447
 CHOICE = 'GOALWIRE_ZENOH'
 NATIVE, ECLIPSE = 'native', 'eclipse'
 INSTALL_ECLIPSE = "pip install 'goalwire[eclipse]'"
-"""The advice if something needs eclipse-zenoh, and it is not installed."""
+"""The command that installs eclipse-zenoh, for errors."""
 START_ROUTER = 'start one (ros2 router; beside an installed ROS 2 also ros2 run rmw_zenoh_cpp rmw_zenohd)'
 """The advice if no router answers."""
 
@@ -39,7 +39,7 @@ def advise_unreached(mode: str) -> str:
 
 
 def zenoh_choice(env: Mapping[str, str] = os.environ) -> str:
-    """Return whose sessions are opened, NATIVE or ECLIPSE; raises TransportError for anything else."""
+    """Return who opens sessions, NATIVE or ECLIPSE; raises TransportError for another value."""
     chosen = env.get(CHOICE) or NATIVE
     if chosen not in {NATIVE, ECLIPSE}:
         raise TransportError(f"{CHOICE} is '{chosen}'; set it to {NATIVE} or {ECLIPSE}")
@@ -71,7 +71,7 @@ def router_port(env: Mapping[str, str] = os.environ) -> int:
 
 
 def rendezvous_choice(env: Mapping[str, str] = os.environ) -> RendezvousChoice:
-    """Return the value of GOALWIRE_ROUTER; auto means off if rmw_zenoh, and so rmw_zenohd, is set up."""
+    """Return the value of GOALWIRE_ROUTER; auto means off if rmw_zenoh, and so its router, is installed."""
     text = env.get('GOALWIRE_ROUTER') or 'auto'
     try:
         choice = RendezvousChoice(text)
@@ -83,7 +83,7 @@ def rendezvous_choice(env: Mapping[str, str] = os.environ) -> RendezvousChoice:
 
 
 def _has_rmw_zenoh(prefixes: str) -> bool:
-    """Whether a prefix of ament's has rmw_zenoh. A workspace without ROS 2 has prefixes, and no router."""
+    """Return whether an ament prefix has rmw_zenoh. A workspace without ROS 2 has prefixes but no router."""
     return any(
         os.path.exists(f'{prefix}/share/ament_index/resource_index/packages/rmw_zenoh_cpp')  # noqa: PTH110
         for prefix in prefixes.split(os.pathsep)
@@ -104,7 +104,7 @@ def overrides(env: Mapping[str, str] = os.environ) -> tuple[list[Override], list
 
 
 def shared_memory(env: Mapping[str, str] = os.environ) -> Settings:
-    """Return the shared memory sizes asked for, by zenoh's names; raises TransportError for a bad size."""
+    """Return the requested shared memory sizes by zenoh's names; raises TransportError for a bad size."""
     sizes: Settings = {}
     if text := env.get('ZENOH_SHM_ALLOC_SIZE'):
         sizes['pool_size'] = _size('ZENOH_SHM_ALLOC_SIZE', text)
@@ -117,7 +117,7 @@ def shared_memory(env: Mapping[str, str] = os.environ) -> Settings:
 
 
 def shares_memory(env: Mapping[str, str] = os.environ) -> bool:
-    """Return whether goalwire's own programs share memory, whatever Zenoh's settings say of others."""
+    """Return whether goalwire's own programs share memory, whatever Zenoh's settings say about others."""
     text = env.get('GOALWIRE_SHARED_MEMORY') or 'on'
     if text not in {'on', 'off'}:
         raise TransportError(f"GOALWIRE_SHARED_MEMORY is '{text}'; set it to on or off")
@@ -131,7 +131,7 @@ def _size(name: str, text: str) -> int:
 
 
 def router_check_seconds(env: Mapping[str, str] = os.environ) -> float | None:
-    """Return how long to look for a router: None not at all, infinity for ever.
+    """Return how long to look for a router: None if not at all, infinity if for ever.
 
     rmw checks n times, a second apart; so n attempts look for n - 1 seconds.
     """

@@ -1,7 +1,7 @@
 """JSON5, as Zenoh's configuration files and overrides are written in it (https://spec.json5.org).
 
 JSON with comments, trailing commas, names without quotes, texts in single quotes, and more ways to write a
-number. The line of each value is kept: whoever finds a mistake in a file can say where it is.
+number. The line of each value is kept, so that errors can name it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from goalwire.patterns import Pattern
 from goalwire.transport.zenoh.settings.values import Json
 
 DEEPEST = 100
-"""How many objects and lists may lie within each other."""
+"""How deep objects and lists may be nested."""
 
 _TOKEN = Pattern(
     r"""(?P<space>(?:[\s\ufeff]|//[^\n\r\u2028\u2029]*|/\*.*?\*/)+)
@@ -33,7 +33,7 @@ _END = ''
 
 
 class Json5Error(Exception):
-    """A text that is not JSON5: says the position and the mistake.
+    """The error for a text that is not JSON5, with the position and the mistake.
 
     It becomes a TransportError or a warning.
     """
@@ -44,7 +44,7 @@ class Document(NamedTuple):
 
     value: Json
     lines: dict[str, int]
-    """Where each value begins, by the names that lead to it: 'connect/endpoints'; lists are one value."""
+    """The line of each value by its path, such as 'connect/endpoints'. A list counts as one value."""
 
 
 def read(text: str) -> Document:
@@ -53,7 +53,7 @@ def read(text: str) -> Document:
 
 
 class _Reader:
-    """One text, from its beginning to its end."""
+    """Reads one text from its beginning to its end."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -167,7 +167,7 @@ class _Reader:
             return _ESCAPED.get(found[3], found[3])
 
         text = _ESCAPE.sub(replace, token[1:-1])
-        try:  # two halves of one character
+        try:  # a surrogate pair: two halves of one character
             return text.encode('utf-16', 'surrogatepass').decode('utf-16')
         except UnicodeDecodeError:
             self._fail('a text holds half a character')
@@ -193,6 +193,6 @@ def _number(token: str) -> Json:
     if bare[:2] in {'0x', '0X'}:
         return sign * int(bare, 16)
     if bare.isdigit():
-        # A number of more digits than Python likes is none that any setting takes.
+        # Python refuses to convert so many digits; no setting takes such a number.
         return sign * (int(bare) if len(bare) < 100 else float('inf'))
     return sign * float(bare.replace('Infinity', 'inf'))

@@ -1,8 +1,8 @@
-"""Turns a configuration of Zenoh's into settings of a session of goalwire's own.
+"""Turns Zenoh's configuration into the settings of goalwire's own session.
 
-Settings that are missing are as Zenoh's own defaults have them. Settings that only tune eclipse-zenoh (its
-queues, threads and buffers) are passed over. If a session of ours would do anything otherwise than asked,
-that is a BeyondOursError.
+Missing settings have Zenoh's own defaults. Settings that only tune eclipse-zenoh (its queues, threads and
+buffers) are ignored. If goalwire's session would behave differently from the configuration, BeyondOursError
+is raised.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ _LISTENS: dict[Role, Json] = {Role.PEER: ['tcp/[::]:0'], Role.CLIENT: []}
 ZENOH_POOL, ZENOH_LEAST = 16 << 20, 3072
 """Zenoh's own defaults of the pool's size and of the smallest message that goes through it, in bytes."""
 PAYS_FROM = 1 << 16
-"""Bytes from which shared memory is faster than a socket between two programs in Python: see
-docs/adr/032-zenohs-shared-memory.md."""
+"""The message size in bytes from which shared memory is faster than a socket between two Python programs:
+see docs/adr/032-zenohs-shared-memory.md."""
 _WITH_PEERS = (['router', 'peer'], ['peer', 'router'], ['peer'])
 
 
 class BeyondOursError(Exception):
-    """A configuration that needs more than sessions of our own offer; eclipse-zenoh is used then."""
+    """The error for a configuration beyond goalwire's own session: eclipse-zenoh is used then."""
 
 
 _At: TypeAlias = Callable[[str], Json]
@@ -40,10 +40,10 @@ _At: TypeAlias = Callable[[str], Json]
 
 
 def native_settings(values: Json, *, shares_with_own: bool = False) -> Settings:
-    """Return the settings of a session of our own.
+    """Return the settings of goalwire's own session.
 
-    With `shares_with_own` it shares memory with goalwire's programs on this machine, also if Zenoh's shared
-    memory is off. Raises BeyondOursError, which names the unknown setting.
+    With `shares_with_own` the session shares memory with goalwire's programs on this machine, even if Zenoh's
+    shared memory is off. Raises BeyondOursError, which names the unknown setting.
     """
     mode = str(value_at(values, 'mode') or 'peer')
     role = _ROLES.get(mode)
@@ -80,10 +80,10 @@ def native_settings(values: Json, *, shares_with_own: bool = False) -> Settings:
 
 
 def router_settings(values: Json) -> Settings:
-    """Return the settings of a router of our own, for one machine.
+    """Return the settings of goalwire's own router, for one machine.
 
-    Raises BeyondOursError, which names the unknown setting. Access control is known in one form alone: where
-    it forbids everything, the router only introduces peers to each other.
+    Raises BeyondOursError, which names the unknown setting. Access control is supported in one form only: if
+    it forbids everything, the router only tells peers of each other.
     """
     for name in schema.unknown(values):
         raise BeyondOursError(f'{name}, which is not known here')
@@ -139,7 +139,7 @@ _OFF: dict[str, tuple[Json, ...]] = {
     'plugins_loading/enabled': (False, None),
     'transport/link/protocols': (None,),
 }
-"""The settings that sessions of ours do not have, with the values that ask for nothing."""
+"""Settings that goalwire's sessions do not have, with the values that they may have nevertheless."""
 
 
 _OFF_IN_ROUTER: dict[str, tuple[Json, ...]] = {
@@ -151,11 +151,11 @@ _OFF_IN_ROUTER: dict[str, tuple[Json, ...]] = {
     'scouting/gossip/target': (['router', 'peer'], ['peer', 'router'], None),
     'scouting/gossip/autoconnect': ([], None),
 }
-"""The same of routers of ours, which know no other routers."""
+"""The same for goalwire's routers, which do not connect to other routers."""
 
 
 def _refuse(at: _At, off: dict[str, tuple[Json, ...]]) -> None:
-    """Raise BeyondOursError if sessions of ours would do anything otherwise."""
+    """Raise BeyondOursError if a setting has a value that goalwire's own code does not support."""
     for path, wanted in off.items():
         if at(path) not in wanted:
             raise BeyondOursError(_setting(path, at(path)))
@@ -175,11 +175,11 @@ def _or(value: Json, otherwise: Json) -> Json:
 
 
 def _meets_peers(at: _At) -> bool:
-    """Whether a session connects to the nodes that routers tell of."""
+    """Return whether a session connects to the peers that routers announce to it."""
     if at('scouting/gossip/enabled') is False:
         return False
     told = at('scouting/gossip/target')
-    if at('mode') != 'client' and told not in (['router'], []):  # Zenoh's default: peers tell peers, too
+    if at('mode') != 'client' and told not in (['router'], []):  # Zenoh's default has 'peer', too
         raise BeyondOursError(_setting('scouting/gossip/target', told))
     who = at('scouting/gossip/autoconnect')
     if who in ([], ['router']):
@@ -190,7 +190,7 @@ def _meets_peers(at: _At) -> bool:
 
 
 def _endpoints(found: Json, name: str) -> tuple[str, ...]:
-    """Return the addresses of one kind."""
+    """Return the addresses in `connect/endpoints` or `listen/endpoints`, as `name` says."""
     checked = []
     for text in found if isinstance(found, list) else []:
         if not isinstance(text, str):
@@ -227,7 +227,7 @@ def _tls_files(found: Json) -> TlsFiles:
 
 
 def _memory(at: _At, *, shares_with_own: bool) -> MemorySettings:
-    """Return with whom memory is shared; Zenoh's own default, if a file says nothing, is everybody."""
+    """Return the settings of shared memory. Without settings memory is shared with everybody, as in Zenoh."""
     with_all = at('transport/shared_memory/enabled') is not False
     optimization = 'transport/shared_memory/transport_optimization'
     least = int(_number(at(f'{optimization}/message_size_threshold'), ZENOH_LEAST))
@@ -244,5 +244,5 @@ def _number(found: Json, otherwise: float) -> float:
 
 
 def _connecting_s(found: Json) -> float:
-    """Return how long opening goes on trying if it must connect; -1: for ever."""
+    """Return for how many s opening tries to connect; the setting -1 stands for ever."""
     return float('inf') if found == -1 else _number(found, 0) / 1000

@@ -1,6 +1,6 @@
-"""Plans what a process opens: a session and a rendezvous, each from built-in settings or a file.
+"""Makes the plan of a process's session and rendezvous, each from built-in settings or a file.
 
-The overrides come on top of either.
+The overrides apply to both.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from goalwire.security.environment import Chosen
 
 _OF_THE_SESSION = ('mode', 'id', 'connect', 'listen', 'scouting')
-"""Overrides that place a session in the network; the rendezvous of the same process keeps its own place."""
+"""The settings that place a session in the network. Overrides of these do not apply to the rendezvous."""
 
 _LOCAL_HOSTS = ('localhost', '127.0.0.1', '[::1]')
 
@@ -34,9 +34,9 @@ class Plan(NamedTuple):
     """None if this process offers no rendezvous."""
     port: int
     local: int | None
-    """The TCP port of this machine that the session connects to; None: it connects elsewhere."""
+    """The TCP port of this machine that the session connects to; None if it connects elsewhere."""
     gives_way: bool
-    """Whether the rendezvous leaves its port to a router that is not of a goalwire process."""
+    """True if the rendezvous leaves its port to a router that does not belong to goalwire."""
 
 
 def make_plan(identity: Chosen | None = None) -> Plan:
@@ -58,7 +58,7 @@ def make_plan(identity: Chosen | None = None) -> Plan:
 
 
 def _session_config(port: int, identity: Chosen | None) -> tuple[Configuration, list[tuple[str, Json]]]:
-    """Return the session's configuration, and the overrides that hold."""
+    """Return the session's configuration, and the valid overrides."""
     config = read_file('ZENOH_SESSION_CONFIG_URI')
     if config is None:
         config = _built_in(built_in.session(port))
@@ -105,9 +105,9 @@ def router_config(
     identity: Chosen | None = None,
     rules: Settings | None = None,
 ) -> Configuration:
-    """Return the settings of a router for a site. Without addresses of its own it listens on `port` of all.
+    """Return the settings of a router for a site. Without addresses it listens on `port` of all addresses.
 
-    With an identity all its links have mutual TLS, and the rules of access control `rules` hold. Raises
+    With an identity all its links have mutual TLS, and the access control `rules` apply. Raises
     TransportError.
     """
     config = read_file('ZENOH_ROUTER_CONFIG_URI') or _built_in(built_in.rendezvous(port))

@@ -1,6 +1,6 @@
-"""Reads the files that the environment names, and the overrides. What does not fit is refused.
+"""Reads and checks the files that the environment names, and the overrides.
 
-It is done here, without eclipse-zenoh: a process whose session is goalwire's own need not import that.
+This needs no eclipse-zenoh, so that a process with goalwire's own session need not import that.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _line_of(path: str, lines: dict[str, int]) -> str:
 
 
 def _from_yaml(text: str) -> json5.Document:
-    import yaml  # 20 ms, and few write the file so
+    import yaml  # imported here: it takes 20 ms, and few files are YAML
 
     try:
         return json5.Document(yaml.safe_load(text), {})

@@ -1,7 +1,7 @@
-"""The settings that a configuration of Zenoh's may hold, and the values that each takes.
+"""The settings of Zenoh's configuration, and the values that each takes.
 
-Names that are not here are left to eclipse-zenoh, which may be newer. Source: eclipse-zenoh 1.10.2's
-DEFAULT_CONFIG.json5; a test compares this table with what the installed one takes.
+Unknown names are left to eclipse-zenoh, which may be newer. Source: eclipse-zenoh 1.10.2's
+DEFAULT_CONFIG.json5; a test compares this table with the installed version.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Kind(NamedTuple):
     """The description in words: 'true or false'."""
     fits: Callable[[Json], bool]
     by_mode: bool = False
-    """Whether it may be one value for each mode."""
+    """True if the setting may have one value for each mode."""
 
 
 class Fault(NamedTuple):
@@ -36,7 +36,7 @@ Schema: TypeAlias = 'dict[str, Schema | Kind]'
 
 
 def _is_endpoint(value: Json) -> bool:
-    """Whether it is an address, or a group of them."""
+    """Return whether a value is an address, or a group of addresses."""
     if isinstance(value, dict):
         locators = value.get('locators')
         return isinstance(locators, list) and all(map(_is_endpoint, locators))
@@ -44,7 +44,7 @@ def _is_endpoint(value: Json) -> bool:
 
 
 def _is_number(value: Json) -> bool:
-    """Whether it is a number that Zenoh's 64 bits hold; JSON5 has Infinity and NaN, too."""
+    """Return whether a value is a number that fits into 64 bits. JSON5 has Infinity and NaN, too."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _END
 
 
@@ -279,7 +279,7 @@ def unknown(value: Json, path: str = '', schema: Schema | Kind | None = None) ->
 
 
 def of_mode(value: Json, mode: str) -> Json:
-    """Return a value that may be one for each mode."""
+    """Return the value for a mode, if the setting has one value for each mode."""
     if isinstance(value, dict) and value and all(name in MODES for name in value):
         return value.get(mode)
     return value

@@ -1,6 +1,6 @@
-"""Whole configurations for programs that are not goalwire: rmw_zenoh's router, and its sessions.
+"""Complete configurations for programs of rmw_zenoh: its router and its sessions.
 
-Those sessions check nothing themselves. So they are clients of a router that does, and never meet each other.
+Those sessions check no policy. So they only connect to a router that does, and never to each other.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from goalwire.transport.zenoh.settings.values import Configuration, Settings
 
 
 def rules_of(identity: Chosen) -> Settings:
-    """Return the access control that the policy of a keystore asks for. Raises SecurityError."""
+    """Return the access control that a keystore's policy requires. Raises SecurityError."""
     policy = load_policy(identity.folder / 'policy.toml')
     return access_control(policy, load_revoked(identity.folder / 'revoked.toml'))
 
 
 def router_settings(identity: Chosen, port: int) -> Settings:
-    """Return the settings of a router that keeps the policy. Raises SecurityError."""
+    """Return the settings of a router that enforces the policy. Raises SecurityError."""
     config = Configuration(built_in.rendezvous(port))
     config.set('listen/endpoints', built_in.everywhere(port))
     config.set('transport/link/tls', built_in.tls_of_identity(identity))

@@ -1,4 +1,4 @@
-"""A configuration as values: those that JSON has, and the path of a setting in them."""
+"""A configuration as JSON values, and access to a setting by its path."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ class Configuration(NamedTuple):
 
     values: Settings
     origin: str = ''
-    """The variable and the file that it comes from; empty: the built-in settings."""
+    """The variable and the file that the settings come from; empty for the built-in settings."""
 
     def at(self, path: str) -> Json:
         """Return one value; None if it is not set."""
         return value_at(self.values, path)
 
     def set(self, path: str, value: Json) -> None:
-        """Set one value, and leave its neighbours as they are."""
+        """Set one value, and leave all others as they are."""
         *parents, name = path.split('/')
         within = self.values
         for each in parents:
