@@ -52,7 +52,7 @@ def file_of_package(package: str, name: str) -> str:
     if found:
         raise NoLaunchFileError(
             f"file '{name}' was found more than once in the package '{package}': {', '.join(found)}; "
-            'give the path of the one that is meant'
+            'give the path of one of them'
         )
     there = sorted({os.path.basename(path) for path in launch_files(folder)})
     near = get_close_matches(name, there, n=1, cutoff=0.8)

@@ -360,9 +360,7 @@ class ExecuteLocal(Action):
         if not event.process_matcher(self):
             return
         if self._child is None:
-            raise LaunchError(
-                f'{event.signal_name} is to be sent to {self.describe()}, which has not started'
-            )
+            raise LaunchError(f'cannot send {event.signal_name} to {self.describe()}: it has not started')
         self._signal(event.signal)
 
     def _signal(self, wanted: signal.Signals) -> None:
@@ -480,7 +478,7 @@ class ExecuteProcess(ExecuteLocal):
         on_exit = entity.get_attr('on_exit', optional=True)
         if on_exit is not None:
             if on_exit != 'shutdown':
-                raise LaunchError(f"on_exit can be 'shutdown' alone, not '{on_exit}'")
+                raise LaunchError(f"on_exit can only be 'shutdown', not '{on_exit}'")
             arguments['on_exit'] = [ShutdownAction()]
         variables = entity.get_entities('env')
         if variables:

@@ -210,7 +210,7 @@ class LaunchService:
         self._return_code = 1
         self._context.is_aborted = True
         if self._context.running_processes and not self._shutting_down:
-            self._logger.warning('ending what runs, because of the error that is told below')
+            self._logger.warning('ending the running processes because of the error below')
         self._shut_down(f'an error: {locate(error, None)}')
 
     def _tell_errors(self) -> None:

@@ -1,29 +1,29 @@
-"""Run by goalwire.pth at every start of Python in this environment: so it is small, and imports nothing.
+"""goalwire.pth runs this module at every start of Python in this environment, so it is small.
 
-It puts a finder before the place of the import hook (goalwire.idl.hook). An import that may concern the
-hook loads that. A program that imports Python's own library alone never does, which saves it a millisecond.
+It installs a finder that loads the import hook (goalwire.idl.hook) at the first import outside the standard
+library. A program that imports only the standard library never loads the hook, which saves a millisecond.
 """
 
 import sys
 
 _NOT_OURS = sys.stdlib_module_names | {
     'goalwire',  # the hook itself
-    'sitecustomize',  # these three are imported, and mostly missed, at each start of some Pythons
+    'sitecustomize',  # some Pythons try to import these three at each start
     'usercustomize',
     'apport_python_hook',
 }
 
 
 class HookLoader:
-    """A meta path finder that finds nothing, but has the hook installed behind it."""
+    """A meta path finder that finds nothing itself: it installs the hook behind itself when needed."""
 
-    finds_interfaces = True  # as goalwire.idl.hook.InterfaceFinder
+    finds_interfaces = True  # goalwire.idl.hook.InterfaceFinder has this mark, too
 
     def __init__(self) -> None:
         self._is_done = False
 
     def find_spec(self, fullname: str, path: object = None, target: object = None) -> None:
-        """Load the hook, which importlib asks next, unless the module is one of Python's own library."""
+        """Install the hook, which importlib asks next, unless the module is in the standard library."""
         if self._is_done or fullname.partition('.')[0] in _NOT_OURS:
             return
         from goalwire.idl import hook

@@ -115,7 +115,7 @@ class OnStateTransition(EventHandler):
     ) -> None:
         wanted = {'transition': transition, 'start_state': start_state, 'goal_state': goal_state}
         if matcher is not None and (target_lifecycle_node is not None or any(wanted.values())):
-            raise LaunchError('OnStateTransition takes either a matcher or what is to match')
+            raise LaunchError('OnStateTransition takes either `matcher` or the other criteria, not both')
 
         def matches(event: Event) -> bool:
             return (

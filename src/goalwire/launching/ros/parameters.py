@@ -219,7 +219,7 @@ def _check(value: Any) -> Any:
     if isinstance(value, Sequence):
         if all(not isinstance(item, list | tuple) or _is_text(item) for item in value):
             return [item if isinstance(item, list | tuple) else _check(item) for item in value]
-        raise TypeError(f'{value!r:.100} has lists in it, which no parameter has')
+        raise TypeError(f'{value!r:.100} has nested lists, which no parameter can have')
     raise TypeError(f'{value!r:.100} is neither a number, a boolean, a string, bytes nor a list of them')
 
 

@@ -1,8 +1,8 @@
-"""Packages that pip installed editable (`pip install -e`), as packages of a prefix of their own.
+"""Packages that pip installed editable (`pip install -e`); each gets a prefix of its own.
 
-An editable install copies no data files, so no index names the package. What pip writes into its dist-info
-leads to the source folder (direct_url.json, PEP 610), and the package.xml there names the package. Launch
-files and configuration are used where they lie, and the programs are the scripts that pip made.
+An editable install copies no data files, so no index has the package. pip's direct_url.json (PEP 610) gives
+the source folder, and the package.xml there gives the package's name. Launch files and configuration are used
+in the source folder; the programs are the scripts that pip made.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ def names() -> list[str]:
 
 
 def share(package: str) -> str | None:
-    """Return the source folder of a package, None for a package that is not installed so."""
+    """Return the source folder of a package, None if pip has not installed it editable."""
     found = _find_installed(entry_points.python_path()).get(package)
     return None if found is None else found[0]
 
 
 def prefix(package: str) -> str | None:
-    """Return the prefix that is made for a package: with its programs and its source folder as share."""
+    """Return the prefix made for a package: it has the programs, and the source folder as share folder."""
     found = _find_installed(entry_points.python_path()).get(package)
     if found is None:
         return None
@@ -40,7 +40,7 @@ def prefix(package: str) -> str | None:
 
 @cache
 def _find_installed(path: tuple[str, ...]) -> dict[str, tuple[str, str]]:
-    """The source folder and the dist-info of each package, by name; the first on Python's path wins."""
+    """Return source folder and dist-info of each package, by name. The first on Python's path counts."""
     found: dict[str, tuple[str, str]] = {}
     for folder in path:
         for metadata in _metadata_folders(folder):
@@ -54,12 +54,12 @@ def _find_installed(path: tuple[str, ...]) -> dict[str, tuple[str, str]]:
 def _metadata_folders(folder: str) -> list[Path]:
     try:
         return sorted(entry for entry in Path(folder or '.').iterdir() if entry.suffix == '.dist-info')
-    except (OSError, ValueError):  # a zip file, or nothing at all
+    except (OSError, ValueError):  # a zip file, or a folder that does not exist
         return []
 
 
 def _source_of(metadata: Path) -> Path | None:
-    """The folder of an editable install; None for every other distribution."""
+    """Return the folder of an editable install; None for every other distribution."""
     try:
         record = json.loads(read_regular(str(metadata / 'direct_url.json'), LARGEST_DEFINITION))
         url = urlsplit(record['url'])
@@ -72,5 +72,5 @@ def _source_of(metadata: Path) -> Path | None:
 def _package_name(source: Path) -> str | None:
     try:
         return workspace.package_name(str(source / workspace.MANIFEST))
-    except ValueError:  # there is none, or it cannot be used
+    except ValueError:  # package.xml is missing or invalid
         return None

@@ -1,4 +1,4 @@
-"""Interface packages that no prefix has: goalwire's shipped ones, a workspace's, pip's.
+"""Interface packages without a prefix: those that goalwire ships, those in a workspace, those from pip.
 
 They count as resources of the types 'packages' and 'rosidl_interfaces', in a prefix that has share/<package>.
 """
@@ -16,7 +16,7 @@ RESOURCE_TYPES = frozenset({PACKAGES, INTERFACES})
 
 
 def names() -> list[str]:
-    """All their names, including those that a prefix has, too."""
+    """Return the names of all interface packages, also of those that a prefix has."""
     return search_path.package_names()
 
 
@@ -42,7 +42,7 @@ def prefix(package: str) -> str | None:
 
 
 def content(resource_type: str, package: str) -> str:
-    """The text of the package's resource: its definition files, one a line, or nothing."""
+    """Return the text of the package's resource: its definition files, one a line, or ''."""
     found = search_path.find_package(package) if resource_type == INTERFACES else None
     if found is None:
         return ''

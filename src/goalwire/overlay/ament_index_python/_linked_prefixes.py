@@ -1,10 +1,10 @@
-"""Prefixes made of links, for packages that lie otherwise than colcon would lay them.
+"""Prefixes made of links, for packages that are not laid out as colcon installs them.
 
 ros2 run, ros2 pkg executables and launch_ros look for <prefix>/lib/<package>/<executable>, and many programs
 for <prefix>/share/<package>. pip puts a package's programs into the environment's bin/, and the package of a
-workspace or of an entry point has no prefix around it. Such a package gets a prefix of its own, as colcon can
-make them: a folder of links in the user's cache. It is named after what it links to, so it is never wrong,
-and several processes may fill it at once.
+workspace or of an entry point has no prefix around it. Such a package gets a prefix of its own: a folder
+of links in the user's cache. The folder's name is a hash of the link targets, so its links are never out of
+date, and several processes may make it at once.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _MARKERS = 'share/ament_index/resource_index/packages'
 
 
 def of_pip() -> list[str]:
-    """The folders that pip puts data files into: of the environment, and of the user where that is on."""
+    """Return the folders that pip installs data files into: the environment's, and the user's if enabled."""
     folders = [sys.prefix, sysconfig.get_path('data', vars={'base': sys.prefix})]
     if site.ENABLE_USER_SITE:
         folders.append(site.getuserbase())
@@ -36,7 +36,7 @@ def of_pip() -> list[str]:
 
 
 def with_programs(package: str, prefix: str) -> str:
-    """The prefix of a package that pip installed into `prefix`: with lib/<package>, if it has programs."""
+    """Return a prefix for a package from pip's `prefix`, with lib/<package> if the package has programs."""
     if Path(prefix, 'lib', package).is_dir():
         return prefix
     programs = _programs(package)
@@ -45,25 +45,25 @@ def with_programs(package: str, prefix: str) -> str:
 
 
 def around(package: str, share: str, *, of_distribution: bool) -> str:
-    """The prefix of a package whose files are in the folder `share`, not in <prefix>/share/<package>.
+    """Return a prefix for a package whose files are in the folder `share`, not in <prefix>/share/<package>.
 
-    `of_distribution`: pip installed it, so it may have programs. The prefix is `share` itself where no links
-    can be made.
+    `of_distribution`: pip installed the package, so it may have programs. If links cannot be made, return
+    `share` itself.
     """
     return _make(package, Path(share), _programs(package) if of_distribution else []) or share
 
 
 def around_source(package: str, source: str, metadata: str) -> str:
-    """The prefix of a package that pip installed editable from a source folder, with all its scripts."""
+    """Return a prefix for a package that pip installed editable from `source`, with all its scripts."""
     from importlib.metadata import Distribution
 
     return _make(package, Path(source), _scripts(Distribution.at(metadata))) or source
 
 
 def _programs(package: str) -> list[Path]:
-    """The scripts of the distribution that pip installed the package from, sorted.
+    """Return the scripts of the distribution that pip installed the package from, sorted.
 
-    A distribution may hold several packages: a script whose module is one of them belongs to that one alone.
+    A distribution may have several packages. A script whose module is in another of them is left out.
     """
     from importlib.metadata import distributions
 
@@ -85,7 +85,7 @@ def _programs(package: str) -> list[Path]:
 
 
 def _scripts(distribution: Distribution) -> list[Path]:
-    """The files of a distribution that lie among the programs of the environment, sorted."""
+    """Return the files of a distribution that are in the environment's bin/ or Scripts/, sorted."""
     record = distribution.read_text('RECORD') or ''
     names = [row.rpartition(',')[0].rpartition(',')[0].strip('"') for row in record.splitlines()]
     files = [Path(os.path.normpath(str(distribution.locate_file(name)))) for name in names]
@@ -93,7 +93,7 @@ def _scripts(distribution: Distribution) -> list[Path]:
 
 
 def _make(package: str, share: Path, programs: list[Path]) -> str | None:
-    """A prefix with links to these files; None where none can be made."""
+    """Return a prefix with links to these files; None if links cannot be made."""
     from hashlib import sha256
 
     names = '\0'.join(map(str, [share, *programs]))
@@ -103,7 +103,7 @@ def _make(package: str, share: Path, programs: list[Path]) -> str | None:
         prefix = Path(cache_folder('prefixes')) / f'{package}-{digest}'
         for name, target in links.items():
             _link(prefix / name, target)
-    except OSError:  # nowhere to write, no links on this system, or no home
+    except OSError:  # the cache cannot be written, the system has no links, or the user no home
         return None
     return str(prefix)
 
@@ -111,5 +111,5 @@ def _make(package: str, share: Path, programs: list[Path]) -> str | None:
 def _link(place: Path, target: Path) -> None:
     if not place.is_symlink():
         place.parent.mkdir(parents=True, exist_ok=True)
-        with contextlib.suppress(FileExistsError):  # another process was faster
+        with contextlib.suppress(FileExistsError):  # another process has made the link
             place.symlink_to(target, target_is_directory=target.is_dir())

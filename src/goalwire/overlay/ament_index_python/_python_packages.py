@@ -1,6 +1,6 @@
-"""The Python packages that goalwire ships, as packages of an installed prefix: `share/rclpy/package.xml`.
+"""The Python packages that goalwire ships, found like installed packages: `share/rclpy/package.xml`.
 
-A prefix of the search path that has the same package comes first.
+If a prefix of the search path has the same package, that one is used.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""ament_index_python.packages: where packages are installed."""
+"""ament_index_python.packages: the prefixes and share folders of packages."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ __all__ = [
 
 
 class PackageNotFoundError(KeyError):
-    """No prefix has the package, and no interface package is called so."""
+    """No prefix has the package, and no interface package has this name."""
 
     def __str__(self) -> str:
-        return str(self.args[0]) if self.args else ''  # a KeyError would quote it
+        return str(self.args[0]) if self.args else ''  # KeyError would put the message in quotes
 
 
 def get_packages_with_prefixes() -> dict[str, str]:
@@ -35,7 +35,7 @@ def get_packages_with_prefixes() -> dict[str, str]:
 def get_package_prefix(package_name: str) -> str:
     """Return the prefix that a package is installed in.
 
-    Raises PackageNotFoundError (a KeyError), and ValueError for what is not a package name (REP 144).
+    Raises PackageNotFoundError (a KeyError), and ValueError for an invalid package name (REP 144).
     """
     _check_name(package_name)
     try:

@@ -30,7 +30,7 @@ class InvalidResourceNameError(ValueError):
 def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
     """Return a resource's text and the prefix that has it.
 
-    Raises LookupError if there is none, OSError if it cannot be read, and ValueErrors for bad names.
+    Raises LookupError if there is no such resource, OSError if it cannot be read, ValueErrors for bad names.
     """
     _check(resource_type, resource_name)
     for prefix in get_search_paths():
@@ -48,7 +48,7 @@ def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
 
 
 def has_resource(resource_type: str, resource_name: str) -> str | Literal[False]:
-    """Return the prefix that has a resource, or False; ValueErrors for bad names."""
+    """Return the prefix that has a resource, or False. Raises ValueErrors for bad names."""
     _check(resource_type, resource_name)
     prefix = indexed_prefix(resource_type, resource_name)
     if prefix is not None:
@@ -57,7 +57,7 @@ def has_resource(resource_type: str, resource_name: str) -> str | Literal[False]
 
 
 def get_resources(resource_type: str) -> dict[str, str]:
-    """Return the names of a type's resources, each with the prefix it is found in first."""
+    """Return the names of a type's resources, each with the first prefix that has it."""
     _check_type(resource_type)
     found: dict[str, str] = {}
     for prefix in get_search_paths():
@@ -87,7 +87,7 @@ def get_resource_types() -> set[str]:
 
 
 def indexed_prefix(resource_type: str, resource_name: str) -> str | None:
-    """The first prefix whose index names a resource, as it lies on the disk."""
+    """Return the first prefix on the disk whose index has a resource; None without one."""
     for prefix in get_search_paths():
         if (_index(prefix) / resource_type / resource_name).is_file():
             return prefix
@@ -95,7 +95,7 @@ def indexed_prefix(resource_type: str, resource_name: str) -> str | None:
 
 
 def _whole(resource_type: str, name: str, prefix: str) -> str:
-    """The prefix to give for a resource: that of a package which pip installed has its programs, too."""
+    """Return the prefix to report for a resource: for a package from pip, one that also has its programs."""
     if resource_type == _interface_packages.PACKAGES and prefix in _linked_prefixes.of_pip():
         return _linked_prefixes.with_programs(name, prefix)
     return prefix
@@ -117,7 +117,7 @@ def _own_prefix(resource_type: str, name: str) -> str | None:
 
 
 def _visible(folder: Path) -> list[Path]:
-    """The entries of a folder that are not hidden, sorted; none if it is not a folder."""
+    """Return the entries of a folder that are not hidden, sorted; [] if it is not a folder."""
     if not folder.is_dir():
         return []
     return sorted(entry for entry in folder.iterdir() if not entry.name.startswith('.'))

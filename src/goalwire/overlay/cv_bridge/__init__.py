@@ -1,6 +1,6 @@
-"""cv_bridge: pictures of sensor_msgs as numpy arrays, as OpenCV takes them, and back.
+"""cv_bridge: converts pictures of sensor_msgs to numpy arrays, as OpenCV uses them, and back.
 
-numpy is enough for pictures as they are, for their colours, and for depths of 8 and 16 bits. OpenCV is needed
+numpy is enough for unconverted pictures, for colours, and for depths of 8 and 16 bits. OpenCV is needed
 for compressed pictures, Bayer patterns, YUV and colour maps: `pip install opencv-python-headless`.
 """
 

@@ -1,4 +1,4 @@
-"""Pictures of one encoding as another: colours and depths.
+"""Converts pictures from one encoding to another: colours and depths.
 
 The rules are those of cv_bridge (toCvCopy), and the arithmetic is OpenCV's.
 """
@@ -17,13 +17,13 @@ Picture: TypeAlias = np.ndarray[Any, np.dtype[Any]]
 
 _GRAY_OF = {'r': 9798, 'g': 19235, 'b': 3735}
 _GRAY_BITS = 15
-"""Brightness is 0.299 red + 0.587 green + 0.114 blue, in integers as OpenCV has them."""
+"""Brightness is 0.299 red + 0.587 green + 0.114 blue, as integers in OpenCV's scale (2**15)."""
 _BAYER = {'rggb': 'BG', 'bggr': 'RG', 'gbrg': 'GR', 'grbg': 'GB'}
-"""OpenCV names a pattern by two pixels of its second row, from the second column on; ROS by all four."""
+"""OpenCV names a Bayer pattern by pixels 2 and 3 of its second row, ROS by the pixels of two rows."""
 
 
 def require_opencv(what: str) -> ModuleType:
-    """Return OpenCV; raises ConversionError that says what to install for `what`."""
+    """Return OpenCV; raises ConversionError, which names the package to install for `what`."""
     try:
         import cv2
     except ImportError:
@@ -32,10 +32,10 @@ def require_opencv(what: str) -> ModuleType:
 
 
 def convert(picture: Picture, source: str, target: str) -> Picture:
-    """Return a copy of a picture in another encoding; raises ConversionError if that makes no sense.
+    """Return a copy of a picture in another encoding; raises ConversionError if there is no such conversion.
 
-    Pictures with one channel are height x width. Only between 8 and 16 bits are numbers scaled; otherwise
-    they are rounded and bounded.
+    Pictures with one channel are height x width. Numbers are scaled only between 8 and 16 bits; for other
+    depths they are rounded and clipped.
     """
     if target in {'', source}:
         return picture.copy()
@@ -106,7 +106,7 @@ def _by_opencv(picture: Picture, before: str, after: str) -> Picture:
 
 
 def _rescale(picture: Picture, before: Encoding, after: Encoding) -> Picture:
-    """Return a picture whose numbers have the other type."""
+    """Return a picture whose numbers have the depth of the other encoding."""
     dtype = np.dtype(DTYPES[after.depth])
     if dtype.kind == 'f':
         return picture.astype(dtype)

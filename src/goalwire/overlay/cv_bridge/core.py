@@ -1,4 +1,4 @@
-"""CvBridge: sensor_msgs/Image and CompressedImage to arrays and back."""
+"""CvBridge: converts sensor_msgs/Image and CompressedImage to arrays and back."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cv_bridge.encodings import (
 ValueT = TypeVar('ValueT')
 
 _BY_CHANNELS = {1: 'mono', 3: 'bgr', 4: 'bgra'}
-"""How OpenCV decodes a compressed picture, without the bits of a number."""
+"""The encoding of a decoded picture, without its bits, by the number of channels."""
 
 
 class CvBridgeError(TypeError):
@@ -32,10 +32,10 @@ class CvBridgeError(TypeError):
 
 
 class CvBridge:
-    """Converts pictures. It has no state: one is enough for a program, and any thread may use it."""
+    """Converts pictures. It has no state: one object is enough for a program, and any thread may use it."""
 
     def __init__(self) -> None:
-        """Make the tables that programs look at."""
+        """Make the tables that programs read."""
         self.cvtype_to_name = {
             cv_type(depth, channels): f'{depth}C{channels}' for depth in DEPTHS for channels in (1, 2, 3, 4)
         }
@@ -73,9 +73,9 @@ class CvBridge:
     # -- pictures --------------------------------------------------------------------------------------------
 
     def imgmsg_to_cv2(self, img_msg: Image, desired_encoding: str = 'passthrough') -> Picture:
-        """Return a picture as an array of its own, height x width, x channels if there are several.
+        """Return a picture as a new array of height x width, or height x width x channels.
 
-        'passthrough' leaves it as it is. Raises CvBridgeError if the message has fewer bytes than its size
+        'passthrough' keeps the encoding. Raises CvBridgeError if the message has fewer bytes than its size
         needs, or if the picture cannot be converted.
         """
         name, channels = self.encoding_to_dtype_with_channels(img_msg.encoding)
@@ -86,7 +86,7 @@ class CvBridge:
         if step < row or len(data) < step * height:
             raise CvBridgeError(
                 f'a picture of {width} x {height} in {img_msg.encoding} has rows of {row} bytes or more, '
-                f'and {len(data)} bytes with a step of {step} are not that'
+                f'but the message has {len(data)} bytes and a step of {step}'
             )
         rows = np.ascontiguousarray(data[: step * height].reshape(height, step)[:, :row])
         shape = (height, width) if channels == 1 else (height, width, channels)
@@ -98,14 +98,14 @@ class CvBridge:
     def cv2_to_imgmsg(
         self, cvim: Picture, encoding: str = 'passthrough', header: Header | None = None
     ) -> Image:
-        """Return an array as a message. It is not converted: `encoding` says what it is.
+        """Return an array as a message. The array is not converted: `encoding` tells what it holds.
 
-        'passthrough' stands for '8UC3' and its like. Raises TypeError for anything but an array,
-        CvBridgeError if the array's type is not the encoding's.
+        'passthrough' uses an encoding such as '8UC3'. Raises TypeError for anything but an array,
+        CvBridgeError if the array's type does not fit the encoding.
         """
         _check_is_array(cvim)
         if cvim.ndim not in {2, 3}:
-            raise CvBridgeError(f'a picture has 2 or 3 dimensions, and this array {cvim.ndim}')
+            raise CvBridgeError(f'a picture has 2 or 3 dimensions, but this array has {cvim.ndim}')
         channels = 1 if cvim.ndim == 2 else cvim.shape[2]
         own = self.dtype_with_channels_to_cvtype2(cvim.dtype, channels)
         if encoding != 'passthrough':
@@ -133,7 +133,7 @@ class CvBridge:
     ) -> Picture:
         """Return a compressed picture as an array; colours are in OpenCV's order: blue, green, red.
 
-        Raises CvBridgeError if it cannot be decoded or converted, or without OpenCV.
+        Raises CvBridgeError if the picture cannot be decoded or converted, or if OpenCV is missing.
         """
         cv2 = _or_error(lambda: require_opencv('compressed pictures'))
         data = np.frombuffer(bytes(cmprs_img_msg.data), np.uint8)
@@ -148,9 +148,9 @@ class CvBridge:
         return _or_error(lambda: convert(picture, source, desired_encoding))
 
     def cv2_to_compressed_imgmsg(self, cvim: Picture, dst_format: str = 'jpg') -> CompressedImage:
-        """Return an array as a compressed picture; `dst_format` is the suffix of such a file, as 'png'.
+        """Return an array as a compressed picture; `dst_format` is a file suffix such as 'png'.
 
-        Raises TypeError for anything but an array, CvBridgeError if OpenCV cannot encode it, or is not there.
+        Raises TypeError for anything but an array, CvBridgeError if OpenCV cannot encode it or is missing.
         """
         _check_is_array(cvim)
         cv2 = _or_error(lambda: require_opencv('compressed pictures'))

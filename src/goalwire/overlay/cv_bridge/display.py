@@ -1,4 +1,4 @@
-"""Pictures for people: labels in colours, depths as shades. The rules are cv_bridge's."""
+"""Makes pictures for display: labels in colours, depths as shades. The rules are cv_bridge's."""
 
 from __future__ import annotations
 
@@ -31,8 +31,9 @@ def cvtColorForDisplay(
 ) -> Picture:
     """Return a picture of 8 bits that a screen can show; '' for `encoding_out` means bgr8.
 
-    Labels (32SC1) get a colour each, and 0 is black. If bounds are given, or `do_dynamic_scaling` finds them,
-    they are spread over 0 to 255; `colormap` is one of OpenCV's. Raises RuntimeError if that cannot be done.
+    Labels (32SC1) get a colour each, and 0 is black. Values between the bounds are scaled to 0 to 255;
+    `do_dynamic_scaling` takes the bounds from the picture. `colormap` is one of OpenCV's. Raises RuntimeError
+    if the picture cannot be converted.
     """
     target = encoding_of(encoding_out or 'bgr8')
     if target.kind not in {'gray', 'rgb', 'bgr', 'rgba', 'bgra'} or target.bits != 8:
@@ -72,9 +73,9 @@ def _labels(source: Picture) -> Picture:
 
 @cache
 def _label_colours() -> Picture:
-    """Return upstream's colour of each label, blue first.
+    """Return the colour of each label as in ROS 2's cv_bridge, blue first.
 
-    They are the colours that web pages know by names, in the order of the alphabet.
+    They are the named colours of CSS, in alphabetical order.
     """
     rgb = np.frombuffer(bytes.fromhex(_COLOURS), np.uint8).reshape(-1, 3)
     return np.ascontiguousarray(rgb[:, ::-1])

@@ -1,6 +1,6 @@
 """The names of encodings in sensor_msgs/Image, and OpenCV's numbers for them.
 
-The names are those of sensor_msgs/image_encodings.hpp; which OpenCV type each has is cv_bridge's (getCvType).
+The names are those of sensor_msgs/image_encodings.hpp, and the numbers those of cv_bridge's getCvType.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from functools import cache
 from typing import NamedTuple
 
 DEPTHS = ('8U', '8S', '16U', '16S', '32S', '32F', '64F')
-"""OpenCV's names of the types of numbers, by its own numbers 0 to 6."""
+"""OpenCV's names of the number types; the index is OpenCV's number of the type."""
 DTYPES = {
     '8U': 'uint8',
     '8S': 'int8',
@@ -20,21 +20,21 @@ DTYPES = {
     '32F': 'float32',
     '64F': 'float64',
 }
-"""The names of numpy for them."""
+"""numpy's names of the number types."""
 COLOURS = ('rgb', 'bgr', 'rgba', 'bgra')
 _YUV = {'yuv422': 'uyvy', 'uyvy': 'uyvy', 'yuv422_yuy2': 'yuyv', 'yuyv': 'yuyv'}
 _GENERIC = re.compile(r'(8U|8S|16U|16S|32S|32F|64F)(?:C([1-9][0-9]{0,2}))?')
 _MOST_CHANNELS = 512
 _CV4_CHANNELS = 8
-"""In the number of an OpenCV 4 type a channel counts so much. OpenCV 5 counts otherwise."""
+"""What one more channel adds to the number of a type in OpenCV 4. OpenCV 5 has another value."""
 
 
 class ConversionError(RuntimeError):
-    """An encoding is unknown, or a picture cannot be made of another; CvBridge raises CvBridgeError then."""
+    """An encoding is unknown, or a picture cannot be converted; CvBridge raises CvBridgeError instead."""
 
 
 class Encoding(NamedTuple):
-    """The meaning of an encoding's name."""
+    """An encoding's name and its meaning."""
 
     name: str
     depth: str
@@ -43,12 +43,12 @@ class Encoding(NamedTuple):
     kind: str
     """The meaning of the channels: 'gray', one of COLOURS, 'uyvy', 'yuyv', or 'rggb' and its like.
 
-    '' if the name only says how many there are.
+    '' if the name tells only the number of channels.
     """
 
     @property
     def bits(self) -> int:
-        """How many bits a number has."""
+        """The number of bits of one value."""
         return int(self.depth[:-1])
 
 
@@ -76,7 +76,7 @@ def encoding_of(name: str) -> Encoding:
 
 @cache
 def _channel() -> int:
-    """Return how much a channel counts in OpenCV's numbers: in those of the OpenCV that is installed."""
+    """Return what one more channel adds to the number of a type in the installed OpenCV."""
     try:
         import cv2
     except ImportError:
@@ -85,12 +85,12 @@ def _channel() -> int:
 
 
 def cv_type(depth: str, channels: int) -> int:
-    """Return OpenCV's number for a type: CV_8UC3 and its like."""
+    """Return OpenCV's number for a type such as CV_8UC3."""
     return DEPTHS.index(depth) + _channel() * (channels - 1)
 
 
 def depth_and_channels(number: int) -> tuple[str, int]:
-    """Split a number that `cv_type` made; raises ConversionError for other numbers."""
+    """Return depth and channels of a number from `cv_type`; raises ConversionError for other numbers."""
     channels, depth = divmod(number, _channel())
     if number < 0 or depth >= len(DEPTHS):
         raise ConversionError(f'{number} is not the number of an OpenCV type')

@@ -10,7 +10,7 @@ __all__ = ['DiagnosticStatusWrapper']
 
 
 class DiagnosticStatusWrapper(DiagnosticStatus):
-    """A DiagnosticStatus with methods for its summary, which is level and message, and for its values."""
+    """A DiagnosticStatus with methods for its summary (level and message) and for its values."""
 
     @overload
     def summary(self, status: DiagnosticStatus, /) -> None: ...

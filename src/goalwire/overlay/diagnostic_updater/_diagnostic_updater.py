@@ -1,4 +1,4 @@
-"""Tasks that say how a part is, and the updater that runs them and publishes their statuses."""
+"""Tasks that report the state of a part, and the updater that runs them and publishes their statuses."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class DiagnosticTask:
 
 
 class FunctionDiagnosticTask(DiagnosticTask):
-    """A task that is a function: it is given a status, and returns it filled."""
+    """A task made of a function, which takes a status and returns it filled."""
 
     def __init__(self, name: str, fn: TaskFunction) -> None:
         super().__init__(name)
@@ -55,7 +55,7 @@ class FunctionDiagnosticTask(DiagnosticTask):
 
 
 class CompositeDiagnosticTask(DiagnosticTask):
-    """Several tasks that fill one status: their values follow each other, their summaries are merged."""
+    """Several tasks that fill one status: values are appended, summaries are merged."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -66,7 +66,7 @@ class CompositeDiagnosticTask(DiagnosticTask):
         self.tasks.append(t)
 
     def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        """Run the tasks in their order; each finds the summary that was passed in."""
+        """Run the tasks in order; each starts with the summary of the given status."""
         passed_in, merged = DiagnosticStatusWrapper(), DiagnosticStatusWrapper()
         passed_in.summary(stat)
         for task in tuple(self.tasks):
@@ -79,7 +79,7 @@ class CompositeDiagnosticTask(DiagnosticTask):
 
 @runtime_checkable
 class _Task(Protocol):
-    """The part of DiagnosticTask that `add` needs; programs also give classes of their own that have it."""
+    """The methods of DiagnosticTask that `add` needs; programs may pass classes of their own with these."""
 
     def getName(self) -> str: ...
 
@@ -96,7 +96,7 @@ class _NamedRun(Protocol):
 
 
 class DiagnosticTaskVector:
-    """A list of tasks that threads may change while others run them."""
+    """A list of tasks. Threads may change the list while other threads run the tasks."""
 
     class DiagnosticTaskInternal:
         """A task's name, with the function to call."""
@@ -106,7 +106,7 @@ class DiagnosticTaskVector:
             self.fn = fn
 
         def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-            """Let the function fill the status, which gets the task's name."""
+            """Set the status's name to the task's, and let the function fill the status."""
             stat.name = self.name
             return _run(self.name, self.fn, stat)
 
@@ -115,7 +115,7 @@ class DiagnosticTaskVector:
         self.lock = threading.Lock()  # held to change or copy the list; never while a task runs
 
     def addedTaskCallback(self, task: _NamedRun) -> None:
-        """Is called with each task that was added; override it."""
+        """Do nothing. Override this to get each task that is added."""
 
     @overload
     def add(self, task: _Task, /) -> None: ...
@@ -154,7 +154,7 @@ class Updater(DiagnosticTaskVector):
     """Runs its tasks in a period of seconds, and publishes their statuses on /diagnostics.
 
     The parameter `diagnostic_updater.period` replaces the period. If `diagnostic_updater.use_fqn` is true,
-    the statuses carry the node's name with its namespace, else its name alone.
+    the statuses carry the node's name with its namespace, else only its name.
     """
 
     def __init__(self, node: Node, period: float = 1.0) -> None:
@@ -168,7 +168,7 @@ class Updater(DiagnosticTaskVector):
         self.warn_nohwid_done = False
         use_fqn = _declare(node, USE_FQN, False)
         self.node_name = node.get_fully_qualified_name() if use_fqn else node.get_name()
-        self._period: float = _declare(node, PERIOD, period)  # an integer stays so, as does its parameter
+        self._period: float = _declare(node, PERIOD, period)  # an integer stays an integer
         self.timer: Timer = node.create_timer(self._period, self.update)
 
     @property
@@ -178,7 +178,7 @@ class Updater(DiagnosticTaskVector):
 
     @period.setter
     def period(self, period: float) -> None:
-        timer = self.node.create_timer(period, self.update)  # first: it refuses a period below zero
+        timer = self.node.create_timer(period, self.update)  # refuses a period below zero
         self.node.destroy_timer(self.timer)
         self.timer, self._period = timer, period
 
@@ -187,7 +187,7 @@ class Updater(DiagnosticTaskVector):
         self.hwid = hwid
 
     def update(self) -> None:
-        """Run all tasks and publish their statuses. The timer does so; a program may at any time."""
+        """Run all tasks and publish their statuses. The timer calls this; a program may call it, too."""
         statuses = []
         for task in self._copy_tasks():
             status = DiagnosticStatusWrapper(
@@ -208,7 +208,7 @@ class Updater(DiagnosticTaskVector):
         self.publish(statuses)
 
     def force_update(self) -> None:
-        """Update at once, as `update` does when it is due."""
+        """Call `update` at once, without waiting for the timer."""
         self.update()
 
     def broadcast(self, lvl: bytes, msg: str) -> None:
@@ -221,7 +221,7 @@ class Updater(DiagnosticTaskVector):
         self.publish(statuses)
 
     def publish(self, msg: DiagnosticStatus | Sequence[DiagnosticStatus]) -> None:
-        """Publish statuses, with the node's name before theirs. The given statuses stay as they are."""
+        """Publish copies of statuses, with the node's name before their names."""
         given = [msg] if isinstance(msg, DiagnosticStatus) else msg
         array = DiagnosticArray(
             status=[
@@ -245,7 +245,7 @@ class Updater(DiagnosticTaskVector):
         self.publish(status)
 
     def _warn_without_hardware_id(self) -> None:
-        """Warn once if no hardware ID was set. It may be known late, so this waits until all is well."""
+        """Warn once if no hardware ID was set. `update` calls this if all is OK: the ID may come late."""
         if not self.hwid and not self.warn_nohwid_done:
             self.warn_nohwid_done = True
             self.node.get_logger().warning(
@@ -255,7 +255,7 @@ class Updater(DiagnosticTaskVector):
 
 
 def _run(name: str, fn: TaskFunction, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-    """Call a task; TypeError if it returns no status, as when it has no return statement."""
+    """Call a task's function. Raises TypeError if it returns no status, e.g. has no return statement."""
     filled = fn(stat)
     if not isinstance(filled, DiagnosticStatus):
         raise TypeError(
@@ -265,7 +265,7 @@ def _run(name: str, fn: TaskFunction, stat: DiagnosticStatusWrapper) -> Diagnost
 
 
 def _declare(node: Node, name: str, default: float | bool) -> Any:
-    """Return a parameter that this declares, unless another updater or the node's overrides did."""
+    """Declare a parameter if it is not declared yet, and return its value."""
     if not node.has_parameter(name):
         node.declare_parameter(name, default)
     return node.get_parameter(name).value

@@ -19,7 +19,7 @@ __all__ = ['DiagnosedPublisher', 'HeaderlessTopicDiagnostic', 'TopicDiagnostic']
 
 
 class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
-    """Watches how often messages without a header come, and adds itself to an updater."""
+    """Watches the frequency of messages without a header, as a task of an updater."""
 
     def __init__(self, name: str, diag: Updater, freq: FrequencyStatusParam) -> None:
         super().__init__(f'{name} topic status')
@@ -38,7 +38,7 @@ class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
 
 
 class TopicDiagnostic(HeaderlessTopicDiagnostic):
-    """Watches how often messages come, and how old their stamps are by the node's clock."""
+    """Watches the frequency of messages, and the age of their stamps by the node's clock."""
 
     def __init__(
         self, name: str, diag: Updater, freq: FrequencyStatusParam, stamp: TimeStampStatusParam

@@ -1,4 +1,4 @@
-"""Tasks that watch events: how often they come, and how old their stamps are."""
+"""Tasks that watch the frequency of events and the age of their stamps."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class FrequencyStatusParam:
     """The frequencies that a FrequencyStatus accepts, in Hz.
 
     `freq_bound` has the keys 'min' and, if there is an upper bound, 'max'; it may be changed at any time.
-    `tolerance` widens the bounds by that share of them. Events count for `window_size` updates.
+    `tolerance` widens the bounds by that share of them. The frequency is computed over `window_size` updates.
     """
 
     def __init__(self, freq_bound: Mapping[str, float], tolerance: float = 0.1, window_size: int = 5) -> None:
@@ -51,7 +51,7 @@ class FrequencyStatusParam:
 
 
 class FrequencyStatus(DiagnosticTask):
-    """Warns if events come too seldom or too often; an error if none came within the window."""
+    """Reports a warning if events come too seldom or too often, an error if none came within the window."""
 
     def __init__(self, params: FrequencyStatusParam, name: str = 'FrequencyStatus') -> None:
         super().__init__(name)
@@ -66,7 +66,7 @@ class FrequencyStatus(DiagnosticTask):
         with self.lock:
             self.count = 0
             start = (self._clock.now(), 0)
-            # One entry for each update of the window: its time, and how many events had come by then.
+            # One entry for each update of the window: its time, and the number of events until then.
             self._updates: deque[tuple[Time, int]] = deque([start] * self.params.window_size)
 
     def tick(self) -> None:
@@ -75,7 +75,7 @@ class FrequencyStatus(DiagnosticTask):
             self.count += 1
 
     def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        """Judge the events since the update that is `window_size` updates back."""
+        """Fill the status from the events of the last `window_size` updates."""
         with self.lock:
             now, count = self._clock.now(), self.count
             then, count_then = self._updates.popleft()
@@ -106,7 +106,7 @@ class FrequencyStatus(DiagnosticTask):
 
 
 class TimeStampStatusParam:
-    """The ages of a stamp that a TimeStampStatus accepts, in seconds; below zero is in the future."""
+    """The ages of a stamp that a TimeStampStatus accepts, in seconds; a negative age is in the future."""
 
     def __init__(self, min_acceptable: float = -1, max_acceptable: float = 5) -> None:
         self.min_acceptable = min_acceptable
@@ -116,8 +116,9 @@ class TimeStampStatusParam:
 class TimeStampStatus(DiagnosticTask):
     """Reports an error if a stamp since the last update was too old, in the future, or zero.
 
-    `clock` tells the age of stamps: give the node's, since its time may be simulated. None is the system's
-    time. Without any stamp since the last update it warns; SlowTimeStampStatus does not.
+    `clock` gives the time for the age of stamps: pass the node's clock, since its time may be simulated. None
+    stands for the system's time. If no stamp came since the last update, the status is a warning; with
+    SlowTimeStampStatus it is OK.
     """
 
     without_data = DiagnosticStatus.WARN
@@ -158,7 +159,7 @@ class TimeStampStatus(DiagnosticTask):
             self.deltas_valid = True
 
     def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        """Judge the stamps since the last update."""
+        """Fill the status from the stamps since the last update."""
         with self.lock:
             self._judge(stat)
             stat.add('Earliest timestamp delay:', f'{self.min_delta:f}')
@@ -194,7 +195,7 @@ class SlowTimeStampStatus(TimeStampStatus):
 
 
 class Heartbeat(DiagnosticTask):
-    """Says that the node is alive, by running."""
+    """Reports OK at each update, which shows that the node is alive."""
 
     def __init__(self) -> None:
         super().__init__('Heartbeat')

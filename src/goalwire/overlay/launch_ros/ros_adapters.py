@@ -1,4 +1,4 @@
-"""launch_ros.ros_adapters: a node of rclpy that spins beside a launch, for actions of one's own.
+"""launch_ros.ros_adapters: a node of rclpy that spins beside a launch, for a program's own actions.
 
 The actions of launch_ros use a node in the launch's own loop instead.
 """
@@ -33,7 +33,7 @@ class ROSAdapter:
             self.start()
 
     def start(self) -> None:
-        """Open the node and spin it. Raises LaunchError if it is open already."""
+        """Open the node and spin it in a thread. Raises LaunchError if it is open already."""
         if self._running is not None:
             raise LaunchError('this ROS adapter has been started already')
         context = rclpy.Context()

@@ -25,7 +25,7 @@ def post_shutdown_test() -> Callable[[type[T]], type[T]]:
 
 
 def ready_to_test_action_timeout(timeout: float) -> Callable[[T], T]:
-    """Say how many seconds may go by before ReadyToTest; without it they are 15."""
+    """Set how many seconds the launch may take until ReadyToTest; the default is 15."""
 
     def decorate(function: T) -> T:
         setattr(function, TIMEOUT, timeout)

@@ -49,7 +49,7 @@ class IoHandler:
 
 
 class ActiveIoHandler:
-    """The output of processes that still print: another thread may wait for output."""
+    """The output of running processes. Another thread may wait for output."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -57,7 +57,7 @@ class ActiveIoHandler:
 
     @property
     def io_event(self) -> threading.Condition:
-        """Notified at each output; held while output is added."""
+        """The condition that is notified of each output, and locked while output is added."""
         return self._changed
 
     def track(self, process_name: str) -> None:
@@ -103,7 +103,7 @@ class ActiveIoHandler:
         strip_ansi_escape_sequences: bool = True,
         stream: str = 'stderr',
     ) -> bool:
-        """Wait until a process has printed the expected output; return whether it has within `timeout` s."""
+        """Wait until a process has printed the expected output; return False after `timeout` s."""
 
         def has_come() -> bool:
             try:

@@ -40,7 +40,7 @@ class TestRun:
         self.post_shutdown_tests = post_shutdown_tests
         self._test_description_function = test_description_function
         self.timeout: float = getattr(test_description_function, TIMEOUT, READY_WITHIN)
-        """How many seconds may go by before ReadyToTest."""
+        """How many seconds the launch may take until ReadyToTest."""
         if self.param_args:
             for case in self.all_cases():
                 self._rename(case)
@@ -55,7 +55,7 @@ class TestRun:
     def normalized_test_description(
         self, *, ready_fn: Callable[[], object]
     ) -> tuple[LaunchDescription, dict[str, Any]]:
-        """Return the description and its values for tests. Raises Exception if it has no ReadyToTest."""
+        """Return the description and the values for tests. Raises Exception if it has no ReadyToTest."""
         made = self._test_description_function()
         description, context = made if isinstance(made, tuple) else (made, {})
         ready = next(_ready_actions(description.entities), None)
@@ -72,7 +72,7 @@ class TestRun:
         injected_attributes: Mapping[str, Any] | None = None,
         injected_args: Mapping[str, Any] | None = None,
     ) -> None:
-        """Give tests the values they ask for: by the names of arguments, or as attributes, the old way."""
+        """Give tests their values: as arguments by name, or as attributes, which is the old way."""
         for cls in {type(case): None for case in _cases(tests)}:
             for name, value in (injected_attributes or {}).items():
                 setattr(cls, name, _warning_property(name, value))
@@ -83,7 +83,7 @@ class TestRun:
                 setattr(case, method, _bind(getattr(case, method), injected_args or {}))
 
     def get_launch_description(self) -> LaunchDescription:
-        """Return a description to look at; it cannot be launched."""
+        """Return a description to read; it cannot be launched."""
         return self.normalized_test_description(ready_fn=lambda: None)[0]
 
     def all_cases(self) -> Iterator[unittest.TestCase]:
@@ -137,7 +137,7 @@ class _Loader(unittest.TestLoader):
     def loadTestsFromTestCase(self, testCaseClass: type[unittest.TestCase]) -> unittest.TestSuite:
         if getattr(testCaseClass, '__post_shutdown_test__', False) != self._is_post_shutdown:
             return unittest.TestSuite()
-        # Each launch has classes of its own, for it gives them other things.
+        # Each launch has its own subclass, since `bind` sets the launch's values on the class.
         own = type(testCaseClass.__name__, (testCaseClass,), {'__module__': testCaseClass.__module__})
         return super().loadTestsFromTestCase(own)
 

@@ -1,4 +1,4 @@
-"""launch_testing.markers: launches that stay alive, and tests that are tried again."""
+"""launch_testing.markers: launches that stay alive, and tests that are repeated after a failure."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ T = TypeVar('T')
 
 
 def keep_alive(test_description: T) -> T:
-    """Mark a description whose launch goes on when none of its processes is left."""
+    """Mark a description whose launch continues after all its processes have ended."""
     markers = getattr(test_description, '__markers__', {})
     test_description.__markers__ = {**markers, 'keep_alive': True}  # type: ignore[attr-defined]
     return test_description
@@ -22,7 +22,7 @@ def keep_alive(test_description: T) -> T:
 def retry_on_failure(
     *, times: int, delay: float | None = None
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Try a test up to `times` times, as long as it fails by an AssertionError, `delay` seconds apart."""
+    """Repeat a test while it raises AssertionError: at most `times` runs, `delay` seconds apart."""
     if times <= 0:
         raise AssertionError(f'times is {times}: it must be above 0')
 

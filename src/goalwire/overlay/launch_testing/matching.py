@@ -1,6 +1,6 @@
 """launch_testing.tools.text: functions that look for expected text or lines.
 
-They stand apart from the tools, which use the assertions, which use these.
+They have a module of their own because the assertions use them and `tools` uses the assertions.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ def remove_ansi_escape_sequences(text: str) -> str:
 def build_text_match(expected_text: Any, *, strict: bool = False) -> Callable[..., Span | None]:
     """Return a function that finds a text, a compiled pattern, or several of them in order.
 
-    The function takes a text and where to begin, and returns where the match lies, None without one.
-    Raises ValueError if the expectation is neither.
+    The function takes a text and a start, and returns (begin, end) of the match, or None.
+    Raises ValueError if the expected text is of another type.
     """
     if isinstance(expected_text, str):
         return lambda actual_text, start=0: _find(
@@ -52,8 +52,8 @@ def build_text_match(expected_text: Any, *, strict: bool = False) -> Callable[..
 def build_line_match(expected_lines: Any, *, strict: bool = False) -> Callable[..., Span | None]:
     """Return a function that finds a line by its text or a compiled pattern, or several lines in order.
 
-    The function takes lines and where to begin, and returns where the match lies, None without one.
-    Raises ValueError if the expectation is neither.
+    The function takes lines and a start, and returns (begin, end) of the match, or None.
+    Raises ValueError if the expected lines are of another type.
     """
     if isinstance(expected_lines, str | re.Pattern):
 
@@ -82,7 +82,7 @@ def _find(text: str, start: int, wanted: str, *, strict: bool) -> Span | None:
 
 
 def _in_order(matches: Sequence[Callable[..., Span | None]], *, strict: bool) -> Callable[..., Span | None]:
-    """Return a function that finds all of these patterns in order; without gaps if `strict` is set."""
+    """Return a function that finds all these patterns in order; with `strict` there may be no gaps."""
 
     def match_all(actual: Any, start: int = 0) -> Span | None:
         begin, end = -1, start

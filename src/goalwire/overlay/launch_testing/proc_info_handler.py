@@ -1,4 +1,4 @@
-"""launch_testing.proc_info_handler: which processes run, and how they ended."""
+"""launch_testing.proc_info_handler: records processes that run, and their exit codes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ProcessInfo: TypeAlias = ProcessStarted | ProcessExited
 
 
 class ProcInfoHandler:
-    """The last that is known of each process: that it started, or its exit code."""
+    """The last event of each process: its start, or its end with the exit code."""
 
     def __init__(self) -> None:
         self._last: dict[Any, ProcessInfo] = {}
@@ -47,7 +47,7 @@ class ProcInfoHandler:
 
 
 class ActiveProcInfoHandler:
-    """Starts and ends of processes that still run: another thread may wait for them."""
+    """Starts and ends of processes while the launch runs. Another thread may wait for them."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -55,7 +55,7 @@ class ActiveProcInfoHandler:
 
     @property
     def proc_event(self) -> threading.Condition:
-        """Notified when a process has started or ended."""
+        """The condition that is notified when a process has started or ended."""
         return self._changed
 
     def append(self, process_info: ProcessInfo) -> None:

@@ -1,4 +1,4 @@
-"""launch_testing.ready_aggregator: calls a function when the last of several is ready."""
+"""launch_testing.ready_aggregator: calls a function when several parts are ready."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 
 class ReadyAggregator:
-    """Each of several calls its `ready_fn`; at the last call it calls the function that it was given."""
+    """Counts the calls of `ready_fn`, one for each part, and calls the given function at the last."""
 
     def __init__(self, ready_fn: Callable[[], object], num_to_aggregate: int) -> None:
         self._call = ready_fn

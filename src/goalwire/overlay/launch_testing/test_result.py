@@ -1,4 +1,4 @@
-"""launch_testing.test_result: results that know their tests and how long each took."""
+"""launch_testing.test_result: results with their tests and the time that each test took."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class HasCases(Protocol):
 
 
 class Result(Protocol):
-    """The common part of a run's results."""
+    """The common base of a run's results."""
 
     testsRun: int
     failures: list[tuple[unittest.TestCase, str]]
@@ -34,7 +34,7 @@ class Result(Protocol):
 
 
 class FailResult(unittest.TestResult):
-    """All tests failed, for the launch ended before they did."""
+    """All tests failed, because the launch ended before the tests."""
 
     def __init__(self, test_run: HasCases, message: str) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class FailResult(unittest.TestResult):
 
 
 class SkipResult(unittest.TestResult):
-    """All tests were skipped, as the description was."""
+    """All tests were skipped, because the description was skipped."""
 
     def __init__(self, test_run: HasCases, skip_reason: str = '') -> None:
         super().__init__()
@@ -61,14 +61,14 @@ class SkipResult(unittest.TestResult):
 
 
 class TestResult(unittest.TextTestResult):
-    """Also keeps how long each test took."""
+    """A unittest result that also records how long each test took."""
 
     __test__ = False  # pytest would collect the class otherwise
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.testTimes: dict[Any, float] = {}
-        """The times of the tests, in s."""
+        """The duration of each test, in s."""
         self._began = 0.0
 
     @property

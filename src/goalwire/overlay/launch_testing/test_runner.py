@@ -1,4 +1,4 @@
-"""launch_testing.test_runner: launches, tests beside the processes, and tests when they have ended."""
+"""launch_testing.test_runner: runs launches, tests beside the processes, and tests after their end."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class LaunchDiedError(Exception):
 
 
 class _Launch:
-    """One run: the launch has this thread, as signals need it; the tests beside it have one of their own."""
+    """One run: the launch runs in this thread, because of signals; its tests run in another thread."""
 
     def __init__(
         self, run: TestRun, preamble: Sequence[Any], arguments: Sequence[str], *, debug: bool
@@ -122,11 +122,11 @@ class LaunchTestRunner:
         self._debug = debug
 
     def generate_preamble(self) -> list[Any]:
-        """Return actions that come before each description; derived runners have some."""
+        """Return actions to run before each description. Derived runners override this."""
         return []
 
     def run(self) -> dict[TestRun, Result]:
-        """Return the results of each run; the first launch that ends too early is the last one."""
+        """Run the tests and return the results of each run. Stop after a launch that ends too early."""
         results: dict[TestRun, Result] = {}
         for run in self._test_runs:
             if len(self._test_runs) > 1:
@@ -145,7 +145,7 @@ class LaunchTestRunner:
         return results
 
     def validate(self) -> None:
-        """Raise Exception if a description takes other arguments than its parameters."""
+        """Raise Exception if a description's arguments are not the names of its parameters."""
         for run in self._test_runs:
             function = inspect.unwrap(run._test_description_function)
             taken = list(inspect.signature(function).parameters)
@@ -153,7 +153,7 @@ class LaunchTestRunner:
                 if name not in taken:
                     raise Exception(  # noqa: TRY002 - what launch_testing raises
                         f'Could not find an argument in {ENTRY} matching '
-                        f"prametrized argument '{name}'"  # the spelling is launch_testing's
+                        f"prametrized argument '{name}'"  # launch_testing's spelling
                     )
             for name in taken:
                 if name not in run.param_args:
@@ -168,7 +168,7 @@ def _run_suite(tests: unittest.TestSuite) -> TestResult:
 
 
 def _split_arguments(arguments: Sequence[str]) -> list[tuple[str, str]]:
-    """Return names and values of NAME:=VALUE; the last one of a name wins. Raises RuntimeError."""
+    """Return names and values of NAME:=VALUE; the last value of a name counts. Raises RuntimeError."""
     found: dict[str, str] = {}
     for argument in arguments:
         name, separator, value = argument.partition(':=')

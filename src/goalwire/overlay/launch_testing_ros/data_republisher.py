@@ -13,7 +13,7 @@ MsgT = TypeVar('MsgT')
 
 
 class DataRepublisher(Generic[MsgT]):
-    """Publishes what a function makes of the messages that come, while the node spins."""
+    """Applies a function to each message of a topic and publishes the result, while the node spins."""
 
     def __init__(
         self,
@@ -23,7 +23,7 @@ class DataRepublisher(Generic[MsgT]):
         msg_type: type[MsgT],
         transform_fn: Callable[[MsgT], MsgT | None],
     ) -> None:
-        """Begin. If `transform_fn` returns None, the message is dropped."""
+        """Begin to republish. If `transform_fn` returns None, the message is dropped."""
         self._node = node
         self._transform = transform_fn
         self._received = 0
@@ -32,12 +32,12 @@ class DataRepublisher(Generic[MsgT]):
         self._subscription = node.create_subscription(msg_type, listen_topic, self._pass_on, 10)
 
     def shutdown(self) -> None:
-        """Stop."""
+        """Stop republishing."""
         self._node.destroy_subscription(self._subscription)
         self._node.destroy_publisher(self._publisher)
 
     def get_num_received(self) -> int:
-        """Return how many messages came."""
+        """Return how many messages were received."""
         return self._received
 
     def get_num_republished(self) -> int:
@@ -45,7 +45,7 @@ class DataRepublisher(Generic[MsgT]):
         return len(self._republished)
 
     def get_republished(self) -> list[MsgT]:
-        """Return the messages of which one was published, as they are after the function has had them."""
+        """Return the received messages that were republished. The function may have changed them."""
         return self._republished
 
     def _pass_on(self, message: MsgT) -> None:

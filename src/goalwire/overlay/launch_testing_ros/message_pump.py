@@ -23,11 +23,11 @@ class MessagePump:
         self._thread = Thread(target=self._spin, name='msg_pump_thread')
 
     def start(self) -> None:
-        """Begin to spin. Once."""
+        """Begin to spin; only once for each object."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Stop spinning, and wait for the callback that runs; raises Exception if that takes 5 s."""
+        """Stop spinning, and wait for the running callback; raises Exception after 5 s."""
         self._end.set_result(None)
         self._thread.join(_STOP_S)
         if self._thread.is_alive():

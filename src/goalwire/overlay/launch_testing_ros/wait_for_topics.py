@@ -20,9 +20,9 @@ __all__ = ['WaitForTopics']
 
 
 class WaitForTopics:
-    """`with WaitForTopics([('chatter', String)], timeout=5.0):` runs its block when they have come.
+    """Waits for topics: `with WaitForTopics([('chatter', String)], timeout=5.0):` then runs its block.
 
-    Or else call `wait` and `shutdown`. It has a node in a context of its own, so the test may have another.
+    Or call `wait` and `shutdown`. It has its own node in its own context, apart from those of the test.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class WaitForTopics:
         timeout: float = 5.0,
         messages_received_buffer_length: int = 10,
     ) -> None:
-        """Nothing is subscribed to yet. `timeout` is in s; of each topic the latest messages are kept."""
+        """Subscribe to nothing yet. `timeout` is in s. The latest messages of each topic are kept."""
         self.topic_tuples = list(topic_tuples)
         self.timeout = timeout
         self.messages_received_buffer_length = messages_received_buffer_length
@@ -59,7 +59,7 @@ class WaitForTopics:
         return self._all_received.wait(self.timeout)
 
     def shutdown(self) -> None:
-        """End it. What was received stays known."""
+        """Stop listening. Received messages are kept."""
         self._context.try_shutdown()
         self._thread.join()
         self._executor.shutdown()
@@ -70,11 +70,11 @@ class WaitForTopics:
         return set(self._received)
 
     def topics_not_received(self) -> set[str]:
-        """Return the topics that had none."""
+        """Return the topics without a message."""
         return self._messages.keys() - self._received
 
     def received_messages(self, topic_name: str) -> list[Any]:
-        """Return the latest messages of a topic; raises KeyError for one that is not waited for."""
+        """Return the latest messages of a topic; raises KeyError for another topic."""
         if topic_name not in self._messages:
             raise KeyError(f'No messages received for topic: {topic_name}')
         return list(self._messages[topic_name])

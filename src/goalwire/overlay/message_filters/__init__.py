@@ -1,4 +1,4 @@
-"""message_filters: messages are kept, and matched by their time, before a callback sees them."""
+"""message_filters: keeps messages and matches them by time before they reach a callback."""
 
 from message_filters.cache import Cache
 from message_filters.simple_filter import SimpleFilter

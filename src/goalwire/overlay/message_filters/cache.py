@@ -14,7 +14,7 @@ __all__ = ['Cache']
 
 
 class Cache(SimpleFilter):
-    """Keeps the last `cache_size` messages that came out of a filter, and passes every one on."""
+    """Keeps the last `cache_size` messages of a filter, and passes every message on."""
 
     def __init__(self, f: SimpleFilter, cache_size: int = 1, allow_headerless: bool = False) -> None:
         super().__init__()
@@ -34,11 +34,11 @@ class Cache(SimpleFilter):
         return [stamp for stamp, _ in tuple(self._entries)]
 
     def connectInput(self, f: SimpleFilter) -> None:
-        """Keep what comes out of `f` too."""
+        """Take the output of the filter `f` as input."""
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:
-        """Keep a message, the oldest goes when there are too many; pass it on."""
+        """Keep a message and pass it on. A full cache drops its oldest message."""
         stamp = stamp_or_arrival(
             msg, allow_headerless=self.allow_headerless, logger_name='message_filters_cache'
         )
@@ -65,7 +65,7 @@ class Cache(SimpleFilter):
         return self._entries[-1][0] if self._entries else None
 
     def getLatestTime(self) -> Time | None:
-        """Do as getLastestTime does, under the right spelling."""
+        """Return the same as getLastestTime."""
         return self.getLastestTime()
 
     def getOldestTime(self) -> Time | None:

@@ -9,14 +9,14 @@ __all__ = ['SimpleFilter']
 
 
 class SimpleFilter:
-    """Something that messages come out of."""
+    """The base of filters: it passes messages to the registered callbacks."""
 
     def __init__(self) -> None:
         self.callbacks: dict[int, tuple[Callable[..., object], tuple[object, ...]]] = {}
         self._connections = count()
 
     def registerCallback(self, cb: Callable[..., object], *args: object) -> int:
-        """Call `cb(*messages, *args)` with what comes out; returns the key of `callbacks`."""
+        """Call `cb(*messages, *args)` with each output; return the callback's key in `callbacks`."""
         connection = next(self._connections)
         self.callbacks[connection] = cb, args
         return connection

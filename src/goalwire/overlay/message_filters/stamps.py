@@ -1,4 +1,4 @@
-"""When a message counts as sent: its header's stamp, or the time of its arrival."""
+"""The time of a message: its header's stamp, or the time of its arrival."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def stamp_of(msg: Any) -> Time:
 
 
 def stamp_or_arrival(msg: Any, *, allow_headerless: bool, logger_name: str) -> Time | None:
-    """Return the stamp. Without a header return the time now if that is allowed; else warn, return None."""
+    """Return the stamp. Without a header return the current time if allowed; else warn and return None."""
     if hasattr(msg, 'header') and hasattr(msg.header, 'stamp'):
         return stamp_of(msg)
     if allow_headerless:

@@ -17,13 +17,13 @@ DEFAULT_DEPTH = 10
 class Subscriber(SimpleFilter):
     """A subscription whose messages go to the registered callbacks.
 
-    Takes what Node.create_subscription takes, the callback excepted, and has the subscription's attributes.
+    Takes the arguments of Node.create_subscription but the callback, and has the subscription's attributes.
     """
 
     def __init__(
         self, node: Node, msg_type: type, topic: str, qos_profile: Any = DEFAULT_DEPTH, **kwargs: Any
     ) -> None:
-        """Raises as create_subscription does."""
+        """Subscribe; raises as create_subscription does."""
         super().__init__()
         self.node = node
         self.topic = topic
@@ -40,6 +40,6 @@ class Subscriber(SimpleFilter):
         return self.topic
 
     def __getattr__(self, name: str) -> Any:
-        if name == 'sub':  # create_subscription failed
+        if name == 'sub':  # create_subscription has failed
             raise AttributeError(name)
         return getattr(self.sub, name)

@@ -23,9 +23,9 @@ Queue = dict[int, Any]
 
 
 class TimeSynchronizer(SimpleFilter):
-    """Calls back with one message of each input, all of one stamp; no two sets share a message.
+    """Calls back with one message from each input, all with the same stamp; it uses each message once.
 
-    Of each input the `queue_size` newest messages, by stamp, wait for the others.
+    Each input queues the `queue_size` messages with the latest stamps until the other inputs have them.
     """
 
     def __init__(self, fs: Iterable[SimpleFilter], queue_size: int) -> None:
@@ -44,7 +44,7 @@ class TimeSynchronizer(SimpleFilter):
         ]
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
-        """Queue a message of the input `my_queue_index` and call back with what is complete by it."""
+        """Queue a message of the input `my_queue_index`, and call back with each set that is complete."""
         stamp = stamp_of(msg).nanoseconds
         with self.lock:
             self._enqueue(msg, my_queue, stamp)
@@ -59,15 +59,15 @@ class TimeSynchronizer(SimpleFilter):
             del queue[min(queue)]
 
     def _take(self, stamps: Iterable[int]) -> list[object]:
-        """Remove the messages of these stamps, one of each queue, and return them."""
+        """Remove the messages with these stamps, one from each queue, and return them."""
         return [queue.pop(stamp) for queue, stamp in zip(self.queues, stamps, strict=True)]
 
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):
-    """Calls back with one message of each input, the stamps less than `slop` seconds apart.
+    """Calls back with one message from each input, whose stamps are less than `slop` seconds apart.
 
-    A new message is matched with the nearest ones of the other inputs. Messages without a header are dropped
-    unless `allow_headerless`, which takes the time of their arrival; `sync_arrival_time` does so for all.
+    A new message is matched with the nearest messages of the other inputs. Messages without a header are
+    dropped; `allow_headerless` uses the time of their arrival instead, `sync_arrival_time` does so for all.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         super().__init__(fs, queue_size)
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
-        """Queue a message and call back with the set that it completes, if it does."""
+        """Queue a message, and call back with the set that it completes, if any."""
         if self.sync_arrival_time:
             stamp = ROSClock().now()
         else:
@@ -102,7 +102,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
             self.signalMessage(*messages)
 
     def _match(self, stamp: int, index: int | None) -> tuple[int, ...] | None:
-        """Return a stamp of each queue, that of the queue `index` being `stamp`; None where none match."""
+        """Return a stamp from each queue, with `stamp` for the queue `index`; None without a match."""
         slop = self.slop.nanoseconds
 
         def near(queue: Queue) -> list[int]:
@@ -111,7 +111,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         candidates = [near(queue) for queue in self.queues]
         if index is None:
             return _first_within(candidates, slop, inf, -inf)
-        if stamp not in self.queues[index]:  # older than all in a full queue
+        if stamp not in self.queues[index]:  # the full queue has dropped the message: all others are newer
             return None
         candidates[index] = [stamp]
         return _first_within(candidates, slop, stamp, stamp)
@@ -123,8 +123,8 @@ def _first_within(
     """Return the first combination of one item from each sequence that, with low and high, spans less than
     `slop`.
 
-    Combinations are tried as itertools.product orders them; each beginning that leads nowhere is tried once
-    for all that have its extent.
+    Combinations are tried in the order of itertools.product. The cache keeps failed partial combinations, by
+    their span, so that each is tried only once.
     """
 
     @cache

@@ -9,7 +9,7 @@ from rclpy_components.component_manager import ComponentManager
 
 
 def main() -> None:
-    """Load components when asked, and spin them in one thread until the process is interrupted."""
+    """Load components on request, and spin them in one thread until the process is interrupted."""
     rclpy.init()
     executor = SingleThreadedExecutor()
     manager = ComponentManager(executor)

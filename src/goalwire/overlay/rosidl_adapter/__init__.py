@@ -1,1 +1,1 @@
-"""rosidl_adapter: its parser, as tools import it; nothing is converted to IDL, since nothing is built."""
+"""rosidl_adapter: only its parser, for tools that import it. Goalwire needs no conversion to IDL."""

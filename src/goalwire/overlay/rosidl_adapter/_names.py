@@ -25,7 +25,7 @@ class InvalidServiceSpecification(InvalidSpecification):
 
 
 class InvalidResourceName(InvalidSpecification):
-    """A type that nothing can be called."""
+    """A type with an invalid name."""
 
 
 class InvalidFieldDefinition(InvalidSpecification):
@@ -37,24 +37,24 @@ class UnknownMessageType(InvalidSpecification):
 
 
 def is_valid_package_name(name: str) -> bool:
-    """Whether a package's name is valid. Raises InvalidResourceName for anything but a string."""
+    """Return whether a package's name is valid. Raises InvalidResourceName for anything but a string."""
     return _fits(VALID_PACKAGE_NAME_PATTERN, name)
 
 
 def is_valid_field_name(name: str) -> bool:
-    """Whether a field's name is valid. Raises InvalidResourceName for anything but a string."""
+    """Return whether a field's name is valid. Raises InvalidResourceName for anything but a string."""
     return _fits(VALID_FIELD_NAME_PATTERN, name)
 
 
 def is_valid_constant_name(name: str) -> bool:
-    """Whether a constant's name is valid. Raises InvalidResourceName for anything but a string."""
+    """Return whether a constant's name is valid. Raises InvalidResourceName for anything but a string."""
     return _fits(VALID_CONSTANT_NAME_PATTERN, name)
 
 
 def is_valid_message_name(name: str) -> bool:
-    """Whether a message may be called so, one of a service or an action too.
+    """Return whether a message's name is valid, also if it belongs to a service or an action.
 
-    Raises InvalidResourceName for what is not a string.
+    Raises InvalidResourceName for anything but a string.
     """
     if not isinstance(name, str):
         raise InvalidResourceName(name)

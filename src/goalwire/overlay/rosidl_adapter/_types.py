@@ -1,4 +1,4 @@
-"""The types of fields, and the values that stand in definitions, in rosidl_adapter's words."""
+"""The types of fields and the values in definitions, under rosidl_adapter's names."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _BOOLEANS = {'true': True, '1': True, 'false': False, '0': False}
 
 
 class InvalidValue(Exception):
-    """Text that is not a value of the type it is given for."""
+    """A text that is not a value of the field's or constant's type."""
 
     def __init__(self, type_: Type | str, value_string: str, message_suffix: str | None = None) -> None:
         text = f"value '{value_string}' can not be converted to type '{type_}'"
@@ -37,7 +37,7 @@ class InvalidValue(Exception):
 class BaseType:
     """A type without brackets: a primitive (`pkg_name` is None) or a message.
 
-    `context_package_name` is the package of messages that are named without one. Raises InvalidResourceName,
+    `context_package_name` is the package of messages named without a package. Raises InvalidResourceName,
     and TypeError for a bound that is not a positive number.
     """
 
@@ -61,7 +61,7 @@ class BaseType:
             self.pkg_name, self.type = _message(type_string, context_package_name)
 
     def is_primitive_type(self) -> bool:
-        """Whether this is not a message."""
+        """Return whether the type is a primitive, not a message."""
         return self.pkg_name is None
 
     def _base_text(self) -> str:
@@ -107,11 +107,11 @@ class Type(BaseType):
         super().__init__(type_string, context_package_name)
 
     def is_dynamic_array(self) -> bool:
-        """Whether this holds a varying number of values."""
+        """Return whether this is an array without a fixed size."""
         return self.is_array and (not self.array_size or self.is_upper_bound)
 
     def is_fixed_size_array(self) -> bool:
-        """Whether this holds a fixed number of values."""
+        """Return whether this is an array with a fixed size."""
         return self.is_array and bool(self.array_size) and not self.is_upper_bound
 
     def __eq__(self, other: object) -> bool:
@@ -154,7 +154,7 @@ def parse_value_string(type_: Type, value_string: str) -> Primitive | list[Primi
 
 
 def parse_string_array_value_string(element_string: str, expected_size: int | None) -> list[str]:
-    """Split the strings of an array at the commas outside quotes; quotes are taken off.
+    """Split the text of an array into strings: at commas outside quotes, and without the quotes.
 
     Raises ValueError for quotes that do not match, and for a comma where a string should be.
     """
@@ -178,7 +178,7 @@ def parse_string_array_value_string(element_string: str, expected_size: int | No
 
 
 def find_matching_end_quote(string: str, quote: str) -> int:
-    """Return how many characters stand between the quote at string[0] and its end; -1 without an end."""
+    """Return the number of characters between the quote at string[0] and the closing quote, else -1."""
     found = re.compile(rf'{quote}((?:\\.|[^\\{quote}])*){quote}', re.DOTALL).match(string)
     return len(found[1]) if found else -1
 
@@ -207,7 +207,7 @@ def parse_primitive_value_string(type_: Type, value_string: str) -> Primitive:
 
 
 def _message(text: str, context_package: str | None) -> tuple[str, str]:
-    """The package and the name of a message."""
+    """Return the package and the name of a message."""
     parts = text.split(PACKAGE_NAME_MESSAGE_TYPE_SEPARATOR)
     if len(parts) == 1 and context_package:
         parts.insert(0, context_package)

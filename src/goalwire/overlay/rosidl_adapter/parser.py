@@ -1,6 +1,6 @@
-"""rosidl_adapter.parser: the text of .msg, .srv and .action files as specifications, for tools.
+"""rosidl_adapter.parser: parses .msg, .srv and .action files into specifications, for ROS 2's tools.
 
-Classes come from goalwire.idl.grammar, which is stricter; this is what ROS 2's own tools ask.
+Message classes are made by goalwire.idl.grammar, which is stricter.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ _UNIT = re.compile(r'(\s*\[([^,\]]+)\])')
 
 
 class Annotations(TypedDict, total=False):
-    """The annotations of a definition: comment lines, and the unit that they give in square brackets."""
+    """The annotations of a definition: comment lines, and the unit in square brackets in them."""
 
     comment: list[str]
     unit: str
@@ -290,8 +290,8 @@ def parse_action_string(pkg_name: str, action_name: str, action_string: str) -> 
 def parse_message_string(pkg_name: str, msg_name: str, message_string: str) -> MessageSpecification:
     """Parse the text of a .msg file.
 
-    Raises InvalidSpecification and its kind, InvalidValue, NameError, TypeError and ValueError; a faulty
-    field is printed to the standard error, too.
+    Raises InvalidSpecification or a class derived from it, InvalidValue, NameError, TypeError and ValueError.
+    An invalid field is also printed to the standard error.
     """
     heading, lines = extract_file_level_comments(message_string.replace('\t', ' '))
     fields: list[Field] = []
@@ -326,14 +326,14 @@ def parse_message_string(pkg_name: str, msg_name: str, message_string: str) -> M
 
 
 def extract_file_level_comments(message_string: str) -> tuple[list[str], list[str]]:
-    """Split into the comment lines at the very top, without their signs, and the lines from there on."""
+    """Return the comment lines at the top of the file, without their `#`, and all lines after them."""
     lines = message_string.splitlines()
     end = next((at for at, line in enumerate(lines) if not line.startswith(COMMENT_DELIMITER)), len(lines))
     return [line.lstrip(COMMENT_DELIMITER) for line in lines[:end]], lines[end:]
 
 
 def process_comments(instance: MessageSpecification | Field | Constant) -> None:
-    """Tidy the comment lines of `annotations`, and take the unit out of them if they name one."""
+    """Clean up the comment lines of `annotations`. If they have one unit, move it to `unit`."""
     lines = instance.annotations.get('comment')
     if lines is None:
         return
@@ -345,7 +345,7 @@ def process_comments(instance: MessageSpecification | Field | Constant) -> None:
         lines = lines[1:]
     while lines and not lines[-1]:
         lines = lines[:-1]
-    single = [line for at, line in enumerate(lines) if line or lines[at - 1]]  # one of several blank lines
+    single = [line for at, line in enumerate(lines) if line or lines[at - 1]]  # merges blank lines
     instance.annotations['comment'] = textwrap.dedent('\n'.join(single)).split('\n') if single else []
 
 
@@ -353,7 +353,7 @@ def validate_field_types(
     spec: MessageSpecification | ServiceSpecification | ActionSpecification,
     known_msg_types: Sequence[BaseType],
 ) -> None:
-    """Raise UnknownMessageType for the first field whose message type is not among the known ones."""
+    """Raise UnknownMessageType for the first field whose message type is not known."""
     if isinstance(spec, MessageSpecification):
         kind, messages = 'Message', [spec]
     elif isinstance(spec, ServiceSpecification):
@@ -371,7 +371,7 @@ def validate_field_types(
 
 
 def _member(package: str, message: str, line: str) -> Field | Constant:
-    """The field or the constant of a line without its comment."""
+    """Return the field or the constant in a line that has no comment."""
     type_text, _, rest = line.partition(' ')
     name, equals, value = rest.partition(CONSTANT_SEPARATOR)
     if not rest.strip():
@@ -395,7 +395,7 @@ def _name_and_text(file: str) -> tuple[str, str]:
 
 
 def _parts(text: str, separator: str) -> list[str]:
-    """The text between the lines that are separators."""
+    """Return the parts of the text between separator lines."""
     parts: list[list[str]] = [[]]
     for line in text.splitlines():
         if line == separator:

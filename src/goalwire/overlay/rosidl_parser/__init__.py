@@ -1,1 +1,1 @@
-"""The part of rosidl_parser that message classes show in SLOT_TYPES: rosidl_parser.definition."""
+"""The part of rosidl_parser that SLOT_TYPES of message classes use: rosidl_parser.definition."""

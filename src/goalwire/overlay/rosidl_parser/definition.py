@@ -1,4 +1,4 @@
-"""The types of fields, by the names and attributes of rosidl_parser.definition."""
+"""The types of fields, with the names and attributes of rosidl_parser.definition."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BASIC_TYPES = (*INTEGER_TYPES, *FLOATING_POINT_TYPES, *CHARACTER_TYPES, BOOLEAN_
 
 
 class AbstractType:
-    """The type of a field. Two are equal if class and attributes are."""
+    """The type of a field. Two types are equal if their classes and attributes are equal."""
 
     __slots__: tuple[str, ...] = ()
 
@@ -36,7 +36,7 @@ class AbstractType:
 
 
 class AbstractNestableType(AbstractType):
-    """The types of which there are arrays and sequences."""
+    """The base of types that may be elements of arrays and sequences."""
 
     __slots__ = ()
 

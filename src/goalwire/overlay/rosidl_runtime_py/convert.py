@@ -21,7 +21,7 @@ __all__ = ['get_message_slot_types', 'message_to_csv', 'message_to_ordereddict',
 
 
 class Message(Protocol):
-    """The part of a message class that tells its fields."""
+    """The methods of a message class that describe its fields."""
 
     @property
     def SLOT_TYPES(self) -> tuple[object, ...]: ...
@@ -32,7 +32,7 @@ class Message(Protocol):
 
 @record
 class _Style:
-    """Which values are shortened; None for a length means never."""
+    """How values are shortened; a length of None shortens nothing."""
 
     truncate_length: int | None
     no_arr: bool
@@ -93,7 +93,7 @@ def _to_dict(msg: Message, style: _Style) -> OrderedDict[str, object]:
 
 
 def _convert(value: object, style: _Style, slot: object = None) -> object:
-    """Return a value as plain Python data; `slot` is the type of the field if it is one's whole value."""
+    """Return a value as plain Python data; `slot` is the field's type if the value is a whole field."""
     if isinstance(value, bytes):
         return _shorten(value.decode('latin-1'), style)
     if isinstance(value, str):
@@ -101,7 +101,7 @@ def _convert(value: object, style: _Style, slot: object = None) -> object:
     if _is_array(value):
         return _convert_array(value, style, slot)
     if isinstance(value, Mapping):
-        whole = replace(style, truncate_length=None)  # shortened keys could become equal
+        whole = replace(style, truncate_length=None)  # two shortened keys could become equal
         return {_convert(key, whole): _convert(item, style) for key, item in value.items()}
     if _is_numpys(value):
         return value.item()
@@ -141,7 +141,7 @@ def _csv(value: object, style: _Style, slot: object = None) -> str:
 
 
 def _join(parts: Iterator[str]) -> str:
-    """Join by commas; as in ROS 2, empty values in front leave no trace."""
+    """Join by commas; as in ROS 2, leading empty values are left out."""
     result = ''
     for part in parts:
         result = f'{result},{part}' if result else part
@@ -153,7 +153,7 @@ def _is_array(value: object) -> TypeGuard[Sequence[object]]:
 
 
 def _is_numpys(value: object) -> TypeGuard[np.generic]:
-    """Whether this is a number of numpy's, which is not imported to find out."""
+    """Return whether this is a number of numpy, without importing numpy."""
     return type(value).__module__ == 'numpy'
 
 
@@ -166,7 +166,7 @@ def _describe(text: str) -> str:
 
 
 def _describe_array(value: Sequence[object], slot: object) -> str:
-    """ROS 2's words for an array that is not shown."""
+    """Return ROS 2's description of an array that is not shown."""
     if not isinstance(slot, idl.AbstractNestedType):
         return 'unknown'
     name = _item_name(slot.value_type)
@@ -188,7 +188,7 @@ def _item_name(item: idl.AbstractNestableType) -> str:
 
 @cache
 def _dumper() -> type[yaml.SafeDumper]:
-    """A dumper that writes an OrderedDict in its own order, as a block unless it is in a list on one line."""
+    """Return a YAML dumper class that keeps the order of an OrderedDict and writes it in block style."""
     import yaml
 
     class OrderedDumper(yaml.SafeDumper):
@@ -196,7 +196,7 @@ def _dumper() -> type[yaml.SafeDumper]:
 
     def represent(dumper: yaml.SafeDumper, data: OrderedDict[str, object]) -> yaml.Node:
         pairs = [(dumper.represent_data(key), dumper.represent_data(item)) for key, item in data.items()]
-        return yaml.MappingNode('tag:yaml.org,2002:map', pairs)  # no flow style of its own, as in ROS 2
+        return yaml.MappingNode('tag:yaml.org,2002:map', pairs)  # no flow style, as in ROS 2
 
     OrderedDumper.add_representer(OrderedDict, represent)
     return OrderedDumper

@@ -19,14 +19,14 @@ __all__ = [
 
 
 def get_interface_packages() -> dict[str, str]:
-    """Return the packages with interfaces, by name, and the prefix that each is found in."""
+    """Return the packages with interfaces: the prefix of each by its name."""
     from ament_index_python.resources import get_resources
 
     return get_resources('rosidl_interfaces')
 
 
 def get_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
-    """Return {'std_msgs': ['msg/Bool', …]} for these packages, or for all; those without any are left out.
+    """Return {'std_msgs': ['msg/Bool', …]} for these packages or all that have interfaces.
 
     Raises LookupError for an unknown package.
     """
@@ -49,7 +49,7 @@ def get_action_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[s
 
 
 def get_interface_path(interface_name: str) -> str:
-    """Return the file that defines 'std_msgs/msg/String'; a name with an ending asks for that very file.
+    """Return the file that defines 'std_msgs/msg/String'; a name may have a file ending.
 
     Raises ValueError for a malformed name, LookupError for an unknown package or file.
     """
@@ -71,7 +71,7 @@ def _interfaces(packages: Iterable[str], kinds: Iterable[str]) -> dict[str, list
     found = {}
     for package in names:
         if not workspace.is_package_name(package) or modules.folder_of(package) is None:
-            _folder(package)  # raises LookupError; a package without interfaces is known as well
+            _folder(package)  # raises LookupError for an unknown package, not for one without interfaces
         elif types := [
             f'{kind}/{name}' for kind in sorted(kinds) for name in modules.type_names(package, kind)
         ]:
@@ -80,7 +80,7 @@ def _interfaces(packages: Iterable[str], kinds: Iterable[str]) -> dict[str, list
 
 
 def _folder(package: str) -> str:
-    """The folder whose definitions an import would use, else the share folder of any package."""
+    """Return the folder with the definitions that an import would use, else the package's share folder."""
     from ament_index_python.packages import get_package_share_directory
 
     if workspace.is_package_name(package) and (found := search_path.imported_package(package, 'msg')):

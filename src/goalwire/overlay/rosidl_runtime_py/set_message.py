@@ -1,4 +1,4 @@
-"""rosidl_runtime_py.set_message: fill a message from a dictionary, such as YAML gives."""
+"""rosidl_runtime_py.set_message: fills a message from a dictionary, for example from YAML."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ def set_message_fields(
 ) -> list[Callable[[object], None]]:
     """Set the fields that `values` names. A value of another type is converted to the field's type.
 
-    With `expand_header_auto` a header may be 'auto', with `expand_time_now` a time may be 'now': returned
-    are functions that set these, to be called with a builtin_interfaces/Time at each publication.
+    With `expand_header_auto` a header may be 'auto', with `expand_time_now` a time may be 'now'. The function
+    returns setters for these: call each with a builtin_interfaces/Time before a publication.
 
-    Raises TypeError if a dictionary is missing, AttributeError for an unknown field, ValueError for text
-    that is not a number.
+    Raises TypeError if a value is not a dictionary, AttributeError for an unknown field, ValueError for a
+    text that is not a number.
     """
     filling = _Filling(expand_header_auto, expand_time_now)
     filling.fill(msg, values)
@@ -64,7 +64,7 @@ class _Filling:
         return None
 
     def _convert(self, slot: object, old: Any, value: Any) -> object:
-        """Return a value for a field of type `slot` that holds `old`."""
+        """Return the value converted for a field of type `slot`, whose current value is `old`."""
         if isinstance(slot, AbstractNestedType) and isinstance(slot.value_type, NamespacedType):
             cls = import_message_from_namespaced_type(slot.value_type)
             return [self._message(cls, item) for item in value]

@@ -72,7 +72,7 @@ def get_action(identifier: str) -> type:
 
 
 def get_namespaced_type(identifier: str) -> NamespacedType:
-    """Return rosidl_parser's type of a name; all but its last part are namespaces."""
+    """Return rosidl_parser's type of a name: its last part is the name, the parts before are namespaces."""
     *namespaces, name = identifier.split('/')
     return NamespacedType(namespaces, name)
 
@@ -93,17 +93,17 @@ def get_action_namespaced_type(identifier: str) -> NamespacedType:
 
 
 def is_message(interface: object) -> bool:
-    """Whether this is a message or its class."""
+    """Return whether this is a message or a message class."""
     return hasattr(interface, 'get_fields_and_field_types')
 
 
 def is_service(interface: object) -> bool:
-    """Whether this is a service class."""
+    """Return whether this is a service class."""
     return hasattr(interface, 'Request') and hasattr(interface, 'Response')
 
 
 def is_action(interface: object) -> bool:
-    """Whether this is an action class."""
+    """Return whether this is an action class."""
     return all(hasattr(interface, part) for part in ('Goal', 'Result', 'Feedback'))
 
 

@@ -1,1 +1,1 @@
-"""The folder of cv_bridge's compiled part, under whose name programs import it."""
+"""The package of cv_bridge's compiled part, under the name that programs import."""

@@ -1,4 +1,4 @@
-"""launch.conditions: whether an action is carried out."""
+"""launch.conditions: conditions under which actions are carried out."""
 
 from goalwire.errors import InvalidConditionExpressionError
 from goalwire.launching.aliases import add_modules

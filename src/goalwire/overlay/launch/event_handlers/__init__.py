@@ -1,4 +1,4 @@
-"""launch.event_handlers: answers to events."""
+"""launch.event_handlers: event handlers for actions, processes and the launch."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.event_handlers import (

@@ -1,4 +1,4 @@
-"""launch.frontend: tags and substitutions of one's own for XML and YAML."""
+"""launch.frontend: defines new tags and substitutions for XML and YAML."""
 
 from goalwire.errors import InvalidFrontendLaunchFileError
 from goalwire.launching.exposure import (

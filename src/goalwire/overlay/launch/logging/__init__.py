@@ -1,4 +1,4 @@
-"""launch.logging: the places where a launch writes its lines."""
+"""launch.logging: loggers of a launch, for the screen and log files."""
 
 from goalwire.launching.output import (
     LaunchConfig,

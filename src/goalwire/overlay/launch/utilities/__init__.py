@@ -1,4 +1,4 @@
-"""launch.utilities: helpers for actions and substitutions of one's own."""
+"""launch.utilities: helpers to write new actions and substitutions."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.model import (

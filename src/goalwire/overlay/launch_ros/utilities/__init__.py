@@ -1,4 +1,4 @@
-"""launch_ros.utilities: helpers for actions of one's own."""
+"""launch_ros.utilities: helpers to write new actions."""
 
 from goalwire.launching.ros.namespaces import (
     is_namespace_absolute,

@@ -10,7 +10,7 @@ __all__ = ['ReadyToTest']
 
 
 class ReadyToTest(Action):
-    """Says that the tests can begin."""
+    """Tells the test runner that the tests can begin."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -34,7 +34,7 @@ EXIT_SIGKILL = 137
 EXIT_SIGSEGV = 139
 _ALLOWED = (EXIT_OK,) if os.name != 'nt' else (EXIT_OK, EXIT_FORCED)
 _NEAR = 3
-"""Lines that a failure shows on each side of the last match."""
+"""The number of lines that a failure shows on each side of the last match."""
 
 
 def assertExitCodes(
@@ -45,7 +45,7 @@ def assertExitCodes(
     *,
     strict_proc_matching: bool = True,
 ) -> None:
-    """Raise AssertionError if a process ended with another exit code than these."""
+    """Raise AssertionError if a process ended with an exit code that is not allowed."""
     for code in allowable_exit_codes:
         if not isinstance(code, int):
             raise AssertionError(f'Provided exit code {code} is not an int')  # noqa: TRY004
@@ -68,7 +68,7 @@ def assertInStream(
     strip_ansi_escape_sequences: bool = True,
     stream: str = 'stderr',
 ) -> None:
-    """Raise AssertionError if none of the processes has printed a text, a pattern, or several in order."""
+    """Raise AssertionError if no process has printed the text, the pattern, or several of them in order."""
     meant = resolveProcesses(
         proc_output, process=process, cmd_args=cmd_args, strict_proc_matching=strict_proc_matching
     )
@@ -100,7 +100,7 @@ def assertInStderr(*args: Any, **kwargs: Any) -> None:
 
 
 def assertDefaultStream() -> str:
-    """Return the stream that is looked at if none is named."""
+    """Return the stream that is checked by default."""
     return 'stderr'
 
 
@@ -111,10 +111,10 @@ class SequentialTextChecker:
         self._output = output
         self._index = 0
         self._offset = 0
-        """Where the last match ended: in which output, and how far in it."""
+        """The end of the last match: `_index` is its output, `_offset` its position there."""
 
     def assertInText(self, msg: str) -> None:
-        """Raise AssertionError if a text does not come after the last one that was found."""
+        """Raise AssertionError if the output has no such text after the last match."""
         offset = self._offset
         for index in range(self._index, len(self._output)):
             found = self._output[index].find(msg, offset)
@@ -144,6 +144,6 @@ class SequentialTextChecker:
 def assertSequentialStdout(
     proc_output: Any, process: ProcessChoice, cmd_args: Any = None
 ) -> Iterator[SequentialTextChecker]:
-    """Yield a checker of one process's output, in order."""
+    """Yield a checker that finds texts in order in one process's output."""
     [meant] = resolveProcesses(proc_output, process=process, cmd_args=cmd_args, strict_proc_matching=True)
     yield SequentialTextChecker([io.text.decode() for io in proc_output[meant]])

@@ -1,4 +1,4 @@
-"""launch_testing.event_handlers: actions for when a process prints that it is ready."""
+"""launch_testing.event_handlers: starts actions when a process prints that it is ready."""
 
 from __future__ import annotations
 

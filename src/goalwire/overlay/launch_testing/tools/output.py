@@ -11,19 +11,19 @@ from launch_testing.matching import build_line_match, build_text_match, remove_a
 
 
 def get_default_filtered_prefixes() -> list[str]:
-    """Return the beginnings of lines about process ids and exit codes, which no test means."""
+    """Return the prefixes of lines about process ids and exit codes, which tests ignore."""
     return ['pid', 'rc']
 
 
 def get_default_filtered_patterns() -> list[str]:
-    """Return patterns of lines that no test means."""
+    """Return patterns of lines that tests ignore by default: none."""
     return []
 
 
 def basic_output_filter(
     filtered_prefixes: Iterable[str] | None = None, filtered_patterns: Iterable[str] | None = None
 ) -> Callable[[str], str]:
-    """Return a function that drops lines with one of these beginnings, or that match one of the patterns."""
+    """Return a function that drops lines that have one of the prefixes or match one of the patterns."""
     prefixes = tuple(get_default_filtered_prefixes() if filtered_prefixes is None else filtered_prefixes)
     texts = get_default_filtered_patterns() if filtered_patterns is None else filtered_patterns
     patterns = [re.compile(text) for text in texts]
@@ -58,7 +58,7 @@ def expect_output(
     strip_ansi_escape_sequences: bool = True,
     strict: bool = False,
 ) -> bool:
-    """Return whether text or lines match the expected text or lines. Raises ValueError if both are given."""
+    """Return whether text or lines match the expectation. Raises ValueError if text and lines are given."""
     if (text is not None) == (lines is not None):
         raise ValueError('Either lines or text, but not both, must be specified')
     if (expected_text is not None) == (expected_lines is not None):

@@ -31,7 +31,7 @@ class WaitedOutput:
 
 
 class ProcessProxy:
-    """The record of one process, and ways to wait for more of it."""
+    """The output and exit code of one process, and methods to wait for them."""
 
     def __init__(
         self,
@@ -53,14 +53,14 @@ class ProcessProxy:
         self._filter = output_filter
 
     def wait_for_shutdown(self, timeout: float | None = None) -> bool:
-        """Wait until the process has ended; return whether it has within `timeout` s."""
+        """Wait until the process has ended; return False after `timeout` s."""
         with self._proc_info.proc_event:
             return self._proc_info.proc_event.wait_for(lambda: self.terminated, timeout)
 
     def wait_for_output(
         self, condition: Callable[[str], bool] | None = None, timeout: float | None = None
     ) -> WaitedOutput:
-        """Wait until the process runs and its output meets a condition; True if it does in time."""
+        """Wait until the process runs and its output meets a condition; true if it did in time."""
         if condition is not None and not callable(condition):
             raise TypeError(f"Expected 'condition' to be callable but got '{condition!r}'")
         output: str | None = None

@@ -1,4 +1,4 @@
-"""launch_testing.util: finds recorded processes, and makes one that keeps a launch alive."""
+"""launch_testing.util: finds recorded processes, and makes a process that keeps a launch alive."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from launch.substitutions import TextSubstitution
 __all__ = ['NO_CMD_ARGS', 'KeepAliveProc', 'NoMatchingProcessException', 'resolveProcesses']
 
 NO_CMD_ARGS = object()
-"""Stands for a process without arguments."""
+"""As `cmd_args`: matches only processes without arguments."""
 ProcessChoice: TypeAlias = ExecuteLocal | str | None
 
 
 class NoMatchingProcessException(Exception):
-    """There is no record of such a process."""
+    """No recorded process matches."""
 
 
 class HasProcesses(Protocol):
@@ -34,10 +34,10 @@ def resolveProcesses(
     cmd_args: Any = None,
     strict_proc_matching: bool = True,
 ) -> list[ExecuteLocal]:
-    """Return the recorded processes that are meant: all, one by its action, or those whose name has a text.
+    """Return the recorded processes that match: all, one by its action, or those with a text in the name.
 
-    Raises NoMatchingProcessException if there is none, and Exception if a text means several and
-    `strict_proc_matching` is set.
+    Raises NoMatchingProcessException if none matches. With `strict_proc_matching` raises Exception if several
+    names have the text in them.
     """
     recorded = list(info_obj.processes())
     if process is None:
@@ -95,6 +95,6 @@ def _describe(process: ExecuteLocal) -> str:
 
 
 def KeepAliveProc() -> ExecuteProcess:
-    """Return a process that sleeps until it is stopped; a launch ends when all its processes have ended."""
+    """Return an action for a process that sleeps until it is stopped, so that the launch continues."""
     script = 'import threading\ntry:\n    threading.Event().wait()\nexcept KeyboardInterrupt:\n    pass'
     return ExecuteProcess(cmd=[sys.executable, '-c', script])

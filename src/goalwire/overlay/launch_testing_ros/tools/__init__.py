@@ -1,4 +1,4 @@
-"""launch_testing_ros.tools: filters of output that know rmw implementations."""
+"""launch_testing_ros.tools: filters for the output of rmw implementations."""
 
 from launch_testing_ros.tools.output import basic_output_filter
 

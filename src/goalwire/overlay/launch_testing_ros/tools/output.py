@@ -15,8 +15,8 @@ _KINDS = ('prefixes', 'patterns')
 def get_rmw_output_filter(rmw_implementation: str, filter_type: str) -> list[str]:
     """Return the prefixes, or the patterns, of lines that an rmw implementation prints.
 
-    They are the lines of its resource `rmw_output_prefixes` or `rmw_output_patterns`; without one there are
-    none. Raises TypeError for another `filter_type`.
+    They come from its resource `rmw_output_prefixes` or `rmw_output_patterns`; without it there are none.
+    Raises TypeError for another `filter_type`.
     """
     if filter_type not in _KINDS:
         raise TypeError(f'Unsupported filter_type "{filter_type}". Supported types: {list(_KINDS)}')
@@ -32,7 +32,7 @@ def basic_output_filter(
     filtered_patterns: Iterable[str] | None = None,
     filtered_rmw_implementation: str | None = None,
 ) -> Callable[[str], str]:
-    """Return a function that drops lines, as launch_testing's does, and those of an rmw implementation."""
+    """Return launch_testing's filter, which also drops the lines of an rmw implementation."""
     prefixes = list(
         output.get_default_filtered_prefixes() if filtered_prefixes is None else filtered_prefixes
     )
