@@ -275,4 +275,4 @@ def test_whoever_misses_a_package_learns_where_was_looked_and_what_to_do(
     assert f'{tmp_path / "here"}: arm_interfaces' in text
     assert 'not well-formed' in text
     assert 'Did you mean arm_interfaces' in text
-    assert 'GOALWIRE_INTERFACE_PATH' in text.splitlines()[-1]
+    assert 'name its folder in GOALWIRE_INTERFACE_PATH' in text.splitlines()[0]

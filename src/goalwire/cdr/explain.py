@@ -71,7 +71,9 @@ def _judge(root: str, path: str, leaf: Leaf, value: object) -> None:
     if not isinstance(value, Collection):
         raise EncodeTypeError(root, path, f'expected a sequence, got {_show(value)}')
     if isinstance(value, str):
-        raise EncodeTypeError(root, path, f'expected a list, got {_show(value)} (write [{_brief(value)}])')
+        raise EncodeTypeError(
+            root, path, f'expected a list, got {_show(value)}{_where_set(path, f" = [{_brief(value)}]")}'
+        )
     size = int(getattr(value, 'size', len(value)))
     capacity = leaf.type.capacity
     if leaf.type.shape is Shape.ARRAY and size != capacity:
@@ -93,8 +95,7 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
     base = leaf.type.base
     if leaf.cls is not None:
         if not isinstance(value, leaf.cls):
-            text = f'expected {leaf.cls.__name__}, got {_show(value)} (write {_as_message(leaf.cls, value)})'
-            raise EncodeTypeError(root, path, text)
+            raise EncodeTypeError(root, path, _explain_nested(path, leaf.cls, value))
     elif leaf.type.is_string:
         _judge_text(root, path, leaf, value)
     elif base == 'bool':
@@ -109,14 +110,31 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
         _judge_integer(root, path, base, value)
 
 
-def _as_message(cls: type, value: object) -> str:
-    """Return what to write for a nested message."""
-    if hasattr(value, 'to_msg'):  # a Time or a Duration
-        return 'the same with .to_msg() behind it'
-    fields = [leaf.name for leaf in layout.leaves(cls)]
-    if isinstance(value, dict) and value and set(value) <= set(fields):
-        return f'{cls.__name__}({", ".join(f"{name}={_brief(each)}" for name, each in value.items())})'
-    return f'{cls.__name__}({", ".join(f"{name}=…" for name in fields[:3])})'
+def _explain_nested(path: str, cls: type, value: object) -> str:
+    """Say what stands in the place of a nested message, and what to write."""
+    if hasattr(value, 'to_msg'):  # a Time or a Duration of rclpy
+        name = type(value).__name__
+        example = 'node.get_clock().now()' if name == 'Time' else 'Duration(seconds=1)'
+        return (
+            f'expected {type_name(cls)}, got a {name} of rclpy: write .to_msg() behind it where the program '
+            f'sets this field, as in {path.rpartition(".")[2]}={example}.to_msg()'
+        )
+    leaves = layout.leaves(cls)
+    names = [leaf.name for leaf in leaves]
+    written = f'.{names[0]} = …' if names else f' = {cls.__name__}()'
+    if path.endswith(']'):
+        written = f' = {cls.__name__}({", ".join(f"{name}=…" for name in names[:3])})'
+    elif isinstance(value, dict) and value and set(value) <= set(names):
+        name, inner = next(iter(value.items()))
+        written = f'.{name} = {_brief(inner)}{", and so on" if len(value) > 1 else ""}'
+    elif isinstance(value, float) and leaves and leaves[0].type.base in FLOATS:
+        written = f'.{names[0]} = {_brief(value)}'
+    return f'expected {cls.__name__}, got {_show(value)}{_where_set(path, written)}'
+
+
+def _where_set(path: str, written: str) -> str:
+    """Return the advice to write `written` behind a field; the line that sets it is not the failing one."""
+    return f': where the program sets this field, write message.{path}{written}'
 
 
 def _as_number(value: object, kind: type[int | float]) -> str:

@@ -78,9 +78,10 @@ class PublisherCore(Generic[MsgT]):
 
     def _destroyed_error(self) -> InvalidHandle:
         """Make the error of a publication that comes too late."""
+        call = 'destroy_node() of its node' if self.node.destroyed else 'destroy_publisher()'
         return InvalidHandle(
-            f"cannot publish on '{self.full_name}' because destruction was requested, of the publisher or "
-            'its node: publish before that'
+            f"cannot publish on '{self.full_name}' because destruction was requested: "
+            f'{call} was called before; call publish() before that'
         )
 
     def can_loan_messages(self) -> bool:

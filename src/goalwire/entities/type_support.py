@@ -163,6 +163,9 @@ class ActionSupport:
     status: MessageSupport
 
 
+_NEEDED = 'a class of a message, a service or an action is needed'
+
+
 def _what_to_give(given: object) -> str:
     """Return advice on what to write instead of an object that is not an interface's class."""
     if isinstance(given, ModuleType):
@@ -206,7 +209,7 @@ def check_for_type_support(msg_or_srv_type: type) -> None:
     metaclass: Any = type(msg_or_srv_type)
     if not hasattr(metaclass, '_TYPE_SUPPORT'):
         advice = _what_to_give(msg_or_srv_type)
-        raise AttributeError(f'a class of a message, a service or an action is needed: {advice}')
+        raise AttributeError(f'{_NEEDED}: {advice}')
     if any(hasattr(msg_or_srv_type, name) for name in _OF_INTERFACES):
         return
     if _support_of(metaclass) is None:
@@ -274,8 +277,17 @@ def _service_support(cls: type) -> ServiceSupport:
     return ServiceSupport(idl.type_name(cls), idl.type_hash(cls), lambda: cls)
 
 
-def action_support(cls: type) -> ActionSupport:
-    """Return the support of an action class; raises AttributeError or RuntimeError for anything else."""
+def action_support(cls: type, name: object = None, *, call: str = '') -> ActionSupport:
+    """Return the support of an action class; raises AttributeError or RuntimeError for anything else.
+
+    `call` is the call to write with the class and the action's `name`, if they stand in the other order.
+    """
+    given: object = cls
+    if call and isinstance(given, str) and '/' not in given:
+        right = call.format(name.__name__ if isinstance(name, type) else 'CLASS', repr(given))
+        raise AttributeError(
+            f'{_NEEDED}: {given!r} is a text: the class stands before the name: write {right}'
+        )
     _refuse_instance(cls)
     return _action_support(cls)
 

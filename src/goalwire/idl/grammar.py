@@ -106,6 +106,12 @@ def _sections(
     if len(cuts) != wanted:
         parts = f' {_SEPARATOR} '.join(suffix.lower() for suffix in suffixes)
         at = cuts[wanted] + 1 if len(cuts) > wanted else max(len(lines), 1)
+        if wanted == 1 and not cuts:
+            raise _Source(where.name, at).error(
+                1,
+                f'{name}.{kind} has no line {_SEPARATOR!r}: write a line with only {_SEPARATOR} below the '
+                'fields of the request; the fields of the response come below it',
+            )
         raise _Source(where.name, at).error(
             1,
             f'found {len(cuts)} separator lines {_SEPARATOR!r}, a .{kind} has {wanted}: {parts}; '

@@ -29,6 +29,7 @@ SHIPPED = os.path.join(os.path.dirname(__file__), 'share')
 SHIPPED_ORIGIN = 'goalwire'
 INTERFACE_PATH = 'GOALWIRE_INTERFACE_PATH'
 PREFIX_PATH = 'AMENT_PREFIX_PATH'
+_COMMON_ENDINGS = '_(msgs?|srvs?|interfaces?)$'
 _NOTES = 5  # folders of one kind that a message names
 
 
@@ -119,9 +120,7 @@ def package_names() -> list[str]:
 
 def explain_missing(package: str) -> str:
     """Return the error text for a missing package: the searched places, similar names, and advice."""
-    from difflib import get_close_matches
-
-    lines = [f'no interface package named {package!r}. Looked in:']
+    lines = ['Looked in:']
     lines += [f'  {name}: {_describe_variable(name)}' for name in (INTERFACE_PATH, PREFIX_PATH)]
     names = ', '.join(sorted(entry_points.registrations())) or 'none registered'
     lines.append(f'  entry points {entry_points.GROUP}: {names}')
@@ -137,15 +136,28 @@ def explain_missing(package: str) -> str:
         lines += [
             f'    note: {remark}' for remark, _ in zip(filter(None, unnamed), range(_NOTES), strict=False)
         ]
+    missing = f'no interface package named {package!r}. '
     if near:  # it is there, and only something about it is wrong
-        return '\n'.join([*lines, *near])
-    if close := get_close_matches(package, package_names(), n=3):
-        lines.append(f'Did you mean {" or ".join(close)}?')
-    lines.append(
+        return '\n'.join([f'{missing}{lines[0]}', *lines[1:], *near])
+    close = _similar_names(package)
+    guess = f'Did you mean {" or ".join(close)}? ' if close else ''
+    advice = (
         f'If {package} is your own package, start the program in its workspace, or name its folder in '
         f'{INTERFACE_PATH}. If others made it, copy its folder, with package.xml, into your workspace.'
     )
-    return '\n'.join(lines)
+    return '\n'.join([f'{missing}{guess}{advice}', *lines])
+
+
+def _similar_names(package: str) -> list[str]:
+    """Return packages of similar names. What many names end with does not make them similar."""
+    import re
+    from difflib import get_close_matches
+
+    names: dict[str, list[str]] = {}
+    for name in package_names():
+        names.setdefault(re.sub(_COMMON_ENDINGS, '', name), []).append(name)
+    stems = get_close_matches(re.sub(_COMMON_ENDINGS, '', package), names, n=3)
+    return [name for stem in stems for name in names[stem]][:3]
 
 
 def _explain_near(here: workspace.Workspace, package: str) -> list[str]:

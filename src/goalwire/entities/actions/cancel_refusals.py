@@ -55,6 +55,7 @@ def tell_refusal(node: NodeCore, action: str, place: str) -> None:
     """Say that the goal goes on, and what to write at either end."""
     get_logger(f'{node.logger_name}.action_client').warning(
         f"action '{action}': the server refused to cancel the goal, so the goal goes on, and this line does "
-        'not look at the answer: give the server a cancel_callback that returns CancelResponse.ACCEPT, and '
-        f'look here whether .goals_canceling of the answer has the goal{at(place)}'
+        'not look at the answer: give the ActionServer cancel_callback=… with a function that returns '
+        "CancelResponse.ACCEPT, and write here 'if not answer.goals_canceling:', which is true if the server "
+        f'refused{at(place)}'
     )

@@ -18,7 +18,8 @@ Described: TypeAlias = 'Descriptor | ParameterDescriptor'
 
 _NO_TYPE = (
     "when declaring parameter named '{}', declaring a parameter only providing its name is deprecated. "
-    'Give a default value, a type (Parameter.Type.…), or a descriptor with dynamic_typing=True as well'
+    "Write declare_parameter('{}', 1.0) with its default value; or, without one, "
+    "declare_parameter('{}', Parameter.Type.DOUBLE), from rclpy.parameter"
 )
 
 
@@ -57,7 +58,7 @@ def _declaration(
         raise TypeError(f'First element {name} {where} is not a str.')
     wanted = Descriptor() if descriptor is None else _check(descriptor, where)
     if len(given) == 1:
-        warnings.warn(_NO_TYPE.format(name), UserWarning, stacklevel=5)
+        warnings.warn(_NO_TYPE.format(name, name, name), UserWarning, stacklevel=5)
         wanted = wanted._replace(dynamic_typing=True)
     full_name = f'{prefix}{name}'
     if not full_name:

@@ -244,7 +244,11 @@ class QoSProfile:
             return given
         if isinstance(given, int):
             return cls(depth=given)
-        shown, hint = repr(given), 'give the number of messages that are kept, such as 10'
+        shown = repr(given)
+        hint = (
+            'write 10, the number of messages that are kept (it is reliable then), or '
+            'QoSProfile(depth=10, …), from rclpy.qos'
+        )
         if callable(given):
             shown = getattr(given, '__name__', shown)
             hint = 'the callback stands before it: create_subscription(String, topic, callback, 10)'

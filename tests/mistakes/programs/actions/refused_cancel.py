@@ -1,5 +1,5 @@
 # A client cancels a goal, the server refuses, and nobody looks at the answer.
-# says: action '/fibonacci': the server refused to cancel the goal, so the goal goes on, and this line does not look at the answer: give the server a cancel_callback that returns CancelResponse.ACCEPT, and look here whether .goals_canceling of the answer has the goal
+# says: action '/fibonacci': the server refused to cancel the goal, so the goal goes on, and this line does not look at the answer: give the ActionServer cancel_callback=… with a function that returns CancelResponse.ACCEPT, and write here 'if not answer.goals_canceling:', which is true if the server refused
 # within: 4 s
 # ctrl-c: yes
 import rclpy

@@ -1,5 +1,5 @@
 # The name stands before the type of an action client.
-# says: a class of a message, a service or an action is needed: 'fib' is a text: write the class first and then the name, as in (CLASS, 'fib', …)
+# says: a class of a message, a service or an action is needed: 'fib' is a text: the class stands before the name: write ActionClient(node, Fibonacci, 'fib')
 import rclpy
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient

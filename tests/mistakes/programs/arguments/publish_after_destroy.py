@@ -1,5 +1,5 @@
 # A message is published after the node was destroyed.
-# says: cannot publish on '/chatter' because destruction was requested, of the publisher or its node: publish before that
+# says: cannot publish on '/chatter' because destruction was requested: destroy_node() of its node was called before; call publish() before that
 import rclpy
 from std_msgs.msg import String
 

@@ -1,5 +1,5 @@
 # The QoS is a text.
-# says: Expected QoSProfile or int, but received 'reliable': give the number of messages that are kept, such as 10
+# says: Expected QoSProfile or int, but received 'reliable': write 10, the number of messages that are kept (it is reliable then), or QoSProfile(depth=10, …), from rclpy.qos
 import rclpy
 from std_msgs.msg import String
 

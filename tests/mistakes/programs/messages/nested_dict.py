@@ -1,5 +1,5 @@
 # A nested message gets a dictionary.
-# says: geometry_msgs/msg/Twist: linear: expected Vector3, got dict {'x': 1.0} (write Vector3(x=1.0))
+# says: geometry_msgs/msg/Twist: linear: expected Vector3, got dict {'x': 1.0}: where the program sets this field, write message.linear.x = 1.0
 import rclpy
 from geometry_msgs.msg import Twist
 

@@ -1,5 +1,5 @@
 # A nested message gets a number.
-# says: geometry_msgs/msg/Twist: linear: expected Vector3, got float 1.0 (write Vector3(x=…, y=…, z=…))
+# says: geometry_msgs/msg/Twist: linear: expected Vector3, got float 1.0: where the program sets this field, write message.linear.x = 1.0
 import rclpy
 from geometry_msgs.msg import Twist
 

@@ -1,5 +1,5 @@
 # A list of texts gets one text.
-# says: sensor_msgs/msg/JointState: name: expected a list, got str 'left_knee' (write ['left_knee'])
+# says: sensor_msgs/msg/JointState: name: expected a list, got str 'left_knee': where the program sets this field, write message.name = ['left_knee']
 import rclpy
 from sensor_msgs.msg import JointState
 

@@ -1,5 +1,5 @@
 # A clock's time is given as a stamp.
-# says: (write the same with .to_msg() behind it)
+# says: std_msgs/msg/Header: stamp: expected builtin_interfaces/msg/Time, got a Time of rclpy: write .to_msg() behind it where the program sets this field, as in stamp=node.get_clock().now().to_msg()
 import rclpy
 from std_msgs.msg import Header
 

@@ -1,5 +1,5 @@
 # A parameter is declared without a value, and read.
-# says: declaring a parameter only providing its name is deprecated. Give a default value, a type (Parameter.Type.…), or a descriptor with dynamic_typing=True as well
+# says: declaring a parameter only providing its name is deprecated. Write declare_parameter('speed', 1.0) with its default value; or, without one, declare_parameter('speed', Parameter.Type.DOUBLE), from rclpy.parameter
 import rclpy
 
 rclpy.init()

@@ -69,7 +69,7 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
             status_sub_qos_profile,
         )
         group = node.default_callback_group if callback_group is None else check_group(callback_group)
-        support = action_support(action_type)
+        support = action_support(action_type, action_name, call='ActionClient(node, {}, {})')
         EventQueueWaitable.__init__(self, group)
         with refusing_bad_names('client', action_name):
             ActionClientCore.__init__(self, node.handle, support, action_name, group, qos)

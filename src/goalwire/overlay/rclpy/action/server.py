@@ -144,7 +144,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
             status_pub_qos_profile,
         )
         group = node.default_callback_group if callback_group is None else check_group(callback_group)
-        support = action_support(action_type)
+        support = action_support(action_type, action_name, call='ActionServer(node, {}, {}, execute)')
         EventQueueWaitable.__init__(self, group)
         self.advice = ActionAdvice(action_name, node.handle, default_cancel_callback)
         with refusing_bad_names('server', action_name):
