@@ -1,7 +1,7 @@
-"""A Zenoh library that knows nothing of ROS.
+"""A Zenoh library that does not depend on ROS.
 
-    protocol    the protocol as pure code: bytes and times go in, bytes and calls come out
-    io          sockets for it, and the session that owns them
+    protocol    the protocol without I/O: takes bytes and times, returns bytes and makes calls
+    io          the sockets, and the session that owns them
 
-`goalwire.transport.zenoh` maps ROS 2 onto it, as rmw_zenoh does.
+`goalwire.transport.zenoh` maps ROS 2 onto this library, as rmw_zenoh does.
 """

@@ -1,49 +1,48 @@
-"""Zenoh's protocol, version 9, as pure code: bytes and times go in, bytes and calls come out.
+"""Zenoh's protocol, version 9, without I/O: takes bytes and times, returns bytes and makes calls.
 
-Nothing here opens a socket, starts a thread or reads a clock. A session
-(`session_protocol.SessionProtocol`) has links (`link.Link`). Whoever has the sockets hands each link what it
-read, and is told what to do: to write (`outgoing.Connection`), to connect and to close
-(`session_protocol.SessionOwner`). What a user asks for is a declaration of the session, or a publication or
-querier (`senders`).
+Nothing here opens a socket, starts a thread or reads a clock. A session (`session_protocol.SessionProtocol`)
+has links (`link.Link`). The owner of the sockets hands each link the bytes that were read. It is called in
+turn: to write (`outgoing.Connection`), to connect and to close (`session_protocol.SessionOwner`). Users
+declare entities at the session, and send by a publication or querier (`senders`).
 
-What messages are made of:
+The parts of messages:
 
-    bounds            how much a peer can take: keys, entries, fragments, dials, log lines
+    bounds            limits of the resources that a peer can use: keys, entries, fragments, dials, log lines
     primitives        numbers, texts, ids, extensions, timestamps
-    shared_memory     pointers to payloads in shared memory, and how messages mark them
-    transport         INIT, OPEN, CLOSE, KEEP_ALIVE: written and read
-    network           PUSH, REQUEST, RESPONSE, RESPONSE_FINAL: written and read
-    declarations      DECLARE and INTEREST: written and read
-    link_state        OAM, by which routers tell of nodes; which of two peers connects
-    forms             what repeats in requests, replies and messages, read in one step
+    shared_memory     pointers to payloads in shared memory, and the marks of messages that have them
+    transport         INIT, OPEN, CLOSE, KEEP_ALIVE: encoding and decoding
+    network           PUSH, REQUEST, RESPONSE, RESPONSE_FINAL: encoding and decoding
+    declarations      DECLARE and INTEREST: encoding and decoding
+    link_state        OAM, by which routers announce nodes; the rule which of two peers connects
+    forms             remembered beginnings of messages, by which similar ones are read in one step
 
 One link:
 
     handshake         two sides agree on their terms
-    channels          sequence numbers, fragments, and what waits for the socket
-    frames            the receiving half: bytes are cut into frames and pieces, and those into messages
-    outgoing          the sending half: numbers, frames, what waits for room, keep-alives
-    peer_entities     what the other side has declared, within bounds
+    channels          sequence numbers, fragments, and the queue before the socket
+    frames            the receiving half: cuts bytes into frames and pieces, and these into messages
+    outgoing          the sending half: numbers, frames, backpressure, keep-alives
+    peer_entities     the other side's declarations, within bounds
     payloads          payloads that the other side has left in shared memory
-    guard             what the other side may do, where links have certificates
-    link              the link itself: network messages are handed on; the other side's lease
+    guard             the permissions of the other side, if links have certificates
+    link              the link itself: hands network messages on, and checks the other side's lease
 
 One session:
 
-    key_expressions   which keys match which: intersects, includes, canonical forms
-    key_index         many expressions, and quickly those that match one key
+    key_expressions   the matching of keys: intersects, includes, canonical forms
+    key_index         an index of expressions, which finds those that match a key quickly
     expressions       the short numbers of keys
     links             the links that are up, one to each other session
-    liveliness_tokens  which tokens are there, and who is told
-    queries           a query on its way, its replies and its end
-    pending_queries   the queries on their way, by number, and their time
-    incoming_queries  a query that came, and its answers
-    routes            who gets what comes over a link
-    own_entities      what the session has declared, and who was told of it
+    liveliness_tokens  the tokens that exist, and the watchers that are told of changes
+    queries           a query that was sent, its replies and its end
+    pending_queries   the queries that were sent, by number, and their timeouts
+    incoming_queries  a received query, and its answers
+    routes            the receivers of the messages and queries that come over a link
+    own_entities      the session's declarations, and the links that were told of them
     gossip            the nodes that routers told of
-    stamps            timestamps, each later than all before it
+    stamps            timestamps, each later than every earlier one
     senders           publications and queriers, each for one key
-    session_protocol  the session itself: what is declared here and there, kept in step
+    session_protocol  the session itself: keeps its own and its peers' declarations in step
 
 A router for one machine:
 
@@ -52,12 +51,12 @@ A router for one machine:
     router_link       a link of the router, which hands messages on as they came
     router_protocol   the router itself: it introduces peers, and serves clients
 
-Threads. Every method may be called on any thread, but what one link receives is handed to it by one thread
-at a time. `SessionProtocol.section` is over the tables of a session and of what its links have declared;
-`Outgoing.section` over what a link sends: the number of a frame, its place in the queue, the write. Whoever
-holds both took the session's first. Neither is held while a user's function runs, nor while anybody waits.
-A few tables are read without the lock by what runs for each message. Those are dicts and tuples that are
-replaced or changed in one step.
+Threads. Every method may be called on any thread, but what one link receives is handed to it by one thread at
+a time. `SessionProtocol.section` guards the tables of a session and of its links' declarations.
+`Outgoing.section` guards the sending of a link: the number of a frame, its place in the queue, the write.
+Code that holds both took the session's first. Neither is held while a user's function runs, nor while a
+thread waits. Code that runs for each message reads a few tables without the lock. These tables are dicts and
+tuples that are replaced or changed in one step.
 
 Bytes that break the protocol raise ZenohProtocolError out of `FrameReader.receive`, and end that link only.
 """

@@ -1,13 +1,13 @@
 """Sequence numbers, fragments, and the queue before the socket.
 
 A link has eight priorities, and each has a reliable and a best-effort channel. That makes sixteen channels,
-and each counts its own messages. All begin at the number said in OPEN and go on modulo 2^28, or less if the
-other side wants smaller numbers. TCP loses none and keeps the order. So a receiver takes any number that is
-ahead by less than half of all numbers, and drops the others. Frames that a sender left out are not asked for
-again.
+and each counts its own messages. All channels begin at the number in OPEN and count modulo 2^28, or less if
+the other side wants smaller numbers. TCP loses no frame and keeps the order. So a receiver accepts each
+number that is ahead by less than half of all numbers, and drops the others. It does not ask again for frames
+that the sender left out.
 
 A message that fits no batch travels in pieces, each a FRAGMENT in a batch of its own. The pieces must follow
-one another in their channel. Anything between them loses the message, but not the link.
+one another in their channel. If another frame comes between them, the message is lost, but the link stays.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ MASK = (1 << 28) - 1
 """The bits of a sequence number, unless the handshake agreed on fewer."""
 
 HEAD_SIZE = 16
-"""Bytes that the head of a frame or fragment takes of a batch at most, its length included."""
+"""Bytes that the length and the head of a frame or fragment take of a batch at most."""
 
 Buffer = bytes | memoryview
 
@@ -54,7 +54,7 @@ def channel_of(priority: int, *, reliable: bool = True) -> int:
 
 
 def frame_head(channel: int, number: int) -> bytes:
-    """Return the head of a frame; data frames, the most, say no priority."""
+    """Return the head of a frame. Frames of the data priority, by far the most, do not name it."""
     reliable = IS_RELIABLE if channel & 1 else 0
     if channel >> 1 == DATA_PRIORITY:
         return bytes((FRAME | reliable,)) + encode_padded(number)
@@ -95,13 +95,13 @@ class ReceivedNumbers:
     __slots__ = ('_half', '_mask', 'last')
 
     def __init__(self, first: int, mask: int = MASK) -> None:
-        """`mask` has the bits of a number."""
+        """`mask` has all bits of a sequence number set."""
         self.last = [(first - 1) & mask] * CHANNELS
         self._mask = mask
         self._half = (mask + 1) // 2
 
     def advance(self, channel: int, number: int) -> int:
-        """Return how far `number` is ahead, and go on from it; 0 if it is not. Raises for too many bits."""
+        """Accept `number` if it is ahead, and return how far; else return 0. Raises ZenohProtocolError."""
         if number > self._mask:
             raise ZenohProtocolError(f'sequence number {number} has more than {self._mask.bit_length()} bits')
         gap = (number - self.last[channel]) & self._mask
@@ -112,7 +112,7 @@ class ReceivedNumbers:
 
 
 class PieceBudget:
-    """How many bytes unfinished messages may take, of a link and, above it, of a session."""
+    """The bytes that unfinished messages may take: in a link, or `above` it in a session."""
 
     __slots__ = ('above', 'limit', 'used')
 
@@ -120,25 +120,25 @@ class PieceBudget:
         self.limit = limit
         self.above = above
         self.used = 0
-        """How many bytes of unfinished messages all links keep now."""
+        """Bytes of unfinished messages that are kept now."""
 
 
 class Reassembly:
-    """The pieces of one channel's message, up to MOST_PIECES and as many bytes as its budget has."""
+    """The pieces of one channel's message, up to MOST_PIECES and the bytes of its budget."""
 
     __slots__ = ('_budget', '_has_marks', '_pieces', '_quiet', 'is_refused', 'size')
 
     def __init__(self, *, has_marks: bool, budget: PieceBudget) -> None:
-        """`has_marks` if first pieces are marked, by patch 1."""
+        """`has_marks` is True if the sender marks first pieces (patch 1)."""
         self._has_marks = has_marks
         self._budget = budget
         self._pieces: list[Buffer] | None = None
         self.size = 0
-        """How many bytes of the unfinished message are kept."""
+        """Bytes of the unfinished message that are kept."""
         self.is_refused = False
-        """Whether the budget had no room for the last piece."""
+        """True if the budget had no room for the last piece."""
         self._quiet: tuple[int, float] | None = None
-        """The number of pieces at the last `is_stale`, and the time since which it has been the same."""
+        """The number of pieces at the last `is_stale`, and since when that number is unchanged."""
 
     def add(self, piece: Buffer, *, gap: int, first: bool, more: bool, given_up: bool) -> bytes | None:
         """Add a piece; with the last one return the whole message.
@@ -186,7 +186,7 @@ class Reassembly:
         self._pieces = self._quiet = None
 
     def is_stale(self, now: float) -> bool:
-        """Whether nothing has come of the message for STALE_S; then it is thrown away. `now` in s."""
+        """Throw the message away and return True if no piece has come for STALE_S. `now` in s."""
         if self._pieces is None:
             return False
         count = len(self._pieces)
@@ -199,7 +199,7 @@ class Reassembly:
 
 
 _AT_ONCE = 1 << 18
-"""Bytes that are handed to the socket at once; more urgent messages wait behind them."""
+"""Bytes that are handed to the socket at once. A more urgent message waits until they are written."""
 
 
 class Frame:
@@ -210,19 +210,19 @@ class Frame:
     def __init__(self, channel: int, head: bytes, message: bytes) -> None:
         self.channel = channel
         self.parts = [b'', head, message]
-        """The first is its length, once that is known."""
+        """The length, filled in when the frame is closed, the head, and the messages."""
         self.size = len(head) + len(message)
 
 
 class SendQueue:
     """Batches that wait for a socket: the more urgent first, and first in first out within a priority.
 
-    Small messages of one channel share a frame, as far as they fit: that is one number, one piece of memory
-    and one turn of whoever writes for 100 of them and more. A batch that the socket has begun to take is
-    finished before any other.
+    Small messages of one channel share a frame, as far as they fit. So 100 messages and more take one
+    sequence number, one buffer and one write. A batch that the socket has begun to take is finished before
+    any other.
 
-    A signal's handler may raise between any two steps here. What is under way is noted before, so that `mend`
-    can finish it or undo it.
+    A signal's handler may raise between any two steps here. Each change is noted before it begins, so that
+    `mend` can finish or undo it.
     """
 
     __slots__ = ('_begun', '_begun_size', '_moved', '_waiting', '_written', 'open', 'size', 'taken')
@@ -236,17 +236,17 @@ class SendQueue:
         self.open: list[Frame | None] = [None] * CHANNELS
         """For each channel, the frame that further messages may join."""
         self.taken = 0
-        """How many bytes of the last `next_buffers` the socket took; set by the caller that writes them."""
+        """Bytes of the last `next_buffers` that the socket took; the caller that writes them sets this."""
         self._moved: tuple[deque[Sequence[Buffer] | Frame], int, int] | None = None
-        """Whence a batch is being taken, how many were there, and how many buffers had begun."""
+        """Noted while a batch moves: its queue, the length of that queue, and the length of `_begun`."""
         self._written: tuple[list[Buffer], int] | None = None
-        """The buffers that are being written, and how many behind them have begun."""
+        """Noted while buffers are written: these buffers, and the number of further buffers in `_begun`."""
 
     def __bool__(self) -> bool:
         return self.size > 0
 
     def add(self, priority: int, batch: Sequence[Buffer]) -> None:
-        """Queue a batch, in one or more pieces."""
+        """Queue a batch, given as one or more buffers."""
         self.open[2 * priority] = self.open[2 * priority + 1] = None
         self._waiting[priority].append(batch)
         self.size += sum(map(len, batch))
@@ -258,7 +258,7 @@ class SendQueue:
         self.size += 2 + frame.size
 
     def add_rest(self, rest: Buffer) -> None:
-        """Queue the rest of a batch that the socket took in part; nothing else may wait."""
+        """Queue the rest of a batch that the socket took in part. The queue must be empty."""
         self._begun.append(rest)
         self._begun_size += len(rest)
         self.size += len(rest)

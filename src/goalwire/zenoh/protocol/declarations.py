@@ -1,10 +1,11 @@
-"""DECLARE and INTEREST: what each side has, and what it wants to know of the other.
+"""DECLARE and INTEREST: each side declares its entities, and asks for the entities of the other.
 
 Subscribers, queryables and liveliness tokens are declared under numbers. The declaring side chooses a number
-and repeats it to take the declaration back. An expression is declared to give a long key a short number for
-this link. A peer tells each other peer everything, unasked, and then says "final of interest 0". Routers and
-clients must be asked: an INTEREST names kinds, maybe a key, and whether the present, the future or both are
-meant. The answer has the interest's number and ends with a final; later changes have no number.
+and repeats it to take the declaration back. An expression is declared to give a long key a short number on
+this link. A peer declares everything to each other peer without being asked, and then sends a final with
+interest number 0. Routers and clients must be asked: an INTEREST names kinds of entities, maybe a key, and
+asks for the present ones, for future changes, or for both. The declarations of the answer have the interest's
+number, and a final ends them. Later changes have no number.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ _QOS = bytes((QOS, 0x08))
 _HAS_INTEREST = 0x20
 _FINAL = 0x1A
 _INFO = NUMBER_FORM | 1
-"""The extension that says of a queryable whether it is complete (bit 0) and how far off (bits 8-23)."""
+"""The extension of a queryable: whether it is complete (bit 0), and its distance (bits 8-23)."""
 _TAKEN_BACK = 0x4F
 """The extension that may repeat the key in an undeclaration."""
 _ITS_KEY_IS_EMPTY = b'\x5f\x02\0\0'
@@ -45,7 +46,7 @@ _COMMON = frozenset((QOS, NODE_ID, 0x42))
 
 
 class Kind(IntEnum):
-    """The kinds of declarations, as the wire numbers them; taking one back is the number after."""
+    """The kinds of declarations by their numbers on the wire. The undeclaration has the next number."""
 
     EXPRESSION = 0
     SUBSCRIBER = 2
@@ -56,7 +57,7 @@ class Kind(IntEnum):
 
 @record
 class Declaration:
-    """One DECLARE. `interest` is the number of the INTEREST that it answers, None for news."""
+    """One DECLARE. `interest` is the number of the INTEREST that it answers, None for a later change."""
 
     kind: Kind
     number: int = 0
@@ -70,27 +71,27 @@ class Declaration:
 
 
 def declare_expression(number: int, key: str) -> bytes:
-    """Say that `number` stands for `key` from now on."""
+    """Return a DECLARE: `number` stands for `key` from now on."""
     return _head(None) + bytes((Kind.EXPRESSION | IS_NAMED,)) + encode_z(number) + b'\0' + encode_text(key)
 
 
 def declare(
     kind: Kind, number: int, key: WireKey, *, complete: bool = False, interest: int | None = None
 ) -> bytes:
-    """Declare a subscriber, queryable or token."""
+    """Return a DECLARE of a subscriber, queryable or token."""
     info = bytes((_INFO, 1)) if complete else b''
     header = kind | key.flags | (MORE if info else 0)
     return _head(interest) + bytes((header,)) + encode_z(number) + key.encoded + info
 
 
 def take_back(kind: Kind, number: int) -> bytes:
-    """Take something back. Queryables and tokens go with an empty key, as eclipse-zenoh sends it."""
+    """Return an undeclaration. For queryables and tokens it has an empty key, as eclipse-zenoh's."""
     key = _ITS_KEY_IS_EMPTY if kind in {Kind.QUERYABLE, Kind.TOKEN} else b''
     return _head(None) + bytes((kind + 1 | (MORE if key else 0),)) + encode_z(number) + key
 
 
 def final(interest: int = 0) -> bytes:
-    """Say that an interest is answered completely; 0: that everything was told, unasked."""
+    """Return the end of the answer to an interest. 0 ends what a peer declares without being asked."""
     return _head(interest) + bytes((_FINAL,))
 
 
@@ -155,7 +156,7 @@ _HAS_KEY = 0x10
 
 
 class When(IntFlag):
-    """Whether an interest is in present things, future ones, or both; FINAL ends it."""
+    """The entities that an interest asks for: present ones, future ones, or both; FINAL ends it."""
 
     FINAL = 0
     PRESENT = 1
@@ -164,7 +165,7 @@ class When(IntFlag):
 
 @record
 class Interest:
-    """One INTEREST; unless it `has_key`, it is about everything of its kinds."""
+    """One INTEREST. Without `has_key`, it is about all entities of its kinds."""
 
     number: int
     when: When
@@ -176,7 +177,7 @@ class Interest:
 
 
 def interest(number: int, when: When, about: int = 0, key: str | None = None) -> bytes:
-    """Return an INTEREST; a key is named in full."""
+    """Return an INTEREST. It names a key in full."""
     out = bytes((INTEREST | when << 5 | MORE,)) + encode_z(number)
     if when:
         options = about

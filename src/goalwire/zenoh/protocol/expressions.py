@@ -7,14 +7,14 @@ from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.network import WireKey, wire_key
 
 MOST = 65535
-"""Numbers there are; keys beyond travel in full."""
+"""The highest number. If all numbers are in use, further keys travel in full."""
 
 
 class Expressions:
-    """Keys and their numbers. Whoever uses it holds the session's lock.
+    """Keys and their numbers. Callers hold the session's lock.
 
-    Numbers are given out in turn, so that one which was taken back means something else only after all others
-    have been used: messages on their way to this session may still name it.
+    Numbers are given out in turn, so that a number which was taken back is used again as late as possible:
+    messages on their way to this session may still name it.
     """
 
     def __init__(self) -> None:
@@ -24,7 +24,7 @@ class Expressions:
         self._last = 0
 
     def use(self, key: str) -> None:
-        """Keep a number for a key until as many `discard`."""
+        """Give a key a number, which it keeps until `discard` was called as often as this."""
         self._uses[key] = self._uses.get(key, 0) + 1
         if key not in self._numbers and len(self.keys) < MOST:
             number = self._last
@@ -51,14 +51,14 @@ class Expressions:
                     link.outgoing.retire_expression(take_back(Kind.EXPRESSION, number))
 
     def name(self, link: Link, key: str, out: list[bytes]) -> WireKey:
-        """Name a key by the link's numbers; `out` gets the declarations that must be sent before."""
+        """Return the name of a key on a link; `out` gets the declarations that must be sent first."""
         number = link.peer.expression_ids.get(key)
         if number is not None:
             return wire_key(key, number)
         return self.name_own(link, key, out)
 
     def name_own(self, link: Link, key: str, out: list[bytes]) -> WireKey:
-        """Name a key by its own number, if it has one, else in full."""
+        """Return a name by this session's number for the key, else in full; `out` is as in `name`."""
         number = self._numbers.get(key)
         if number is None:
             return wire_key(key)

@@ -1,9 +1,9 @@
-"""Messages that repeat: what is the same in each is remembered, so that the next one is read in one step.
+"""Forms: remembered beginnings of messages, by which the next similar message is read in one step.
 
-The messages of one publisher differ in their time, number and payload, those of one querier in their number,
-payload and attachment. So the first is read by the grammar (`network`), and its constant beginning becomes a
-form. A message that begins with the same bytes means the same up to there: a form never goes out of date.
-A message that does not fit is read by the grammar.
+The messages of one publisher differ only in their time, number and payload; the requests of one querier in
+their number, payload and attachment. So the first message is read in full (`network`), and its constant
+beginning becomes a form. Another message that begins with the same bytes means the same up to that point. So
+a form never becomes outdated. A message that does not fit a form is read in full.
 
 hot path: with a form a request takes 2.1 µs to read, not 4.7, and a reply with its end 2.4, not 4.8.
 """
@@ -27,9 +27,9 @@ from goalwire.zenoh.protocol.network import (
 from goalwire.zenoh.protocol.primitives import MORE, SMALL_END, SMALL_Z, decode_z
 
 KEY_SIZE = 3
-"""The first bytes, by which the form of a PUSH or a REQUEST is found: they hold the number of its key."""
+"""The form of a PUSH or a REQUEST is found by this many first bytes, which include its key's number."""
 TIME_SIZE = 9
-"""Bytes of the time in a stamp, since 1970 was half a year old."""
+"""Bytes of the time in a stamp. Times from half a year after 1970 on need all nine."""
 _LEAST_ID = 8
 _SHORT = 0x80
 """Numbers below this take one byte."""
@@ -39,10 +39,10 @@ _new_query: Callable[[QueryFields], QueryMessage] = partial(tuple.__new__, Query
 
 
 class PushForm(NamedTuple):
-    """The bytes that all messages of one publisher share, if they have a stamp and an attachment only.
+    """The bytes that all messages of one publisher share, if they have only a stamp and an attachment.
 
-    So has everything that ROS publishes. Behind `head` come nine bytes of time, then `middle` (the session's
-    id, the attachment's length), the attachment, the payload's length, the payload.
+    All messages that ROS publishes are such. After `head` come nine bytes of time, then `middle` (the
+    session's id and the attachment's length), the attachment, the payload's length, the payload.
     """
 
     head: bytes
@@ -55,18 +55,18 @@ class PushForm(NamedTuple):
 
 
 class RequestForm(NamedTuple):
-    """The bytes that all requests of one querier share: from behind the number to the payload's length."""
+    """The bytes that all requests of one querier share: those between the number and the payload's length."""
 
     header: int
     head: bytes
     where: tuple[int, bytes, int]
-    """The key: its scope, its suffix, and which side has declared the scope."""
+    """The key: its scope, its suffix, and the side that declared the scope."""
     qos: int
     parameters: str
 
 
 class ReplyForm(NamedTuple):
-    """The bytes that all replies on one key share: from behind the key to the attachment's length."""
+    """The bytes that all replies on one key share: those between the key and the attachment's length."""
 
     header: int
     head: bytes
@@ -76,9 +76,9 @@ class ReplyForm(NamedTuple):
 def push_form(
     head: bytes, sample: Sample, callbacks: tuple[Callable[[Sample], None], ...]
 ) -> PushForm | None:
-    """Return the form of a message that was read, if it has one; `head` is all before its stamp.
+    """Return the form of a message that was read, None if it has none; `head` has all bytes before its stamp.
 
-    The publisher's id must be long enough that no other message has it in the same place.
+    The publisher's id must be so long that no other message has it in the same place by chance.
     """
     stamp, attachment = sample.stamp, sample.attachment
     if stamp is None or attachment is None or sample.source is not None or len(attachment) >= _SHORT:
@@ -99,10 +99,9 @@ def request_form(
     qos: int,
     query: QueryMessage,
 ) -> RequestForm | None:
-    """Return the form of a request that was read: `start` is behind its number, `end` behind its last byte.
+    """Return the form of a request that was read in `data[start:end]`, without its number.
 
-    None if it has none: only a request with a small payload, no encoding, and a short attachment at its end
-    has a form.
+    None for all but requests with a small payload, no encoding, and a short attachment at the end.
     """
     payload, attachment = query.payload, query.attachment
     if payload is None or attachment is None or len(payload) + 1 >= SMALL_END or len(attachment) >= _SHORT:
@@ -116,10 +115,10 @@ def request_form(
 
 
 def read_alike_query(form: RequestForm, data: bytes, at: int, end: int) -> tuple[QueryMessage | None, int]:
-    """Return the query of a request that begins as the form has it, and where it ends.
+    """Return the query of a request that begins with the form's bytes, and the request's end.
 
-    `at` is where the payload's length stands.
-    None: it goes on differently. Raises IndexError if the data end first.
+    `at` is the position of the payload's length. The query is None if the rest differs from the form. Raises
+    IndexError if the data end first.
     """
     size = data[at]
     at += 1
@@ -137,9 +136,9 @@ def read_alike_query(form: RequestForm, data: bytes, at: int, end: int) -> tuple
 
 
 def reply_form(data: bytes, header: int, start: int, end: int, answer: Sample) -> ReplyForm | None:
-    """Return the form of a reply that was read, from behind its key to its end, if it has one.
+    """Return the form of a reply that was read, without its key; None if it has none.
 
-    It has a payload, an attachment as its last extension, and no stamp, which would differ each time.
+    A reply has a form if it has a payload, an attachment as its last extension, and no stamp.
     """
     payload, attachment = answer.payload, answer.attachment
     if payload is None or attachment is None or answer.stamp is not None:
@@ -154,10 +153,10 @@ def reply_form(data: bytes, header: int, start: int, end: int, answer: Sample) -
 
 
 def read_alike_reply(form: ReplyForm, data: bytes, at: int, end: int) -> tuple[Sample | None, int]:
-    """Return the answer of a reply that begins as the form has it, and where it ends.
+    """Return the answer of a reply that begins with the form's bytes, and the reply's end.
 
-    `at` is where the attachment's length stands.
-    None: it goes on differently. Raises IndexError if the data end first.
+    `at` is the position of the attachment's length. The answer is None if the rest differs from the form.
+    Raises IndexError if the data end first.
     """
     attachment_end = at + 1 + data[at]
     if data[at] >= _SHORT:

@@ -1,8 +1,9 @@
-"""The receiving half of a link: batches of bytes, cut into frames and pieces, and those into messages.
+"""The receiving half of a link: cuts batches of bytes into frames and pieces, and these into messages.
 
-Bytes come in any pieces. A batch begins with its length, and holds messages of the link itself, one after the
-other: among them frames, which hold network messages, and fragments of network messages. Each has a number;
-what comes twice is passed over. Who takes the network messages, and the handshake, is `link`.
+TCP delivers bytes cut at any place. A batch begins with its length, and holds one or more messages of the
+link itself. Among these are frames, which hold network messages, and fragments of network messages. Frames
+and fragments have numbers, so a repeated frame is ignored. `link` takes the network messages and the messages
+of the handshake.
 """
 
 from __future__ import annotations
@@ -49,15 +50,15 @@ from goalwire.zenoh.protocol.transport import (
 )
 
 MOST_KEPT = 5
-"""How many times the size of a message in pieces may be kept until it is whole."""
+"""Limits the memory that an unfinished message keeps, as a multiple of its size."""
 _PRIORITY = PRIORITY_EXTENSION & EXTENSION
 
 LENGTH_SIZE = 2
-"""Bytes before each batch that tell its length."""
+"""Bytes of the length before each batch."""
 
 
 def _missing(begun: bytes, most: int) -> int:
-    """Return how many bytes a batch lacks that has begun; 0 if that is unknown, or more than `most`."""
+    """Return how many bytes are missing of a batch that has begun; 0 if unknown, or more than `most`."""
     if len(begun) < LENGTH_SIZE:
         return 0
     missing = LENGTH_SIZE + (begun[0] | begun[1] << 8) - len(begun)
@@ -65,11 +66,11 @@ def _missing(begun: bytes, most: int) -> int:
 
 
 class ClosedByPeerError(RemoteError):
-    """The other side said CLOSE: the link ends, and no program sees this."""
+    """The other side sent CLOSE: the link ends. This error never reaches a user's program."""
 
 
 class FrameReader:
-    """Takes the bytes of one link, from one thread at a time."""
+    """Reads the bytes of one link. One thread at a time calls it."""
 
     def __init__(
         self,
@@ -78,15 +79,15 @@ class FrameReader:
         take_messages: Callable[[bytes, int, int], int],
         refuse: Callable[[str, object], object],
     ) -> None:
-        """`budget` is for the unfinished messages of all links; `refuse` counts what is ignored, and why.
+        """`budget` limits the unfinished messages of all links; `refuse` counts an ignored message.
 
-        `take_messages` gets data, and where network messages begin and end at the latest; it returns where
-        they end.
+        `take_messages` gets data, the start of network messages, and the end of the batch. It returns the end
+        of the last network message.
         """
         self.reads = 0
-        """Counts the reads that `receive` was given."""
+        """The number of calls of `receive` that have ended."""
         self.in_pieces = False
-        """Whether of a message in pieces more are to come."""
+        """True while further pieces of a message are expected."""
         self._take_handshake = take_handshake
         self._take_network = take_messages
         self._refuse = refuse
@@ -98,9 +99,9 @@ class FrameReader:
         self._tail = b''
         self._numbers = ReceivedNumbers(0)
         self._mask = MASK
-        """The bits of a sequence number."""
+        """The mask with all bits of a sequence number set."""
         self._expected = b'none'
-        """How the next frame of reliable data begins."""
+        """The first bytes of the expected next frame of reliable data."""
         self._reassembly: dict[int, Reassembly] = {}
         self._pieces = PieceBudget(bounds.MESSAGE_LIMIT, budget)
 
@@ -115,16 +116,16 @@ class FrameReader:
         self._is_agreed = True
 
     def close(self) -> None:
-        """Ignore what comes from now on."""
+        """Ignore frames that come from now on."""
         self._is_agreed = False
 
     def has_heard(self) -> bool:
-        """Whether anything has come since the last call of this."""
+        """Return True if bytes have come since the last call of this method."""
         heard, self._heard = self._heard, False
         return heard
 
     def discard_stale(self, now: float) -> int:
-        """Let go of unfinished messages of which nothing has come for long; return their bytes."""
+        """Throw away unfinished messages whose pieces have stopped coming; return their bytes."""
         freed = 0
         for each in list(self._reassembly.values()):
             size = each.size
@@ -134,14 +135,14 @@ class FrameReader:
         return freed
 
     def discard_pieces(self) -> int:
-        """Let go of all unfinished messages; return their bytes."""
+        """Throw away all unfinished messages; return their bytes."""
         freed = self._pieces.used
         for each in list(self._reassembly.values()):
             each.clear()
         return freed
 
     def receive(self, data: bytes) -> None:
-        """Take bytes. Raises ZenohProtocolError or ClosedByPeerError; the link has ended then."""
+        """Read received bytes. Raises ZenohProtocolError or ClosedByPeerError; then the link must end."""
         self._heard = True
         start, tail = 0, self._tail
         if tail:
@@ -151,7 +152,8 @@ class FrameReader:
                 data = tail + data
         end = len(data)
         try:
-            if start:  # hot path: of a large message one batch in four is copied here, not all that has come
+            # hot path: of a large message, only one batch in four is copied here, not all received bytes
+            if start:
                 self._take_batch(tail + data[:start])
             while end - start > 1:
                 at = start + 2
@@ -159,7 +161,7 @@ class FrameReader:
                 if start > end:
                     start = at - 2
                     break
-                if data.startswith(self._expected, at):  # the next frame of reliable data
+                if data.startswith(self._expected, at):  # the expected next frame of reliable data
                     last, mask = self._numbers.last, self._mask
                     number = last[DATA_CHANNEL] = (last[DATA_CHANNEL] + 1) & mask
                     number = (number + 1) & mask
@@ -177,13 +179,13 @@ class FrameReader:
             self.reads += 1
 
     def _take_batch(self, batch: bytes) -> None:
-        """Take a whole batch, its length included."""
+        """Read a whole batch that begins with its length."""
         at, end = LENGTH_SIZE, len(batch)
         while at < end:
             at = self._take_transport(batch, at, end)
 
     def _take_transport(self, data: bytes, at: int, end: int) -> int:
-        """Take a message of the link itself; return where it ends."""
+        """Read a message of the link itself; return its end."""
         header = data[at]
         kind = header & MESSAGE_ID
         if end - at > self._largest_batch:
@@ -205,10 +207,11 @@ class FrameReader:
         return reader.at
 
     def _take_numbered(self, data: bytes, at: int, end: int) -> int:
-        """Take a frame or a piece; return where it ends.
+        """Read a frame or a piece; return its end.
 
-        Each priority counts its reliable messages, and the others, by themselves: that is a channel. A number
-        that is not ahead of the channel's last one came before, by another way, and is passed over.
+        Each priority numbers its reliable frames and its best-effort frames separately: these are its two
+        channels. A number that is not ahead of the last one of its channel repeats an earlier frame, which
+        may have come another way. It is ignored.
         """
         header = data[at]
         reader = Reader(data, at + 1, end)
@@ -228,15 +231,15 @@ class FrameReader:
         if not gap:
             return end
         if channel == DATA_CHANNEL:
-            # By these bytes `receive` knows the next frame; most data so never come here.
+            # `receive` recognises the next frame by these bytes, so most data frames never come here.
             self._expected = b'%%%b' % encode_padded((number + 1) & self._mask)
         if header & MESSAGE_ID == FRAME:
-            # A frame between the pieces of a message says that the others will not come.
+            # A frame between the pieces of a message means that the remaining pieces will not come.
             if channel in self._reassembly:
                 self._reassembly[channel].clear()
             return self._take_network(data, reader.at, end)
-        # hot path: most pieces of 1 MB are not copied here, which saves 0.1 ms. A view of `data` keeps all of
-        # it in memory, so a piece stays a view only if it is a good part of that.
+        # hot path: most pieces of a message of 1 MB are not copied here, which saves 0.1 ms. A view keeps all
+        # of `data` in memory, so a piece becomes a view only if it is a large part of `data`.
         start = reader.at
         is_view = (end - start) * MOST_KEPT >= len(data)
         piece = memoryview(data)[start:end] if is_view else data[start:end]
@@ -246,9 +249,9 @@ class FrameReader:
     def _take_piece(
         self, channel: int, piece: Buffer, gap: int, marks: Container[int], *, more: bool
     ) -> None:
-        """Take a piece of a message, and with the last one the message.
+        """Keep a piece of a message; after the last piece, hand the message on.
 
-        `gap` is how far its number is ahead of the one before; a piece that was lost ends the message.
+        `gap` is the distance to the number before. If it is not 1, a piece was lost, and so the message is.
         """
         reassembly = self._reassembly.get(channel)
         if reassembly is None:

@@ -26,7 +26,7 @@ class Gossip:
         """`meet` gets the nodes to connect to; `refuse` gets an ignored message's kind and the reason."""
         self.nodes: dict[bytes, Node] = {}
         self.locators: tuple[str, ...] = ()
-        """Where this session listens; set before the first link."""
+        """The addresses where this session listens; set before the first link."""
         self._identity = identity
         self._links = links
         self._meet = meet
@@ -53,7 +53,7 @@ class Gossip:
                 self._meet(node)
 
     def forget(self, zid: bytes) -> None:
-        """Forget a node; an unknown one is not an error."""
+        """Forget a node; an unknown node is not an error."""
         self.nodes.pop(zid, None)
 
     def _forget_oldest(self) -> None:

@@ -1,4 +1,4 @@
-"""Decides what the other side of a link may do: which of its messages are let in, and what it is told.
+"""Decides what the other side of a link may do: which of its messages are accepted, and what it may learn.
 
 The answer for a key is looked up once and then remembered with the receivers of that key. So a message costs
 no more with a guard than without one.
@@ -20,14 +20,14 @@ class Act(Enum):
     DECLARE_QUERYABLE = 'queryable'
     DECLARE_TOKEN = 'token'  # noqa: S105 - a liveliness token
     RECEIVE = 'receive'
-    """Receive the messages that this session puts."""
+    """Receive the messages that this session publishes."""
     LEARN_SUBSCRIBER = 'learn of a subscriber'
     LEARN_QUERYABLE = 'learn of a queryable'
     LEARN_TOKEN = 'learn of a token'  # noqa: S105 - as above
 
 
 class Guard(Protocol):
-    """Knows the identity of a link's other side. Any thread may ask it, with the session's section held."""
+    """The permissions of a link's other side. Any thread that holds the session's section may ask it."""
 
     @property
     def who(self) -> str:
@@ -35,10 +35,10 @@ class Guard(Protocol):
 
     @property
     def forwards(self) -> bool:
-        """Whether the other side may pass on messages of others, as a router with rules of its own may."""
+        """True if the other side may pass on messages of others, as a router with access control may."""
 
     def refusal(self, act: Act, key: str, session: str) -> str:
-        """Return why the other side, whose session's id is given, may not do something; '' if it may."""
+        """Return why the other side, with the id `session`, may not do `act` on `key`; '' if it may."""
 
     def count(self, act: Act) -> None:
         """Count an act that was refused."""

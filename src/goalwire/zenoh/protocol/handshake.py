@@ -1,4 +1,4 @@
-"""The handshake: each side says who it is and what it can do; the acceptor's answer holds for both.
+"""The handshake: each side sends its identity and abilities; the acceptor's answer is valid for both.
 
     connector: INIT -->                      acceptor: INIT taken
                <-- INIT, answer, cookie                answers with the smaller of both in each point
@@ -6,9 +6,10 @@
                <-- OPEN, answer                        up; frames may follow at once
     up
 
-In other implementations the cookie lets an acceptor forget the connector until OPEN brings the cookie back.
-This one remembers, and the cookie only proves that the connector received the answer. A second link to the
-same session is refused at OPEN, not before: until then the other side may still give its link up.
+In other implementations the cookie lets an acceptor forget the connector until OPEN returns the cookie. This
+acceptor remembers the connector, and the cookie only proves that the connector received the answer. A second
+link to the same session is refused at OPEN, not earlier: until then the other side may still close its own
+second link.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ from goalwire.zenoh.protocol.transport import (
 )
 
 SMALLEST_BATCH = 512
-"""Bytes of the smallest batch that is agreed to: below, heads would leave no room for messages."""
+"""Bytes of the smallest batch that is accepted: in a smaller one, heads would leave no room for messages."""
 
 
 @record
@@ -55,7 +56,7 @@ class Identity:
 
 @record
 class Terms:
-    """The terms on which both sides have agreed, and each side's description of itself."""
+    """The terms that both sides have agreed on, and the other side's identity."""
 
     zid: bytes
     """The other side's id (ZID)."""
@@ -66,16 +67,16 @@ class Terms:
     lease_ms: int
     """How long the other side may be silent."""
     number_mask: int
-    """The bits of a sequence number."""
+    """The mask with all bits of a sequence number set."""
     first_sent: int
-    """The first sequence number of ours, on every channel."""
+    """The first sequence number of this side, on every channel."""
     first_received: int
 
 
 class MemoryAgreement(Protocol):
-    """How the two sides of one link agree on shared memory; each proves that it can read the other's.
+    """Negotiates shared memory for one link; each side proves that it can read the other's memory.
 
-    No method raises. Whatever is odd means that the link carries bytes only.
+    No method raises. After any failure the link carries bytes only.
     """
 
     def offer(self) -> bytes | None:
@@ -91,13 +92,13 @@ class MemoryAgreement(Protocol):
         """Return the acceptor's acceptance in OPEN; None declines."""
 
     def conclude(self, accepted: int | bytes | None) -> None:
-        """Take the acceptance, as the connector."""
+        """Read the acceptor's acceptance. Only the connector calls this."""
 
     def make_memory(self, send: Callable[[bytes], object]) -> LinkMemory | None:
         """Return the memory of the link; None if the sides have not agreed. `send` sends a message."""
 
     def close(self) -> None:
-        """Close what was opened, also the memory of the link: it has ended. Idempotent."""
+        """Close everything that was opened, including the memory of the link, which has ended. Idempotent."""
 
 
 class State(Enum):
@@ -121,7 +122,7 @@ class Handshake:
         is_linked: Callable[[bytes], bool] = lambda _: False,
         memory: MemoryAgreement | None = None,
     ) -> None:
-        """`random` makes bytes, `expected` is the id that must answer, `is_linked` tells of links."""
+        """`random` makes bytes, `expected` is the id that must answer, `is_linked` is True for linked ids."""
         self.state = State.WAIT_INIT
         self.connects = connects
         self.terms: Terms | None = None
@@ -140,16 +141,16 @@ class Handshake:
         return self._agreed.encode() if self.connects else b''
 
     def make_memory(self, send: Callable[[bytes], object]) -> LinkMemory | None:
-        """Return the shared memory that both sides have agreed on, if they have; `send` sends a message."""
+        """Return the shared memory of the link; None if the sides have not agreed. `send` sends a message."""
         return None if self._memory is None else self._memory.make_memory(send)
 
     def close(self) -> None:
-        """Let go of what the handshake has opened: the link has ended."""
+        """Close everything that the handshake has opened: the link has ended."""
         if self._memory is not None:
             self._memory.close()
 
     def receive(self, reader: Reader) -> bytes:
-        """Take one message and return the answer, if any. Raises ZenohProtocolError."""
+        """Read one message and return the answer, b'' if there is none. Raises ZenohProtocolError."""
         header = reader.data[reader.at]
         wanted = INIT if self.state is State.WAIT_INIT else OPEN
         is_answer = bool(header & IS_ANSWER)

@@ -1,4 +1,4 @@
-"""Queries that came for a queryable of this session, and how it answers them: here, or over a link."""
+"""Received queries for a queryable of this session; their answers go to this session, or over a link."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from goalwire.zenoh.protocol.queries import Answer, PendingQuery
 
 
 class Query(ABC):
-    """A query that came, for one queryable: answer it any number of times, then `end` it. Any thread."""
+    """A received query, for one queryable: answer it any number of times, then `end` it. Any thread."""
 
     __slots__ = ('_open', 'attachment', 'key', 'parameters', 'payload')
 
@@ -43,12 +43,12 @@ class Query(ABC):
         stamp: bytes | None = None,
         source: bytes | None = None,
     ) -> None:
-        """Answer; `stamp` and `source` as the wire has them. Nothing happens once the query has ended."""
+        """Send an answer; `stamp` and `source` are encoded already. Does nothing after the query's end."""
         if self._open:
             self._send(new_sample((key, payload, attachment, stamp, source)))
 
     def reply_error(self, payload: bytes) -> None:
-        """Say why this query gets no answer."""
+        """Send an error in place of an answer."""
         if self._open:
             self._send(ReplyError(payload))
 
@@ -58,7 +58,7 @@ class Query(ABC):
             self._finish()
 
     def answer(self, key: str, payload: Payload, attachment: bytes | None = None) -> None:
-        """Give the only answer, and end."""
+        """Send the only answer, and end the query."""
         if self._closes():
             try:
                 self._send(new_sample((key, payload, attachment, None, None)))
@@ -66,7 +66,7 @@ class Query(ABC):
                 self._finish()
 
     def _closes(self) -> bool:
-        """Whether it is this call that ends the query."""
+        """Mark the query as ended. Return False if it had ended before."""
         try:
             self._open.pop()
         except IndexError:
@@ -83,7 +83,7 @@ class Query(ABC):
 
 
 class LocalQuery(Query):
-    """A query of the session's own."""
+    """A query of this session to a queryable of its own."""
 
     __slots__ = ('_pending', '_when_finished')
 
@@ -98,7 +98,7 @@ class LocalQuery(Query):
         self._when_finished = when_finished
 
     def _send(self, answer: Answer) -> None:
-        if self._pending.left:  # the query is neither cancelled nor out of time
+        if self._pending.left:  # the query is neither cancelled nor timed out
             self._pending.reply(answer)
 
     def _finish(self) -> None:
@@ -106,7 +106,7 @@ class LocalQuery(Query):
 
 
 class RemoteQuery(Query):
-    """A query that came over a link; `others` counts its queryables that have not ended yet."""
+    """A query that came over a link. `others` has an entry for each of its queryables that still answers."""
 
     __slots__ = ('_others', '_outgoing', '_qos', '_replier', '_request')
 
@@ -128,14 +128,14 @@ class RemoteQuery(Query):
         self._others = others
 
     def answer(self, key: str, payload: Payload, attachment: bytes | None = None) -> None:
-        """Answer and end in one frame, if the answer fits."""
+        """Send the only answer and the end of the query, in one frame if they fit."""
         if len(self._others) > 1 or not self._closes():
             super().answer(key, payload, attachment)
             return
         message = whole_answer(self._request, key, self._qos, self._replier, payload, attachment)
         if len(message) <= self._outgoing.room:
             self._transmit(message)
-        else:  # pieces hold one message only
+        else:  # A message in pieces must be sent alone.
             final = response_final(self._request, self._qos)
             self._transmit(message[: -len(final)])
             self._transmit(final)

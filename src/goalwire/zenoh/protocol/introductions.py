@@ -1,4 +1,4 @@
-"""How a router introduces peers to each other: each is told where the others listen."""
+"""Introduces the peers of a router to each other: each peer is sent the addresses of the others."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from goalwire.zenoh.protocol.transport import Role
 
 
 class Introductions:
-    """The peers of one router. Whoever calls a method holds the router's section."""
+    """The peers of one router. Callers hold the router's section."""
 
     def __init__(self, links: Links) -> None:
         self._links = links
@@ -20,7 +20,7 @@ class Introductions:
         return [tell_of(node, node.change) for node in self._nodes.values()]
 
     def take(self, link: Link, nodes: list[Node]) -> None:
-        """Take note of where a peer listens, and tell the others. A peer speaks for itself alone."""
+        """Take note of a peer's addresses, and tell the other peers. A peer may announce only itself."""
         for node in nodes:
             if node.zid != link.zid or link.role is not Role.PEER:
                 continue
@@ -30,5 +30,5 @@ class Introductions:
                     other.outgoing.declare(tell_of(node, node.change))
 
     def forget(self, zid: bytes) -> None:
-        """Introduce a peer no more: its link has ended. An unknown one is not an error."""
+        """Forget a peer whose link has ended. An unknown peer is not an error."""
         self._nodes.pop(zid, None)

@@ -1,8 +1,8 @@
-"""Key expressions: which are well formed, and which match each other.
+"""Key expressions: checks that they are well formed, and whether they match each other.
 
-A key is chunks between slashes, none empty. In an expression `*` stands for one chunk, `**` for any number of
-chunks, also none, and `$*` within a chunk for any text, also none. Wildcards do not match a chunk that begins
-with `@`; only the same chunk does.
+A key consists of chunks between slashes; no chunk is empty. In an expression `*` stands for one chunk, `**`
+for zero or more chunks, and `$*` within a chunk for any text or none. Wildcards do not match a chunk that
+begins with `@`; only the same chunk does.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ ANY_TEXT = '$*'
 
 
 def is_wild(expression: str) -> bool:
-    """Whether an expression stands for more than one key."""
+    """Return whether an expression has wildcards."""
     return '*' in expression
 
 
 def check(expression: str) -> str:
-    """Return a well-formed expression; raises ZenohProtocolError for any other."""
+    """Return the expression if it is well formed, else raise ZenohProtocolError."""
     if '*' not in expression and '$' not in expression:
         if (
             expression
@@ -50,7 +50,7 @@ def _is_chunk(chunk: str) -> bool:
 
 
 def canonical(expression: str) -> str:
-    """Return the form in which an expression is sent; raises ZenohProtocolError for a malformed one."""
+    """Return the canonical form, in which an expression is sent. Raises ZenohProtocolError if malformed."""
     if '*' not in check(expression):
         return expression
     chunks = []
@@ -62,7 +62,7 @@ def canonical(expression: str) -> str:
 
 
 def _ordered(chunks: list[str]) -> str:
-    """Bring single wildcards before the `**` they follow, and drop a `**` that stands twice."""
+    """Move each `*` before the `**` that it follows, and drop repeated `**`."""
     out: list[str] = []
     at = 0
     while at < len(chunks):
@@ -79,7 +79,7 @@ def _ordered(chunks: list[str]) -> str:
 
 
 def intersects(one: str, other: str) -> bool:
-    """Whether some key matches both expressions."""
+    """Return whether some key matches both expressions."""
     if one == other:
         return True
     if '*' not in one:
@@ -94,7 +94,7 @@ def intersects(one: str, other: str) -> bool:
 
 
 def includes(wide: str, narrow: str) -> bool:
-    """Whether every key of `narrow` matches `wide`."""
+    """Return whether every key of `narrow` matches `wide`."""
     if wide == narrow:
         return True
     if '*' not in wide:
@@ -125,7 +125,9 @@ def _is_verbatim(chunk: str) -> bool:
 
 
 def _chunks_meet(one: Sequence[str], other: Sequence[str]) -> bool:
-    """Walk both at once: which ends of `other` can the chunks of `one` up to here have reached."""
+    """Return whether some key matches both, given as chunks. Walks along `one` with a set: the numbers of
+    leading chunks of `other` that can match the chunks of `one` so far.
+    """
     reached = {0}
     if ANY_CHUNKS in other:
         reached = _pass_any(reached, other)
@@ -150,7 +152,7 @@ def _chunks_meet(one: Sequence[str], other: Sequence[str]) -> bool:
 
 
 def _pass_any(reached: set[int], chunks: Sequence[str]) -> set[int]:
-    """Add the positions that are reached if each `**` stands for nothing."""
+    """Add the positions that are reached if `**` stands for no chunk."""
     for at in list(reached):
         while at < len(chunks) and chunks[at] == ANY_CHUNKS:
             at += 1
@@ -159,7 +161,7 @@ def _pass_any(reached: set[int], chunks: Sequence[str]) -> set[int]:
 
 
 def _chunks_cover(wide: Sequence[str], narrow: Sequence[str]) -> bool:
-    """As `_chunks_meet`, but wildcards of `narrow` must be covered by equal or wider ones."""
+    """As `_chunks_meet`, but every wildcard of `narrow` must have an equal or wider one in `wide`."""
     reached = {0}
     for chunk in wide:
         after: set[int] = set()
@@ -202,9 +204,9 @@ def _chunk_covers(wide: str, narrow: str) -> bool:
 
 
 def _texts_meet(one: str, other: str) -> bool:
-    """Whether some text matches two chunks, at least one of which has `$*`; in time linear in their lengths.
+    """Return whether some text matches two chunks, of which at least one has `$*`. Takes linear time.
 
-    If both have it, only their ends can disagree: what is between has room in the texts that `$*` stands for.
+    If both have `$*`, only their beginnings and ends matter: the `$*` of the other takes the rest.
     """
     if ANY_TEXT in one and ANY_TEXT in other:
         head, tail = one.partition(ANY_TEXT)[0], one.rpartition(ANY_TEXT)[2]
@@ -216,10 +218,9 @@ def _texts_meet(one: str, other: str) -> bool:
 
 
 def _text_covers(wide: str, narrow: str) -> bool:
-    """Whether all texts that match `narrow` match `wide`, which has `$*`; each part is taken where it comes
-    first.
+    """Return whether all texts that match `narrow` match `wide`, which has `$*`.
 
-    A `$*` of `narrow` stands for itself, and only a `$*` of `wide` covers it: no part contains the sign '$'.
+    A `$*` of `narrow` is treated as plain text. Only a `$*` of `wide` covers it: no part contains a '$'.
     """
     first, *parts, last = wide.split(ANY_TEXT)
     end = len(narrow) - len(last)

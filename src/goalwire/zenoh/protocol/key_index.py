@@ -1,8 +1,8 @@
-"""An index of things by their key expression: finds quickly all whose expression intersects another one.
+"""An index of values by key expression, which quickly finds all values whose expression intersects another.
 
-Nearly all expressions of ROS 2 are plain keys, or such with `/**` at the end. Those are found by equality: of
-the key, and of each of its beginnings. Only the few others, the *odd* ones, are compared one by one. So a
-plain key is compared with those few, an expression with all."""
+Nearly all expressions of ROS 2 are plain keys, or plain keys with `/**` at the end. Both are found in dicts,
+by the key and by each of its beginnings. Only the few others, the *odd* ones, are compared one by one. So a
+lookup by a plain key compares it with the odd expressions only, a lookup by an expression with all."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _BELOW = '/**'
 
 
 def is_odd(expression: str) -> bool:
-    """Whether an expression has wildcards elsewhere than in a '/**' at its end."""
+    """Return whether an expression has wildcards in other places than a '/**' at its end."""
     return is_wild(expression) and is_wild(expression.removesuffix(_BELOW))
 
 
 class KeyIndex(Generic[T]):
-    """Things by their ids, found by key expression. Whoever changes it holds a lock over it.
+    """Values by their numbers, found by key expression. Code that changes the index holds a lock.
 
-    To look something up copies at first, in one step: so a signal's handler may do it at any time.
+    A lookup first copies the table in one step. So a signal's handler may look up at any time.
     """
 
     __slots__ = ('_below', '_odd', '_plain', '_things')
@@ -40,14 +40,14 @@ class KeyIndex(Generic[T]):
 
     @property
     def odd(self) -> int:
-        """How many are compared one by one."""
+        """The number of odd expressions."""
         return len(self._odd)
 
     def __contains__(self, number: int) -> bool:
         return number in self._things
 
     def add(self, number: int, key: str, thing: T) -> None:
-        """Keep a thing under a number that is free."""
+        """Keep a value under a number that is free."""
         self._things[number] = key, thing
         if is_odd(key):
             self._odd[number] = key, thing
@@ -58,7 +58,7 @@ class KeyIndex(Generic[T]):
         return self._below if is_wild(key) else self._plain
 
     def pop(self, number: int) -> tuple[str, T] | None:
-        """Take a thing out and return its key and itself; None for an unknown number."""
+        """Remove a value and return its key and the value; None for an unknown number."""
         found = self._things.pop(number, None)
         if found is not None and self._odd.pop(number, None) is None:
             same = self._same(found[0])
@@ -69,7 +69,7 @@ class KeyIndex(Generic[T]):
         return found
 
     def meeting(self, expression: str) -> list[tuple[str, T]]:
-        """Return the keys and things whose expression intersects this one, in the order of their keys."""
+        """Return the expressions that intersect this one, with their values."""
         if is_wild(expression):
             return [found for found in list(self._things.values()) if intersects(found[0], expression)]
         out = [(expression, thing) for thing in list(self._plain.get(expression, {}).values())]
@@ -87,13 +87,13 @@ class KeyIndex(Generic[T]):
             head = key[:end]
             out += [(head + _BELOW, thing) for thing in list(self._below.get(head, {}).values())]
             start = key.rfind('/', 0, end)
-            if key.startswith('@', start + 1):  # no wildcard stands for this chunk
+            if key.startswith('@', start + 1):  # no wildcard matches this chunk
                 break
             end = start
         return out
 
     def has_meeting(self, expression: str) -> bool:
-        """Whether an expression in the index intersects this one."""
+        """Return whether an expression in the index intersects this one."""
         return expression in self._plain or bool(self.meeting(expression))
 
     def all(self) -> list[tuple[int, str, T]]:

@@ -1,8 +1,8 @@
-"""Gossip: routers tell peers of each other, and of each two peers one connects.
+"""Gossip: routers announce peers to each other, and one of every two peers connects to the other.
 
-A router sends OAM messages with the nodes that it knows: all of them to a newcomer, and the newcomer to the
-others. Each node has its id, role and the addresses ("locators") where it listens. Within one link a node
-also has a short number, by which later messages may name it.
+A router sends OAM messages with the nodes that it knows. A new node is sent all others, and the others are
+sent the new node. Each node has its id, role and the addresses ("locators") where it listens. Within one link
+a node also has a short number, by which later messages may name it.
 
 A peer always connects to routers. Of two peers the one with the greater id connects, compared byte by byte as
 on the wire. So there is only one link between them.
@@ -39,11 +39,11 @@ class Node:
     role: Role
     locators: tuple[str, ...] = ()
     change: int = 0
-    """The version of this news: of two about a node, the greater one holds."""
+    """The version of this information about the node; the greatest version is valid."""
 
 
 def tell_of(node: Node, change: int) -> bytes:
-    """Return an OAM message about one node; `change` is the version of the news."""
+    """Return an OAM message about one node; `change` is the version of the information."""
     state = b''.join(
         (
             bytes((1, _HAS_ID | _HAS_ROLE | _HAS_LOCATORS, 0)),
@@ -60,13 +60,13 @@ def tell_of(node: Node, change: int) -> bytes:
 
 
 class LinkStates:
-    """The nodes that one link told of, and their short numbers."""
+    """The nodes that one link has announced, and their short numbers."""
 
     def __init__(self) -> None:
         self._ids: dict[int, bytes] = {}
 
     def read(self, reader: Reader) -> list[Node]:
-        """Read an OAM; return the nodes whose addresses it tells. Raises ZenohProtocolError."""
+        """Read an OAM; return the nodes that it gives addresses of. Raises ZenohProtocolError."""
         header = reader.u8()
         about = reader.z(16)
         if header & MORE:
@@ -108,7 +108,7 @@ class LinkStates:
 
 
 def connects_to(own: bytes, node: Node) -> bool:
-    """Whether this side dials a node of gossip, and not the other way round."""
+    """Return whether this side dials a node of gossip. If not, the node dials this side."""
     if node.zid == own or node.role is Role.CLIENT:
         return False
     return node.role is Role.ROUTER or own > node.zid

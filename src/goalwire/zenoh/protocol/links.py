@@ -9,16 +9,16 @@ from goalwire.zenoh.protocol.primitives import MAX_LINKS, ZenohProtocolError
 
 
 class Links:
-    """The links that are up. Whoever changes them holds the session's section; any thread may read `up`."""
+    """The links that are up. Code that changes them holds the session's section; any thread may read `up`."""
 
     def __init__(self, own_zid: bytes, close: Callable[[Link, str, int], None]) -> None:
-        """`close` closes a link soon, for a reason in words and in Zenoh's number; it may not block."""
+        """`close` closes a link soon and does not block; it gets a text and Zenoh's number of the reason."""
         self.up: tuple[Link, ...] = ()
         self._own_zid = own_zid
         self._close = close
 
     def is_linked(self, zid: bytes) -> bool:
-        """Whether there is a link to a session."""
+        """Return whether there is a link to a session."""
         return any(link.zid == zid for link in self.up)
 
     def add(self, link: Link) -> None:
@@ -27,9 +27,9 @@ class Links:
         self.up += (link,)
 
     def _settle_duplicate(self, link: Link) -> None:
-        """Keep one of two links to a session: the one that the session with the greater id has opened.
+        """Of two links to a session, keep the link that the session with the greater id has opened.
 
-        Both sides decide alike, and so they close the same link.
+        Both sides follow this rule, so they close the same link.
         """
         for other in self.up:
             if other.zid == link.zid:
@@ -43,5 +43,5 @@ class Links:
                 self._close(other, 'another link to this session replaces it', MAX_LINKS)
 
     def remove(self, link: Link) -> None:
-        """Let go of a link; one that is not there changes nothing."""
+        """Remove a link. An unknown link changes nothing."""
         self.up = tuple(each for each in self.up if each is not link)

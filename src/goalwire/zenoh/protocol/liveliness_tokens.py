@@ -1,7 +1,7 @@
-"""Liveliness tokens: which ones are there, and who is told when they come and go.
+"""Liveliness tokens: the tokens that exist, and the watchers that are told of changes.
 
-A token is a declared key. It appears with the first declaration, on any link or by the session itself. It
-vanishes when the last one is taken back or its link is lost. So declarations are counted for each key.
+A token is a declared key. It appears with its first declaration, on any link or by the session itself. It
+vanishes when its last declaration is taken back or loses its link. So declarations are counted for each key.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Watcher = Callable[[Sample], None]
 
 
 class Liveliness:
-    """Tokens and watchers. All but `tell` is called with the session's lock held; `tell` without."""
+    """Tokens and watchers. All methods except `tell` are called with the session's lock held."""
 
     def __init__(self, callback_failed: Callable[[Exception], None]) -> None:
         self._callback_failed = callback_failed
@@ -25,17 +25,17 @@ class Liveliness:
         self._watchers: KeyIndex[Watcher] = KeyIndex()
         self._changes: OrderedDispatcher[tuple[Watcher, Sample]] = OrderedDispatcher(self._deliver)
         self.tell = self._changes.drain
-        """Tell the watchers of the changes since, in their order."""
+        """Tell the watchers of the changes since the last call, in order."""
 
     def appeared(self, key: str) -> None:
-        """A token was declared once more."""
+        """Count one more declaration of a token."""
         count = self._declared.get(key, 0)
         self._declared[key] = count + 1
         if not count:
             self._post(Sample(key, b''))
 
     def vanished(self, key: str) -> None:
-        """A declaration of a token has gone."""
+        """Count one declaration of a token less."""
         count = self._declared.pop(key, 0) - 1
         if count > 0:
             self._declared[key] = count
@@ -54,7 +54,7 @@ class Liveliness:
             self._callback_failed(error)
 
     def watch(self, number: int, key: str, watcher: Watcher, *, history: bool) -> None:
-        """Call `watcher` with changes, and with `history` also with the existing tokens."""
+        """Call `watcher` with each change; with `history` also with the existing tokens."""
         self._watchers.add(number, key, watcher)
         if history:
             for token in self.present(key):
@@ -65,7 +65,7 @@ class Liveliness:
         self._watchers.pop(number)
 
     def present(self, key: str) -> list[str]:
-        """Return the tokens there are that meet `key`."""
+        """Return the existing tokens that match `key`."""
         if not is_wild(key):
             return [key] if key in self._declared else []
         return [token for token in list(self._declared) if intersects(token, key)]

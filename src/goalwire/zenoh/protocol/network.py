@@ -1,11 +1,11 @@
-"""PUSH, REQUEST, RESPONSE and RESPONSE_FINAL: the messages that carry users' data.
+"""PUSH, REQUEST, RESPONSE and RESPONSE_FINAL: the messages that carry the user's data.
 
 Keys travel as "wire expressions": a scope and a suffix. With scope 0 the suffix is the whole key. Any other
-scope is an id that one of the two sides has declared for a key or its beginning, and the suffix is appended.
-A flag of the header says whose id it is. Ids have 16 bits.
+scope is an id that one of the two sides has declared for a key or its beginning, and the suffix follows on
+it. A flag of the header shows which side declared the id. Ids have 16 bits.
 
-These messages are most of the traffic. So they are read by plain indexing: a byte beyond the data raises
-IndexError, and each function checks at its end that it has not read beyond its message.
+Most of the traffic consists of these messages. So they are read by plain indexing: reading beyond the data
+raises IndexError, and each function checks at its end that it has not read beyond its message.
 """
 
 from __future__ import annotations
@@ -60,24 +60,24 @@ HAS_CONSOLIDATION = 0x20
 HAS_PARAMETERS = 0x40
 
 DEFAULT_QOS = 0x05
-"""The QoS of a message that names none: data, droppable, not express."""
+"""The QoS of a message without the extension: priority "data", droppable, not express."""
 BLOCK = 0x08
 
 LARGE = 65536
-"""Bytes from which a payload is shown within its message, not copied out of it."""
+"""Payloads of this many bytes or more are views of the received data; smaller ones are copied."""
 
 Payload: TypeAlias = bytes | memoryview
 Resolve: TypeAlias = Callable[[Slices], Payload | None]
-"""Makes a payload of slices that may be in shared memory; None if it is not there any more."""
+"""Joins slices, some in shared memory, to a payload; returns None if the sender has reused the memory."""
 
 
 def refuse_slices(_slices: Slices) -> None:
-    """Stand in for shared memory on a link that has agreed on none."""
+    """Refuse slices, as the `Resolve` of links without shared memory. Raises ZenohProtocolError."""
     raise unknown_extension(MARK_OF_PUT)
 
 
 class Sample(NamedTuple):
-    """A message, a reply or a token's change, as it came."""
+    """A received message, reply or change of a token. Its stamp and source are still encoded."""
 
     key: str
     payload: Payload | None
@@ -99,7 +99,7 @@ class Sample(NamedTuple):
 
 SampleFields: TypeAlias = tuple[str, Payload | None, bytes | None, bytes | None, bytes | None]
 new_sample: Callable[[SampleFields], Sample] = partial(tuple.__new__, Sample)
-"""Makes one as its class does, without a call of Python code: it is on every message's way."""
+"""Makes a Sample faster than the class itself, without running Python code: each message needs one."""
 
 
 class ReplyError(NamedTuple):
@@ -112,21 +112,21 @@ class ReplyError(NamedTuple):
 
 
 class WireKey(NamedTuple):
-    """A key as one link names it; `flags` belong into the message's header."""
+    """A key as it is encoded for one link; `flags` belong in the message's header."""
 
     flags: int
     encoded: bytes
 
 
 def wire_key(key: str, scope: int = 0, *, is_senders: bool = False) -> WireKey:
-    """Name a key by the number of the whole key, or in full."""
+    """Encode a key by its number if `scope` is not 0, else in full."""
     if scope:
         return WireKey(IS_SENDERS if is_senders else 0, encode_z(scope))
     return WireKey(IS_NAMED, b'\0' + encode_data(key.encode()))
 
 
 def read_wire_key(data: bytes, at: int, header: int) -> tuple[int, bytes, int]:
-    """Return the scope, the suffix and the position behind the expression."""
+    """Return the scope, the suffix and the position after the expression."""
     scope = data[at]
     at += 1
     if scope > 0x7F:
@@ -143,8 +143,8 @@ def read_wire_key(data: bytes, at: int, header: int) -> tuple[int, bytes, int]:
 
 
 def read_request_id(data: bytes, at: int) -> tuple[int, int]:
-    """Return a request's id, of 32 bits, and the position behind it."""
-    # hot path: the first 16,384 are read here, and save a call (0.2 us; a service call reads three).
+    """Return a request's id, of at most 32 bits, and the position after it."""
+    # hot path: ids below 16,384 are decoded here, which saves a call (0.2 us; a service call reads three)
     number = data[at]
     if number < 0x80:
         return number, at + 1
@@ -157,7 +157,7 @@ def read_request_id(data: bytes, at: int) -> tuple[int, int]:
 
 
 def read_extensions(data: bytes, at: int) -> tuple[int, int]:
-    """Step over the extensions of a network message; return its QoS and the position behind them."""
+    """Skip the extensions of a network message; return its QoS and the position after them."""
     qos = DEFAULT_QOS
     header = MORE
     while header & MORE:
@@ -193,10 +193,10 @@ def put_body(
     stamp: bytes | None = None,
     source: bytes | None = None,
 ) -> bytes:
-    """Return a PUT; `stamp` and `source` are encoded already."""
+    """Return an encoded PUT; `stamp` and `source` are encoded already."""
     size = len(payload)
     if source is None and stamp is not None and attachment is not None and size < SMALL_END:
-        # hot path, of all that ROS publishes: 0.3 µs, not 1.0 with put_head and its calls
+        # hot path of all messages that ROS publishes: 0.3 µs, and 1.0 with put_head and its calls
         length, about = SMALL_Z[size], SMALL_Z[len(attachment)]
         return b''.join((_PUT_OF_ROS, stamp, _ATTACHMENT, about, attachment, length, payload))
     return b''.join((put_head(size, attachment, stamp, source), payload))
@@ -247,9 +247,9 @@ def shared_put_head(attachment: bytes | None, stamp: bytes | None, source: bytes
 def read_body(
     data: bytes, at: int, end: int, key: str, resolve: Resolve = refuse_slices
 ) -> tuple[Sample | None, int]:
-    """Return the sample that a PUT or DEL brings for `key`, and the position behind it.
+    """Read a PUT or DEL on `key`; return its sample and the position after it.
 
-    The sample is None if its payload was in shared memory and is lost.
+    The sample is None if its payload was in shared memory that the sender has reused.
     """
     header = data[at]
     kind = header & MESSAGE_ID
@@ -315,7 +315,7 @@ _UNIT = EXTENSION | MANDATORY
 
 
 def skip_encoding(data: bytes, at: int) -> int:
-    """Return the position behind an encoding."""
+    """Return the position after an encoding."""
     number, at = decode_z(data, at)
     if number & 1:
         size, at = decode_z(data, at)
@@ -338,7 +338,7 @@ def push_head(key: WireKey, qos: int) -> bytes:
 
 
 class Target:
-    """Which queryables a query is for, as REQUEST numbers them."""
+    """The queryables that a query goes to, by their numbers in a REQUEST."""
 
     BEST_MATCHING = 0
     ALL = 1
@@ -388,7 +388,7 @@ def query_head(consolidation: int, parameters: str, *, has_payload: bool, has_at
 
 
 def query_rest(payload: Payload | None, attachment: bytes | None) -> bytes:
-    """Return the part of a query behind `query_head`."""
+    """Return the part of a query after `query_head`."""
     if payload is None:
         return b'' if attachment is None else _ATTACHMENT_OF_QUERY + encode_data(attachment)
     size = len(payload) + 1
@@ -405,7 +405,7 @@ _ATTACHMENT_OF_QUERY = bytes((ATTACHMENT_OF_QUERY,))
 def read_query(
     data: bytes, at: int, end: int, resolve: Resolve = refuse_slices
 ) -> tuple[QueryMessage | None, int]:
-    """Return a QUERY and the position behind it; None if its payload was in shared memory and is lost."""
+    """Return a QUERY and the position after it. The QUERY is None if its payload in shared memory is lost."""
     header = data[at]
     at += 1
     if header & MESSAGE_ID != QUERY:
@@ -479,14 +479,14 @@ REPLY_HEADER = bytes((REPLY,))
 def whole_answer(
     request_id: int, key: str, qos: int, replier: bytes, payload: Payload, attachment: bytes | None
 ) -> bytes:
-    """Return a RESPONSE with a REPLY without a stamp, and its RESPONSE_FINAL."""
+    """Return a RESPONSE, which has a REPLY without a stamp, followed by its RESPONSE_FINAL."""
     size = len(payload)
     number = SMALL_Z[request_id] if request_id < SMALL_END else encode_z(request_id)
     if attachment is None or size >= SMALL_END:
         body = put_body(payload, attachment)
         head = response_head(request_id, key, qos, replier)
         return b''.join((head, REPLY_HEADER, body, response_final(request_id, qos)))
-    # hot path, of all answers in ROS: 1.0 µs, not 2.3 with the calls above
+    # hot path of all answers in ROS: 1.0 µs, and 2.3 with the calls above
     tail, final, rest = _answer_parts(key, qos, replier)
     about = SMALL_Z[len(attachment)]
     return b''.join((_RESPONSE, number, tail, about, attachment, SMALL_Z[size], payload, final, number, rest))
@@ -497,7 +497,9 @@ _RESPONSE = bytes((RESPONSE | MORE | IS_NAMED,))
 
 @lru_cache(maxsize=1024)
 def _answer_parts(key: str, qos: int, replier: bytes) -> tuple[bytes, bytes, bytes]:
-    """Return the bytes before an answer's attachment, and those around the number of its RESPONSE_FINAL."""
+    """Return the bytes between an answer's number and its attachment, and the bytes before and after the
+    number in its RESPONSE_FINAL.
+    """
     put = bytes((PUT | MORE, ATTACHMENT_OF_PUT))
     final = response_final(0, qos)
     return response_tail(key, qos, replier) + REPLY_HEADER + put, final[:1], final[2:]
@@ -518,7 +520,7 @@ def response_final(request_id: int, qos: int) -> bytes:
 def read_reply(
     data: bytes, at: int, end: int, key: str, resolve: Resolve = refuse_slices
 ) -> tuple[Sample | ReplyError | None, int]:
-    """Return the answer in a RESPONSE, and the position behind it; None as of `read_body`."""
+    """Return the answer in a RESPONSE, None if its payload is lost, and the position after it."""
     header = data[at]
     kind = header & MESSAGE_ID
     at += 1

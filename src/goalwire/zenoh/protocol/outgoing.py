@@ -1,13 +1,13 @@
-"""The sending half of a link: numbers messages, packs them into batches, and writes these.
+"""The sending half of a link: numbers messages, packs them into batches, and writes the batches.
 
 `send` numbers a message, makes a batch of it and writes it at once. If the socket is full, the message waits
 in the queue of its priority, in one frame with others. In a flood, small messages wait for a moment to share
-a frame, although the socket has room. If more than QUEUE_LIMIT bytes wait already, a message that may be
-dropped is dropped and counted. One that may not be dropped waits for room first, if its thread may wait: the
-session's owner knows that.
+a frame, although the socket has room. If more than QUEUE_LIMIT bytes wait already, a droppable message is
+dropped and counted. A message that may not be dropped waits for room first, if its thread may wait, which the
+session's owner decides.
 
-All that numbers, queues or writes is done in one critical section: what a signal's handler sends while its
-own thread is just sending goes out right after that.
+Numbering, queueing and writing are done in one critical section. If a signal's handler sends while its own
+thread is sending, its message goes out right after the message of the thread.
 """
 
 from __future__ import annotations
@@ -40,17 +40,18 @@ if TYPE_CHECKING:
     from goalwire.zenoh.protocol.shared_memory import LinkMemory
 
 QUEUE_LIMIT = 2 << 20
-"""Bytes that may wait for a socket. Beyond them droppable messages are dropped, and others wait."""
+"""Bytes that may wait for a socket. Above this, droppable messages are dropped, and others wait for room."""
 QUEUE_END = 1 << 30
-"""Bytes that may wait of messages that can neither be dropped nor wait; beyond them the link is closed."""
+"""Bytes that may wait in all, since some messages can neither be dropped nor wait. Above, the link is
+closed."""
 _AT_ONCE = 64
 HELD_SIZE = 8192
-"""Bytes that are held back at most. A system call for 45 messages of 180 bytes costs each 0.05 µs, not 1.7;
-the first of them waits for 0.1 ms."""
+"""Bytes that are held back at most. With a system call for 45 messages of 180 bytes, each costs 0.05 µs, not
+1.7. The first of them waits for 0.1 ms."""
 
 
 def join_small(messages: Sequence[bytes], room: int) -> Iterator[bytes]:
-    """Join messages as far as `room` bytes go; a larger one comes by itself."""
+    """Join messages into groups of at most `room` bytes. A larger message is a group of its own."""
     together: list[bytes] = []
     size = 0
     for message in messages:
@@ -68,7 +69,7 @@ class Connection(Protocol):
 
     @property
     def can_hold(self) -> bool:
-        """True if somebody releases held messages soon; otherwise nothing is held back."""
+        """True if `hold` has held messages released soon; otherwise no message is held back."""
 
     def write(self, data: Buffer) -> int:
         """Write as much as the socket takes, and return how many bytes that is."""
@@ -80,7 +81,7 @@ class Connection(Protocol):
         """Have `Outgoing.flush` called once the socket has room again."""
 
     def wait_for_room(self, is_answer: bool) -> None:
-        """Block until less waits, if this thread may. An answer waits only as long as its reader reads."""
+        """Block until fewer bytes wait, if this thread may. An answer waits only while its reader reads."""
 
     def hold(self, outgoing: Outgoing) -> None:
         """Have `Outgoing.release` called soon."""
@@ -95,14 +96,14 @@ class Outgoing:
         self.lock = self.section.lock
         self._acquire, self._release = self.section.acquire, self.section.release
         self.spoke = True
-        """Whether anything was sent since the last `tick`."""
+        """True if a message was sent since the last `tick`."""
         self.dropped = 0
         """How many messages were dropped for lack of room."""
         self.memory: LinkMemory | None = None
-        """The memory by which the other side takes large payloads; None: it gets bytes."""
+        """The memory through which the other side gets large payloads; None if it gets bytes."""
         self.queue = SendQueue()
         self.overflowed = False
-        """Whether more than QUEUE_END waits: the link is to be given up."""
+        """True if more than QUEUE_END bytes wait: then the link must be closed."""
         self._connection = connection
         self._write = connection.write
         self._can_hold = connection.can_hold
@@ -111,9 +112,9 @@ class Outgoing:
         """True while messages are held back to share a frame, although the socket has room."""
         self._sent = [0] * CHANNELS
         self._mask = MASK
-        """The bits of a sequence number."""
+        """The mask with all bits of a sequence number set."""
         self.room = MAX_BATCH - HEAD_SIZE
-        """Bytes of messages that fit one frame."""
+        """Bytes of messages that fit into one frame."""
         self._marks_first = False
         self._has_priorities = True
         self._retired: list[bytes] = []
@@ -135,10 +136,10 @@ class Outgoing:
         may_wait: bool = False,
         is_answer: bool = False,
     ) -> bool:
-        """Send network messages in one frame, or in pieces; False: dropped, or the link is gone.
+        """Send network messages in one frame, or in pieces; False if they were dropped or the link has ended.
 
-        A message that is not droppable waits for room first, if its thread may; an answer does so only if
-        UNREAD_LIMIT is reached. One that `may_wait` is held back for a moment, to go out with others.
+        A message that is not droppable waits for room first, if its thread may wait. An answer waits only
+        above UNREAD_LIMIT. A message that `may_wait` is held back for a moment, to go out with others.
         """
         queue = self.queue
         if queue.size > QUEUE_LIMIT and not self._finds_room(droppable, is_answer):
@@ -146,8 +147,8 @@ class Outgoing:
         size = len(message)
         if size > self.room:
             return self._send_pieces(channel, (message,))
-        # hot path: `with` takes 0.25 µs more for a lock that a thread may take twice (Python 3.11). The lock
-        # is taken inside `try`, since a signal's handler may raise as soon as it is.
+        # hot path: `with` takes 0.25 µs more for a re-entrant lock (Python 3.11). The lock is taken inside
+        # `try`, since a signal's handler may raise as soon as it is taken.
         section = self.section
         entered = False
         batch, taken = b'', 0
@@ -174,7 +175,7 @@ class Outgoing:
                 sent = self._sent
                 number = sent[DATA_CHANNEL]
                 sent[DATA_CHANNEL] = (number + 1) & self._mask
-                # hot path: encode_padded written out, one call less for each message.
+                # hot path: encode_padded is written out here, which saves a call for each message
                 low, high = PADDED_LOW[number & 0x3FFF], PADDED_HIGH[number >> 14]
                 batch = b''.join(((size + 5).to_bytes(2, 'little'), b'%', low, high, message))
             else:
@@ -197,7 +198,7 @@ class Outgoing:
             finally:
                 try:  # noqa: SIM105
                     self._release()
-                except RuntimeError:  # a signal's handler raised while this waited for the lock
+                except RuntimeError:  # a signal's handler raised while this thread waited for the lock
                     pass
 
     def _mend(self, batch: bytes = b'', taken: int = 0) -> None:
@@ -211,10 +212,11 @@ class Outgoing:
             self._connection.request_flush()
 
     def _send_together(self, channel: int, message: bytes, *, may_wait: bool) -> bool:
-        """Have a message wait, in one frame with others. The lock is held.
+        """Queue a message in one frame with others. The caller holds the lock.
 
-        They wait since the socket is full, or because they may (`is_held`): then until HELD_SIZE bytes do, or
-        something comes that may not wait, or `Connection.hold` has led to a `release`.
+        The frame waits because the socket is full, or because its messages are held back (`is_held`). Held
+        messages wait until they have HELD_SIZE bytes, or a message comes that may not wait, or `release` is
+        called, as `Connection.hold` has asked for.
         """
         queue = self.queue
         is_first = not queue.size
@@ -246,7 +248,7 @@ class Outgoing:
             self._connection.request_flush()
 
     def send_large(self, channel: int, message: Sequence[Buffer], *, droppable: bool) -> bool:
-        """Send a message in parts, which are not copied, and so must never change."""
+        """Send a message given in parts. The parts are not copied, and so must never change."""
         if self.queue.size > QUEUE_LIMIT and not self._finds_room(droppable):
             return False
         return self._send_pieces(channel, message)
@@ -263,13 +265,13 @@ class Outgoing:
             self._connection.wait_for_room(False)
 
     def _finds_room(self, droppable: bool, is_answer: bool = False) -> bool:
-        """Wait until less waits, or drop the message. Called if too much waits already; False: dropped."""
+        """Wait for room, or drop the message and return False. Called if the queue is above its limit."""
         if droppable:
             self.dropped += 1
             return False
         if is_answer and self.queue.size <= bounds.UNREAD_LIMIT:
             return True
-        if not self.section.is_entered():  # otherwise it would wait for the very thread that it interrupts
+        if not self.section.is_entered():  # otherwise this call would wait for the thread that it interrupts
             self._connection.wait_for_room(is_answer)
         return True
 
@@ -286,18 +288,18 @@ class Outgoing:
         return frame_head(channel, number)
 
     def _check_bound(self) -> None:
-        """Have the link given up if its queue is beyond the last bound."""
+        """Have the link closed if its queue is above QUEUE_END."""
         if self.queue.size > QUEUE_END:
             self.overflowed = True
             self._connection.request_flush()
 
     def declare(self, *messages: bytes) -> None:
-        """Send declarations in as few frames as they fit, without waiting for room."""
+        """Send declarations in as few frames as possible, without waiting for room."""
         for together in join_small(messages, self.room):
             self.section.run(partial(self._send_now, CONTROL_CHANNEL, together))
 
     def _send_now(self, channel: int, *message: Buffer) -> None:
-        """Send a message in parts, in one frame or in pieces, with the held messages; in the section."""
+        """Send a message given in parts, in one frame or in pieces, after the held ones. In the section."""
         if not self.is_open:
             return
         if not self._has_priorities:
@@ -326,7 +328,8 @@ class Outgoing:
                 head = fragment_head(channel, number, marks_first=marks_first, more=left > 0)
                 marks_first = False
                 self.queue.add(channel >> 1, ((len(head) + size).to_bytes(2, 'little') + head, *piece))
-        except BaseException:  # raised by a signal's handler: no later piece may follow on the last one
+        # A signal's handler has raised. A gap in the numbers tells the reader to drop the begun message.
+        except BaseException:
             sent[channel] = (number + 2) & self._mask
             raise
 
@@ -342,7 +345,7 @@ class Outgoing:
             self._connection.request_flush()
 
     def flush(self) -> bool:
-        """Write the waiting bytes; False if the socket is full again."""
+        """Write the queued bytes; return False if the socket is full again."""
         self.section.run(self._flush)
         return not self.queue.size
 
@@ -350,7 +353,7 @@ class Outgoing:
         queue = self.queue
         self.is_held = False
         while queue.size:
-            # In one step: a signal's handler may raise before the next one.
+            # a single step for Python: a signal's handler may raise after it
             queue.taken = self._connection.write_many(queue.next_buffers(_AT_ONCE))
             is_full = not queue.taken
             queue.written(queue.taken)
@@ -362,7 +365,7 @@ class Outgoing:
         return not queue.size
 
     def retire_expression(self, message: bytes) -> None:
-        """Undeclare an expression's number once no waiting message uses it."""
+        """Send the undeclaration of a key's number after all queued messages, which may use the number."""
         self.section.run(partial(self._retire, message))
 
     def _retire(self, message: bytes) -> None:
@@ -372,7 +375,7 @@ class Outgoing:
             self._send_now(CONTROL_CHANNEL, message)
 
     def tick(self) -> None:
-        """Send KEEP_ALIVE if nothing else was sent within a quarter of the session's own lease."""
+        """Send KEEP_ALIVE if nothing was sent since the last call, a quarter of the own lease ago."""
         if self._is_agreed and not self.spoke and not self.queue.size:
             self.send_transport(KEEP_ALIVE_MESSAGE)
         self.spoke = False

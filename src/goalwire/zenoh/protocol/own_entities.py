@@ -1,6 +1,6 @@
-"""The entities that this session has declared, and the links that have been told of them.
+"""The entities that this session has declared. Announces them to the links.
 
-Peers and routers are told of everything, at once. A client is told only of what it has asked for.
+Peers and routers are told of all entities at once. A client is told only of those that it has asked for.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _LEARNS = {
 
 
 class OwnEntities:
-    """A session's subscribers, queryables and tokens. Whoever calls a method holds the session's section."""
+    """A session's subscribers, queryables and tokens. Callers hold the session's section."""
 
     def __init__(
         self, links: Links, expressions: Expressions, routes: Routes, liveliness: Liveliness
@@ -63,7 +63,7 @@ class OwnEntities:
         self._liveliness.appeared(key)
 
     def remove(self, number: int) -> bool:
-        """Undeclare the entity with a number. False if there is none."""
+        """Undeclare the entity with a number. Return False if there is none."""
         token = self._tokens.pop(number, None)
         if token is not None:
             self._take_back(Kind.TOKEN, number)
@@ -90,7 +90,7 @@ class OwnEntities:
 
     @staticmethod
     def _may_learn(link: Link, kind: Kind, key: str) -> bool:
-        """Whether the other side of a link may know of an entity."""
+        """Return whether the other side of a link may learn of an entity."""
         return not link.refusal(_LEARNS[kind], key)
 
     def _take_back(self, kind: Kind, number: int) -> None:
@@ -102,7 +102,7 @@ class OwnEntities:
                 link.outgoing.declare(take_back(kind, number))
 
     def tell_all(self, link: Link) -> list[bytes]:
-        """Return the messages that tell a new link of everything."""
+        """Return the messages that declare all entities to a new link."""
         out: list[bytes] = []
         for kind, number, key, complete in self._all(About.ALL):
             if not self._may_learn(link, kind, key):
@@ -115,13 +115,13 @@ class OwnEntities:
         out: list[bytes] = []
         for kind, number, key, complete in self._all(wish.about):
             if link.peer.is_about(wish, key) and self._may_learn(link, kind, key):
-                # A client that asks only about the present is never told that the entity has gone.
+                # A client that asks only for present entities is not told of their end, so it gets no number.
                 told = number if wish.when & When.FUTURE else 0
                 out += self._declaration(link, kind, told, key, complete=complete, interest=wish.number)
         return out
 
     def _all(self, about: About) -> list[tuple[Kind, int, str, bool]]:
-        """Return kind, number, key and completeness of all there is, subscribers first."""
+        """Return kind, number, key and completeness of all entities, subscribers first."""
         things: list[tuple[Kind, int, str, bool]] = []
         if about & About.SUBSCRIBERS:
             things += [(Kind.SUBSCRIBER, at, key, False) for at, key, _ in self._routes.subscribers.all()]
@@ -143,9 +143,9 @@ class OwnEntities:
         complete: bool = False,
         interest: int | None = None,
     ) -> list[bytes]:
-        """Return the message that declares an entity on one link, the number of its key included."""
+        """Return the messages that declare an entity on one link, and the number of its key if it is new."""
         out: list[bytes] = []
-        # The key of a token is used once, so a number of its own would not pay.
+        # The key of a token is used once, so declaring a number for it would cost more than it saves.
         name = wire_key(key) if kind is Kind.TOKEN else self._expressions.name_own(link, key, out)
         if link.role is Role.CLIENT or link.guard is not None:
             link.peer.told_of.add(number)
@@ -153,7 +153,7 @@ class OwnEntities:
         return out
 
     def take_interest(self, link: Link, wish: Interest) -> None:
-        """Answer a client's interest. Peers and routers were told everything before."""
+        """Answer a client's interest. Peers and routers were told of all entities before."""
         peer = link.peer
         peer.remove_interest(wish.number)
         if not wish.when:

@@ -1,4 +1,4 @@
-"""The payloads of one link that are in shared memory: a link reads them as it reads all others."""
+"""Payloads that a link reads from shared memory."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class SharedPayloads:
     """Fetches payloads that the other side of a link has left in shared memory."""
 
     def __init__(self, refuse: Callable[[str, object], object]) -> None:
-        """`refuse` counts what is lost, and why."""
+        """`refuse` counts a lost message and the reason."""
         self._refuse = refuse
         self._memory: LinkMemory | None = None
         self._qos = DEFAULT_QOS
@@ -30,7 +30,7 @@ class SharedPayloads:
         self._memory = outgoing.memory = handshake.make_memory(partial(outgoing.send, DATA_CHANNEL))
 
     def of(self, qos: int, *, as_view: bool = False) -> Resolve:
-        """Return what fetches the payload of the message that is read now, by its QoS."""
+        """Return the function that fetches the payload of the current message, which has this QoS."""
         if self._memory is None:
             return refuse_slices
         self._qos, self._as_view = qos, as_view

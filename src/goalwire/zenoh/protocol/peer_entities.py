@@ -1,7 +1,7 @@
 """The entities that the other side of a link has declared, within the bounds of one link.
 
-The other side gives numbers to its keys and to all that it declares, and takes back by number. Whoever
-changes these tables holds the session's section; a few are read without it by what runs for each message.
+The other side gives numbers to its keys and entities, and undeclares them by number. Code that changes these
+tables holds the session's section. Code that runs for each message reads a few of them without it.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ class PeerEntities:
     """The keys, subscribers, queryables, tokens and interests of one link's other side."""
 
     def __init__(self, own_keys: Mapping[int, str], refuse: Callable[[str, object], object]) -> None:
-        """`own_keys` are this session's keys by number; `refuse` gets the kind of an ignored message, and the
+        """`own_keys` are this session's keys by number; `refuse` gets an ignored message's kind and the
         reason.
         """
         self.zid = b''
-        """The other side's id, once the handshake has told it."""
+        """The other side's id; empty before the end of the handshake."""
         self.expressions: dict[int, str] = {}
         self.expression_ids: dict[str, int] = {}
         self.subscribers: KeyIndex[None] = KeyIndex()
@@ -39,14 +39,14 @@ class PeerEntities:
         self.told_of: set[int] = set()
         """The numbers of this session's entities that a client or a guarded side has been told about."""
         self.knows_all = False
-        """Whether the other side has told all that it has; until then it gets every message and query."""
+        """True once the other side has sent all its declarations. Before, it gets every message and query."""
         self._own_keys = own_keys
         self._refuse = refuse
 
     def key_of(self, scope: int, suffix: bytes | str, is_senders: int) -> str | None:
-        """Return the key that the other side names: by a number, by its text, or by both together.
+        """Return the key that the other side names by a number, by a text, or by a number and a suffix.
 
-        None for a number that is unknown, and for a key beyond all bounds.
+        None for an unknown number, and for a key beyond the bounds.
         """
         if len(suffix) > bounds.KEY_LIMIT:
             self._refuse('key', f'it has {len(suffix)} bytes, {bounds.KEY_LIMIT} are allowed')
@@ -68,7 +68,7 @@ class PeerEntities:
     # ---- what it declares
 
     def add_expression(self, number: int, key: str) -> bool:
-        """Keep the number of a key. False if the number is taken, or beyond all bounds."""
+        """Keep the number of a key. Return False if the number is in use, or the bounds are exceeded."""
         if not number or number in self.expressions or not self._allows(len(key)):
             return False
         self.expressions[number] = key
@@ -76,7 +76,7 @@ class PeerEntities:
         return True
 
     def remove_expression(self, number: int) -> bool:
-        """Forget the number of a key. False if it was unknown."""
+        """Forget the number of a key. Return False if it was unknown."""
         key = self.expressions.pop(number, None)
         if key is None:
             return False
@@ -86,7 +86,7 @@ class PeerEntities:
         return True
 
     def add_token(self, number: int, key: str) -> bool:
-        """Keep a token. False if its number is taken, or it is beyond all bounds."""
+        """Keep a token. Return False if its number is in use, or the bounds are exceeded."""
         if number in self.tokens or not self._allows(len(key)):
             return False
         self.tokens[number] = key
@@ -100,7 +100,7 @@ class PeerEntities:
         return token
 
     def add_entity(self, declaration: Declaration, key: str) -> None:
-        """Keep a subscriber or a queryable, in place of the one that had its number."""
+        """Keep a subscriber or a queryable. It replaces an entity with the same number."""
         kind, number = declaration.kind, declaration.number
         self.remove_entity(kind, number)
         index = self.subscribers if kind is Kind.SUBSCRIBER else self.queryables
@@ -119,7 +119,7 @@ class PeerEntities:
             self._free(len(found[0]))
 
     def has(self, kind: Kind, number: int) -> bool:
-        """Whether the other side has declared an entity under a number, within the bounds."""
+        """Return whether an entity of the other side is kept under a number."""
         if kind is Kind.TOKEN:
             return number in self.tokens
         return number in (self.subscribers if kind is Kind.SUBSCRIBER else self.queryables)
@@ -134,36 +134,36 @@ class PeerEntities:
             self.interests[wish.number] = wish
 
     def remove_interest(self, number: int) -> None:
-        """Forget a wish. An unknown number changes nothing."""
+        """Forget an interest. An unknown number changes nothing."""
         before = self.interests.pop(number, None)
         if before is not None:
             self._free(len(before.suffix))
 
     def wants(self, kind: Kind, key: str) -> bool:
-        """Whether one of the other side's interests is in this kind of entity on this key."""
+        """Return whether the other side has asked for future entities of this kind and key."""
         return any(
             each.when & When.FUTURE and self.is_met(each, kind, key) for each in self.interests.values()
         )
 
     def is_met(self, wish: Interest, kind: Kind, key: str) -> bool:
-        """Whether a wish is in this kind of entity on this key."""
+        """Return whether an interest asks for entities of this kind and key."""
         return bool(_ABOUT[kind] & wish.about) and self.is_about(wish, key)
 
     def is_about(self, wish: Interest, key: str) -> bool:
-        """Whether a wish is about a key; one that names no key is about all."""
+        """Return whether an interest asks for entities on a key. Without a key of its own it asks for all."""
         if not wish.has_key:
             return True
         wanted = self.key_wanted(wish)
         return wanted is not None and intersects(wanted, key)
 
     def key_wanted(self, wish: Interest) -> str | None:
-        """Return the key that a wish names; None if it cannot be known."""
+        """Return the key that an interest names; None for an unknown number, or beyond the bounds."""
         return self.key_of(wish.scope, wish.suffix, wish.is_senders)
 
     # ---- bounds
 
     def _allows(self, size: int) -> bool:
-        """Reserve room for a declaration whose key has `size` characters; False if there is none."""
+        """Reserve room for a declaration whose key has `size` characters; return False if there is none."""
         cost = size + bounds.DECLARED_COST
         if self.size + cost > bounds.DECLARED_LIMIT:
             self._refuse(

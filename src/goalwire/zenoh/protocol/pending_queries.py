@@ -1,7 +1,7 @@
 """The queries that a session has sent, by number, until their last answer or the end of their time.
 
-No lock is held: each step takes a query out of the table, or puts it in, at once. So of two threads that end
-a query only one finds it.
+No lock is held: a query is put into the table, or taken out, in one step. So if two threads end a query, only
+one of them finds it.
 """
 
 from __future__ import annotations
@@ -21,9 +21,7 @@ class PendingQueries:
         expire_sooner: Callable[[], None],
         report: Callable[[Exception], None],
     ) -> None:
-        """`expire_sooner` is called if `next_timeout` becomes earlier; `report` gets what a user's function
-        raised.
-        """
+        """`expire_sooner` is called if `next_timeout` becomes earlier; `report` gets errors of callbacks."""
         self.pending: dict[int, PendingQuery] = {}
         self.next_timeout = float('inf')
         """The earliest timeout of a query, on `clock`: `expire` has to be called then."""
@@ -33,7 +31,7 @@ class PendingQueries:
         self._next_request = count(1).__next__
 
     def add(self, query: PendingQuery) -> int:
-        """Take note of a query before it is sent; return its number."""
+        """Register a query before it is sent; return its number."""
         request = self._next_request() & 0xFFFF_FFFF
         while request in self.pending:
             request = self._next_request() & 0xFFFF_FFFF
@@ -44,7 +42,7 @@ class PendingQueries:
         return request
 
     def cancel(self, request: int) -> None:
-        """Cancel a query: neither of its functions is called from now on.
+        """Cancel a query: its callbacks are not called from now on.
 
         A query that has ended is ignored.
         """
@@ -64,7 +62,7 @@ class PendingQueries:
             self._reply(query, answer)
 
     def take_final(self, who: object, request: int) -> None:
-        """Note that one of the sessions that were asked has given its last answer."""
+        """Take note that `who`, which was asked, has given its last answer."""
         query = self.pending.get(request)
         if query is None:
             return
@@ -76,7 +74,7 @@ class PendingQueries:
             self.end(query)
 
     def remove_asked(self, who: object) -> list[PendingQuery]:
-        """Stop waiting for a session that has gone; return the queries that nobody else will answer."""
+        """Stop waiting for `who`, which has gone; return the queries that now wait for nobody."""
         ended = []
         for request, query in list(self.pending.items()):
             if who in query.left:
@@ -90,7 +88,7 @@ class PendingQueries:
         now = self._clock()
         over = [request for request, query in list(self.pending.items()) if query.deadline <= now]
         ended = [query for query in (self.pending.pop(each, None) for each in over) if query is not None]
-        # First none, then the least: what is asked meanwhile, on any thread, is earlier than none.
+        # Reset first, then search: a query that another thread adds meanwhile then lowers `next_timeout`.
         self.next_timeout = float('inf')
         earliest = min((query.deadline for query in list(self.pending.values())), default=float('inf'))
         self.next_timeout = min(self.next_timeout, earliest)
@@ -101,7 +99,7 @@ class PendingQueries:
             self.end(query)
 
     def end(self, query: PendingQuery) -> None:
-        """Tell the asker of a query that it has ended."""
+        """Tell the asking side that a query has ended."""
         try:
             query.end()
         except Exception as error:

@@ -6,8 +6,8 @@ bytes that add nothing (`86 80 80 00` is 6); sequence numbers are written so, al
 
 A text or a piece of data is its length, a number, and its bytes. Extensions stand in a list behind what they
 extend: each begins with a byte of an id (bits 0-3), "must be known" (0x10), a form (0x60) and "more follow"
-(0x80). The form is one of: nothing, a number (0x20), data (0x40). An id means something only together with
-its form, so extensions are known here by both, as in `header & EXTENSION`.
+(0x80). The form is one of: nothing, a number (0x20), data (0x40). Equal ids with different forms are
+different extensions. So both together identify an extension here, as in `header & EXTENSION`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from goalwire.errors import RemoteError
 
 VERSION = 9
 MORE = 0x80
-"""In an extension's first byte: another one follows. In a message's: extensions follow."""
+"""In an extension's first byte: another extension follows. In a message's first byte: extensions follow."""
 MANDATORY = 0x10
 FORM = 0x60
 NUMBER_FORM = 0x20
@@ -34,11 +34,11 @@ SMALL_END = 16384
 """Numbers below this are in SMALL_Z."""
 
 GENERIC, UNSUPPORTED, INVALID, MAX_SESSIONS, MAX_LINKS, EXPIRED, UNRESPONSIVE, TO_SELF = range(8)
-"""Why a link is closed, as CLOSE says it."""
+"""The reasons for closing a link, by their numbers in CLOSE."""
 
 
 class ZenohProtocolError(RemoteError):
-    """The other side of a link broke Zenoh's protocol, and the link is closed with `reason`."""
+    """The other side of a link broke Zenoh's protocol. The link is closed with `reason`."""
 
     def __init__(self, message: str, reason: int = INVALID) -> None:
         super().__init__(message)
@@ -46,7 +46,7 @@ class ZenohProtocolError(RemoteError):
 
 
 def unknown_extension(header: int) -> ZenohProtocolError:
-    """Return the error about a mandatory extension, by its first byte, that is not known here."""
+    """Return the error for an unknown mandatory extension with this first byte."""
     return ZenohProtocolError(
         f'extension 0x{header:02x} is unknown, and the message says that it must be known', UNSUPPORTED
     )
@@ -65,9 +65,9 @@ _LAST, _MORE = [bytes((byte,)) for byte in range(0x80)], [bytes((byte,)) for byt
 PADDED_HIGH = [low + high for high in _LAST for low in _MORE]
 """The last two bytes of a number that is written in full length."""
 PADDED_LOW = [low + high for high in _MORE for low in _MORE]
-"""Two bytes of a longer number, for each 14 bits of it: more bytes follow."""
+"""The first two bytes of a number in full length, for each value of its lowest 14 bits."""
 SMALL_Z = _LAST + PADDED_HIGH[0x80:]
-"""The encodings of the numbers below 16384, for those who look them up in place."""
+"""The encodings of the numbers below 16384, for hot paths that save the call of `encode_z`."""
 
 
 def encode_z(number: int) -> bytes:
@@ -91,7 +91,7 @@ def encode_text(text: str) -> bytes:
 
 
 def decode_z(data: bytes, at: int) -> tuple[int, int]:
-    """Return the number at `at` and the position behind it; raises IndexError if the data end first."""
+    """Return the number at `at` and the position after it. Raises IndexError if the data end first."""
     byte = data[at]
     at += 1
     if byte < 0x80:
@@ -161,7 +161,7 @@ class Reader:
         return self.take(size)
 
     def extensions(self, known: Container[int] = ()) -> dict[int, int | bytes]:
-        """Take a list of extensions, by id and form; unknown ones that must be known end the link."""
+        """Take a list of extensions, by id and form. Raises ZenohProtocolError for unknown mandatory ones."""
         found: dict[int, int | bytes] = {}
         header = MORE
         while header & MORE:
@@ -190,17 +190,17 @@ def decode_text(data: bytes) -> str:
 
 
 def show_id(zid: bytes) -> str:
-    """Return an id as users and keys show it: the number in hex, the first byte being the lowest."""
+    """Return an id as users and keys show it: as a hexadecimal number whose lowest byte comes first."""
     return zid[::-1].hex().lstrip('0') or '0'
 
 
 def read_id(text: str) -> bytes:
-    """Return the wire's form of an id that is shown as `text`."""
+    """Return the encoded form of an id that is shown as `text`."""
     return bytes.fromhex(text.rjust(len(text) + len(text) % 2, '0'))[::-1]
 
 
 class Timestamp(NamedTuple):
-    """When something was said, by the clock of `zid`; `time` is seconds since 1970, shifted by 32 bits."""
+    """The time of a message, by the clock of `zid`; `time` is in units of 2^-32 s since 1970."""
 
     time: int
     zid: bytes
@@ -227,7 +227,7 @@ def decode_timestamp(data: bytes) -> Timestamp:
 
 
 def ntp64(ns: int) -> int:
-    """Return nanoseconds since 1970 as a timestamp counts them."""
+    """Convert nanoseconds since 1970 to a timestamp's units of 2^-32 s."""
     seconds, rest = divmod(ns, 1_000_000_000)
     return seconds << 32 | (rest << 32) // 1_000_000_000
 
@@ -251,7 +251,7 @@ def encode_replier(zid: bytes, entity: int) -> bytes:
 
 
 def encode_session(zid: bytes) -> bytes:
-    """Return how sources and repliers of a session begin."""
+    """Return the first bytes of all sources and repliers of a session."""
     return bytes(((len(zid) - 1) << 4,)) + zid
 
 

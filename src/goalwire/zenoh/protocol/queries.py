@@ -1,12 +1,12 @@
 """A query that this session has sent, its answers and its end.
 
-A query goes to every link that has a queryable for it. Each of them ends its part with a final; a link that
-breaks has ended its part too. The query is over when all parts are, or when its time is over. In the second
-case it ends with an error "Timeout", as Zenoh's own do.
+A query goes to every link that has a queryable for it. Each link ends its answers with a final; a broken link
+ends them, too. The query is over when all links have ended their answers, or at its timeout. In the second
+case it ends with an error "Timeout", as in Zenoh's own library.
 
-Consolidation decides what happens to several replies with the same key. None: all are handed over as they
-come. Monotonic: none is handed over that is older than one before it. Latest: the newest of each key, at the
-end.
+Consolidation decides which of several replies with the same key are handed over. None: all replies, as they
+come. Monotonic: the replies that are not older than an earlier one. Latest: the newest reply of each key, at
+the end.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from goalwire.zenoh.protocol.network import Consolidation, ReplyError, Sample
 
 TIMEOUT = ReplyError(b'Timeout')
 ANY_KEY = '_anyke'
-"""The parameter by which a query takes replies on any key."""
+"""The parameter of queries that accept replies on any key."""
 
 Answer = Sample | ReplyError
 
 
 class PendingQuery:
-    """A query on its way. `left` are the sessions that have not given their last answer."""
+    """A query that was sent. `left` are the links and own queryables whose last answer is missing."""
 
     __slots__ = (
         '_consolidation',
@@ -61,7 +61,7 @@ class PendingQuery:
         self._kept: dict[str, Sample] = {}
 
     def reply(self, answer: Answer) -> None:
-        """Hand an answer over, as the consolidation wants it; an answer on another key is thrown away."""
+        """Hand an answer over as the consolidation requires. An answer on another key is thrown away."""
         if type(answer) is not Sample:
             self._on_reply(answer)
             return

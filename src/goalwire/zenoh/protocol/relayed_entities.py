@@ -1,7 +1,7 @@
-"""The entities of a router's links, and the other links that have been told of them.
+"""The entities of a router's links. The router announces them to its other links.
 
-A router tells a link only of what that has asked for. Two peers are not told of each other's entities: they
-have a link between them, on which each tells its own.
+A router tells a link only of entities that the link has asked for. It does not tell two peers of each other's
+entities: the peers have a link of their own, on which each declares its entities.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from goalwire.zenoh.protocol.transport import Role
 
 
 class _Relayed(NamedTuple):
-    """An entity of one link, with the number under which the others know it."""
+    """An entity of one link, with the number under which the other links know it."""
 
     number: int
     key: str
@@ -33,17 +33,17 @@ class _Relayed(NamedTuple):
 
 
 class RelayedEntities:
-    """The entities of all links of one router. Whoever calls a method holds the router's section."""
+    """The entities of all links of one router. Callers hold the router's section."""
 
     def __init__(self, links: Links, *, passes_on: bool) -> None:
-        """A router that does not pass on tells nobody of any entity."""
+        """With `passes_on` False, the router tells no link of any entity."""
         self._links = links
         self._passes_on = passes_on
         self._of: dict[Link, dict[tuple[Kind, int], _Relayed]] = {}
         self._next_number = count(1).__next__
 
     def others(self, link: Link) -> list[Link]:
-        """Return the links with which a link has to do: a client with all others, a peer with clients."""
+        """Return the links that a link exchanges messages with: a client with all, a peer with clients."""
         if not self._passes_on:
             return []
         is_client = link.role is Role.CLIENT
@@ -52,7 +52,7 @@ class RelayedEntities:
         ]
 
     def add(self, link: Link, declaration: Declaration, key: str) -> None:
-        """Tell the others of what a link has declared."""
+        """Tell the other links of an entity that a link has declared."""
         kind = declaration.kind
         self.remove(link, kind, declaration.number)
         entity = _Relayed(self._next_number() & 0xFFFF_FFFF, key, declaration.complete)
@@ -63,13 +63,13 @@ class RelayedEntities:
                 other.outgoing.declare(_declaration(kind, entity))
 
     def remove(self, link: Link, kind: Kind, number: int) -> None:
-        """Tell the others that a link has taken something back. An unknown number changes nothing."""
+        """Tell the other links that a link has undeclared an entity. An unknown number changes nothing."""
         entity = self._of.get(link, {}).pop((kind, number), None)
         if entity is not None:
             self._take_back(kind, entity)
 
     def remove_link(self, link: Link) -> None:
-        """Tell the others that all entities of a link have gone."""
+        """Tell the other links that all entities of a link have gone."""
         for (kind, _), entity in self._of.pop(link, {}).items():
             self._take_back(kind, entity)
 
@@ -80,7 +80,7 @@ class RelayedEntities:
                 other.outgoing.declare(take_back(kind, entity.number))
 
     def take_interest(self, link: Link, wish: Interest) -> None:
-        """Answer an interest of a link, and remember it if it is in what comes later, too."""
+        """Answer an interest of a link, and remember it if it also asks for future entities."""
         peer = link.peer
         peer.remove_interest(wish.number)
         if not wish.when:
@@ -96,7 +96,7 @@ class RelayedEntities:
         link.outgoing.declare(*out)
 
     def _answer(self, link: Link, wish: Interest) -> list[bytes]:
-        """Return the messages that tell a link of what it is interested in."""
+        """Return the declarations that answer a link's interest."""
         out: list[bytes] = []
         for other in self.others(link):
             for (kind, _), entity in self._of.get(other, {}).items():
@@ -104,7 +104,7 @@ class RelayedEntities:
                     continue
                 if wish.when & When.FUTURE:
                     link.peer.told_of.add(entity.number)
-                else:  # the link is never told that the entity has gone
+                else:  # the link is never told of the entity's end, so it gets no number
                     entity = entity._replace(number=0)
                 out.append(_declaration(kind, entity, wish.number))
         return out

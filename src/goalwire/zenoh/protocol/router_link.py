@@ -1,7 +1,7 @@
-"""A router's link: hands each message of users' data on as it came, for the router to pass on.
+"""A router's link: hands each message with users' data to the router, which passes it on.
 
-Only the head is read: the number of a request, and the key, which is named by numbers of this link. Priority,
-encoding, timestamp, attachment and payload stay the bytes that they were.
+Only the head is changed: the number of a request, and the key, since numbers of keys are valid on one link
+only. Priority, encoding, timestamp, attachment and payload are passed on as the same bytes.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ class Passing(NamedTuple):
     qos: int
     key: str
     rest: bytes
-    """The message from behind its key to its end."""
+    """The part of the message after its key."""
 
     def encode(self, request: int | None = None) -> bytes:
-        """Return the message with its key in full; REQUEST and RESPONSE have a number before it."""
+        """Return the message with its key in full. REQUEST and RESPONSE have a number before the key."""
         number = b'' if request is None else encode_z(request)
         header = self.header & ~IS_SENDERS | IS_NAMED
         return b'%c%b\0%b%b' % (header, number, encode_data(self.key.encode()), self.rest)
 
     @property
     def channel(self) -> int:
-        """The channel of its priority on which nothing is lost."""
+        """The reliable channel of its priority."""
         return 2 * (self.qos & 7) + 1
 
 

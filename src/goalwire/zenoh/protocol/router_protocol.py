@@ -1,8 +1,8 @@
 """A router for one machine: it introduces peers to each other, and serves clients.
 
-Peers talk over links of their own once they have met. So a router passes on only what comes from a client or
-goes to one: declarations to whoever has asked for them, messages, queries, and the replies to these. It knows
-no other routers, and has no subscribers or queryables of its own.
+Once they have met, peers talk over links of their own. So a router passes on only traffic from and to
+clients: declarations, to the links that have asked for them, messages, queries and their replies. It does not
+connect to other routers, and has no subscribers or queryables of its own.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from goalwire.zenoh.protocol.session_protocol import SessionOwner, SessionProtoc
 from goalwire.zenoh.protocol.transport import Role
 
 FORGOTTEN_S = 600.0
-"""How long a query that nobody ends is remembered: rmw_zenoh's own limit. The asker's limit is its own."""
+"""How long an unanswered query is remembered: rmw_zenoh's limit. The asking side has its own timeout."""
 
 
 def _send_final(link: Link, request: int, message: Passing) -> None:
-    """Tell the one who has asked that there are no more replies."""
+    """Tell the link that has asked that there are no more replies."""
     link.outgoing.send(message.channel, response_final(request, message.qos))
 
 
 class PassedQuery(PendingQuery):
-    """A query that was passed on; `request` is its number on the link of the one who `asked`."""
+    """A query that was passed on; `request` is its number on the link that `asked`."""
 
     __slots__ = ('asked', 'request')
 
@@ -67,7 +67,7 @@ class RouterProtocol(SessionProtocol):
         wall_clock_ns: Callable[[], int],
         passes_on: bool = True,
     ) -> None:
-        """If it does not pass on, it introduces peers to each other, and clients learn and reach nobody."""
+        """With `passes_on` False, it only introduces peers to each other, and clients reach nobody."""
         super().__init__(identity, owner, clock=clock, wall_clock_ns=wall_clock_ns)
         self._relayed = RelayedEntities(self._links, passes_on=passes_on)
         self._introductions = Introductions(self._links)
@@ -95,7 +95,7 @@ class RouterProtocol(SessionProtocol):
                 self.queries.cancel(number)
 
     def take_nodes(self, link: Link, nodes: list[Node]) -> None:
-        """Introduce a peer to the others."""
+        """Introduce a peer to the other peers."""
         self.section.run(partial(self._introductions.take, link, nodes))
 
     # ---- declarations
@@ -121,7 +121,7 @@ class RouterProtocol(SessionProtocol):
     def pass_put(self, link: Link, message: Passing) -> None:
         """Pass a message on to each link with a subscriber.
 
-        What may not be dropped waits for a client that is slow, up to a bound; beyond it is dropped, too.
+        A message that may not be dropped waits for a slow client, but is dropped, too, above a bound.
         """
         receivers: list[Link] = []
 
@@ -137,7 +137,7 @@ class RouterProtocol(SessionProtocol):
             outgoing.send(message.channel, encoded, droppable=may_drop)
 
     def pass_query(self, link: Link, request: int, target: int, message: Passing) -> None:
-        """Pass a query on to each link with a queryable for it; if there is none, say so."""
+        """Pass a query on to each link with a queryable for it. If there is none, end the query at once."""
         link.check_reads()
         asked: list[Link] = []
         self.section.run(lambda: asked.extend(self._answerers(link, target, message.key)))
@@ -152,7 +152,7 @@ class RouterProtocol(SessionProtocol):
                 self.queries.take_final(each, number)
 
     def _answerers(self, link: Link, target: int, key: str) -> list[Link]:
-        """Return the links that a query is for: all, those that are complete, or the best one of these."""
+        """Return the links that a query goes to: those with a queryable, with a complete one, or the best."""
         found: list[Link] = []
         complete: list[Link] = []
         for each in self._relayed.others(link) if key else ():
@@ -166,7 +166,7 @@ class RouterProtocol(SessionProtocol):
         return complete[:1] if complete and target == Target.BEST_MATCHING else found
 
     def pass_reply(self, link: Link, request: int, message: Passing) -> None:
-        """Pass a reply on to the one who has asked, if that still waits."""
+        """Pass a reply on to the link that has asked, if that link still waits."""
         query = self.queries.find(link, request)
         if isinstance(query, PassedQuery):
             query.asked.outgoing.send(message.channel, message.encode(query.request), is_answer=True)

@@ -1,7 +1,8 @@
-"""The receivers of what comes over a link: callbacks for each message, queryables for each query.
+"""The receivers of messages and queries that come over a link.
 
-A message goes to the subscribers whose expression intersects its key, and a query to such queryables. That is
-looked up once for each key of a link and remembered, until somebody declares or takes back anything.
+A message goes to the subscribers whose expression intersects its key, a query to the queryables whose
+expression does. The receivers are looked up once for each key of a link and remembered until an entity or a
+link comes or goes.
 """
 
 from __future__ import annotations
@@ -48,13 +49,13 @@ _NOBODY = Receivers('', ())
 
 
 def _count_refused(link: Link, _sample: Sample) -> None:
-    """Stand in for the subscribers if the other side of a link may not put on a key."""
+    """Count a refused message. Replaces the subscribers if the other side may not publish on the key."""
     if link.guard is not None:
         link.guard.count(Act.PUT)
 
 
 def _refuser(link: Link, refusal: str, queryable: Queryable) -> Queryable:
-    """Return a stand-in for a queryable that the other side of a link may not ask."""
+    """Return a stand-in for a queryable that the other side may not query: it answers with an error."""
 
     def refuse(query: Query) -> None:
         if link.guard is not None:
@@ -66,7 +67,7 @@ def _refuser(link: Link, refusal: str, queryable: Queryable) -> Queryable:
 
 
 class Routes:
-    """One session's subscribers and queryables, and which of them get what each link sends."""
+    """One session's subscribers and queryables. Finds those that receive a link's message or query."""
 
     def __init__(
         self,
@@ -76,11 +77,9 @@ class Routes:
         refuse: Callable[[str, object], object],
         report: Callable[[Exception], None],
     ) -> None:
-        """`refuse` gets the kind of an ignored message, and the reason; `report` gets what a user's function
-        raised.
-        """
+        """`refuse` gets an ignored message's kind and the reason; `report` gets errors of callbacks."""
         self.version = 0
-        """Counts the changes of who gets what: senders look up their receivers again after each."""
+        """Counts the changes of entities and links. After each one, senders look up their receivers again."""
         self.subscribers: KeyIndex[Subscriber] = KeyIndex()
         self.queryables: KeyIndex[Queryable] = KeyIndex()
         self._section = section
@@ -91,14 +90,14 @@ class Routes:
         self._answerers: dict[tuple[Link, int, bytes, int], Answerers] = {}
 
     def forget(self) -> None:
-        """Look everything up anew: an entity or a link has come or gone, here or elsewhere."""
+        """Forget all remembered receivers: an entity or a link has come or gone, here or elsewhere."""
         self.version += 1
         self._answerers.clear()
         for link in self._links.up:
             link.forget_receivers()
 
     def note_change(self) -> None:
-        """Have senders look up their receivers again: the other side of a link has declared something."""
+        """Have senders look up their receivers again: the other side of a link has changed its entities."""
         self.version += 1
 
     def receivers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Receivers:
@@ -121,15 +120,15 @@ class Routes:
         return receivers
 
     def is_forged(self, link: Link, source: bytes) -> bool:
-        """Whether what came over a peer's link names a publisher of this session's, or one with its own link.
+        """Return whether a message falsely names a publisher of this session or of another link.
 
-        Such a publisher's messages come over that link only. Anything else cannot be told from what a peer
-        passes on for clients that are linked to it, or a router for anybody.
+        Such a publisher's messages come over its own link only. Other sources cannot be checked: a peer may
+        pass messages on for its clients, and a router for anybody.
         """
         try:
             zid = decode_source(source).zid
         except ZenohProtocolError:
-            return False  # the layer that reads the source rejects it
+            return False  # the code that decodes the source rejects it later
         if zid == link.zid or not (zid == self._own_zid or self._links.is_linked(zid)):
             return False
         self._refuse(
@@ -140,9 +139,9 @@ class Routes:
     def take_query(
         self, link: Link, request: int, where: tuple[int, bytes, int], qos: int, query: QueryMessage
     ) -> None:
-        """Hand a link's query to the queryables that it is for; if there is none, say so."""
+        """Hand a link's query to the queryables that match it. If there are none, end the query at once."""
         outgoing = link.outgoing
-        # hot path: the check is written out here, which saves each query a call.
+        # hot path: the condition is written out here, which saves a call for each query.
         if outgoing.queue.size > bounds.UNREAD_LIMIT:
             link.check_reads()
         scope, suffix, is_senders = where
@@ -170,7 +169,7 @@ class Routes:
             if key is None:
                 return
             found = tuple(each for _, each in self.queryables.meeting(key))
-            # Nobody is refused what is not here: the one who asks then goes on to look for a server.
+            # Without a queryable the answer is not a refusal, so the asking side can look for another server.
             refusal = found and link.refusal(Act.QUERY, key)
             answerers = Answerers(key, (_refuser(link, refusal, found[0]),) if refusal else found)
             if len(suffix) > bounds.KEPT_KEY:

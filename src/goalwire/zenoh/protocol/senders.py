@@ -1,7 +1,8 @@
-"""Publications and queriers, each for one key. They look up who wants what they send, and remember it.
+"""Publications and queriers, each for one key. They look up the receivers of the key, and remember them.
 
-A query's target decides who is asked. All: every queryable whose expression meets the key. All complete:
-those that were declared complete and include the key. Best matching: the nearest of those, else all.
+A query's target decides which queryables get it. All: every queryable whose expression intersects the key.
+All complete: those that were declared complete and include the key. Best matching: the nearest complete
+queryable, or all if none is complete.
 """
 
 from __future__ import annotations
@@ -53,19 +54,19 @@ from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.shared_memory import Loan, Pointer, encode_pointer
 
 FLOOD = 32
-"""So many messages put in a row are a flood (see `Stamps.burst`): those that follow may wait a moment, to go
-out together. Fewer never do: a callback that publishes twenty floods nobody."""
+"""More messages in a row than this are a flood (see `Stamps.burst`): the following messages may wait a
+moment, to go out together. A callback that publishes twenty messages does not count as a flood."""
 SMALL = 2048
-"""Bytes of a message that may wait. A system call costs a larger one little."""
+"""Only messages of fewer bytes may wait. For a larger message the system call costs little in comparison."""
 _NEVER = float('inf')
 Links: TypeAlias = 'tuple[tuple[Outgoing, bytes], ...]'
-"""Links that get a message, each with the bytes that name its key there."""
+"""Links that get a message, each with the head of the message, which names the key as that link knows it."""
 _HERE = object()
-"""Stands for the session's own queryables among those that a query waits for."""
+"""Represents the session's own queryables in the list of those that a query waits for."""
 
 
 class Publication:
-    """A publication: puts on one key."""
+    """Publishes messages on one key."""
 
     def __init__(
         self,
@@ -86,7 +87,7 @@ class Publication:
         self._links: Links = ()
         self._own: tuple[Callable[[Sample], None], ...] = ()
         self._shared_from: float = _NEVER
-        """Bytes from which payloads go through shared memory, on the links that have some."""
+        """Payloads of this many bytes or more go through shared memory, on links that have some."""
         self._is_open = True
         self.number = session.next_number()
         session.use_key(self._key)
@@ -98,7 +99,7 @@ class Publication:
         stamp: bytes | None = None,
         source: SourceInfo | None = None,
     ) -> None:
-        """Put one message; without `stamp`, the session's next. It is delivered here before this returns."""
+        """Publish a message; `stamp` defaults to the session's next. Own subscribers are called at once."""
         session = self._session
         if self._version != self._routes.version:
             self._aim()
@@ -123,7 +124,7 @@ class Publication:
     def _share(self, payload: Payload, begin: bytes, links: Links) -> Links:
         """Send a payload through shared memory to the links that can take it; return the others.
 
-        It is copied into a chunk once, for all of them, and only if there is one.
+        The payload is copied into a chunk once for all these links, and not if there are none.
         """
         pool = self._session.memory
         loan = None if pool is None else pool.borrow(len(payload))
@@ -146,9 +147,9 @@ class Publication:
         return tuple(left)
 
     def put_loan(self, loan: Loan, attach: Callable[[], bytes]) -> bool:
-        """Put a message that was written into a loan; `attach` makes its attachment.
+        """Publish a message that was written into a loan; `attach` makes its attachment.
 
-        False if it cannot go through shared memory to all who want it: then nothing was put.
+        Return False, without publishing, if it cannot go through shared memory to all receivers.
         """
         if self._version != self._routes.version:
             self._aim()
@@ -188,11 +189,11 @@ class Publication:
         stamp: bytes | None = None,
         source: SourceInfo | None = None,
     ) -> list[tuple[Outgoing, Callable[[], None]]]:
-        """Put one message on the links that have room. Return the others, each with a function that sends it
-        there.
+        """Publish one message on the links that have room. Return the other links, each with a function that
+        sends the message there.
 
-        The links in `full` are among the others whatever room they have. With `waits`, the function waits
-        for room, before and after; otherwise it may drop the message.
+        The links in `full` count as links without room. With `waits`, the function waits for room before and
+        after sending; otherwise it may drop the message.
         """
         session = self._session
         if self._version != self._routes.version:
@@ -202,7 +203,7 @@ class Publication:
         encoded_source = None if source is None else encode_source(source)
         size, data = len(payload), bytes(payload)
         begin = put_head(size, attachment, stamp, encoded_source)
-        # The key in full: its number may be given up before the message goes.
+        # The key is named in full: its number may be undeclared before the message is sent.
         late = push_head(wire_key(self._key), self._qos | BLOCK if waits else self._qos) + begin
         left: list[tuple[Outgoing, Callable[[], None]]] = []
         links = self._links
@@ -223,7 +224,7 @@ class Publication:
     def _send_late(self, link: Outgoing, message: tuple[bytes, bytes], *, droppable: bool) -> None:
         link.send_large(self._channel, message, droppable=droppable)
         if not droppable:
-            link.wait_for_room()  # otherwise the small messages behind a large one would be dropped
+            link.wait_for_room()  # otherwise the small messages after a large one would be dropped
 
     def delete(self) -> None:
         """Tell the subscribers that the key has no value any more (DEL)."""
@@ -263,11 +264,11 @@ class Publication:
         pool = session.memory
         has_memory = pool is not None and any(link.memory is not None for link, _ in self._links)
         self._shared_from = pool.least if pool is not None and has_memory else _NEVER
-        if is_final:  # at last: other threads that send with it look no further than that
+        if is_final:  # set last: other threads only check the version before they send
             self._version = version
 
     def close(self) -> None:
-        """Give the key's number up. Idempotent."""
+        """Give up the number of the key. Idempotent."""
         self._session.section.run(self._close)
 
     def _close(self) -> None:
@@ -280,7 +281,7 @@ Namer: TypeAlias = Callable[[SessionProtocol, Link, str], WireKey]
 
 
 def _name(session: SessionProtocol, link: Link, key: str) -> WireKey:
-    """Name a key on a link; the declaration of its number is sent first."""
+    """Return the shortest name of a key on a link. If that is a new number, its declaration is sent first."""
     out: list[bytes] = []
     name = session.expressions.name(link, key, out)
     link.outgoing.declare(*out)
@@ -288,12 +289,12 @@ def _name(session: SessionProtocol, link: Link, key: str) -> WireKey:
 
 
 def _full_name(_session: SessionProtocol, _link: Link, key: str) -> WireKey:
-    """Name a key in full: for what interrupts its own thread while that changes the session's tables."""
+    """Name a key in full: for calls that interrupt their own thread in a change of the session's tables."""
     return wire_key(key)
 
 
 class _Asked(NamedTuple):
-    """A link that is asked: the bytes before and behind a request's number."""
+    """A link that gets a query: the bytes before and after a request's number."""
 
     link: Link
     header: bytes
@@ -301,7 +302,7 @@ class _Asked(NamedTuple):
 
 
 class Querier:
-    """A querier: asks the queryables of one key."""
+    """Sends queries on one key."""
 
     def __init__(
         self,
@@ -315,7 +316,7 @@ class Querier:
         parameters: str = '',
         session_asked: str = '',
     ) -> None:
-        """If `session_asked` is linked, or is this session, nobody else is asked."""
+        """If the session `session_asked` is linked, or is this session, only it gets the queries."""
         self._session = session
         self._routes = session.routes
         self._key = canonical(key)
@@ -344,7 +345,7 @@ class Querier:
         on_end: Callable[[], None],
         timeout_s: float,
     ) -> int:
-        """Send a query; return its number for `PendingQueries.cancel`. Both may be called before."""
+        """Send a query; return its number for `PendingQueries.cancel`. Callbacks may run before that."""
         session = self._session
         now = session.clock()
         if now > session.stale_after:
@@ -398,9 +399,7 @@ class Querier:
                 self._session.queries.take_final(link, request)
 
     def _make_tail(self, timeout_s: float, has_payload: bool, has_attachment: bool) -> bytes:
-        """Return the bytes that are the same in all requests of one timeout, from behind the key to the
-        payload.
-        """
+        """Return the bytes between key and payload, equal in all requests with the same arguments."""
         if len(self._tails) > 256:
             self._tails.clear()
         milliseconds = min(int(timeout_s * 1000), 2**63)
@@ -421,7 +420,7 @@ class Querier:
             session.report(error)
 
     def _aim(self) -> None:
-        """Look up the links and own queryables that a query is for."""
+        """Look up the links and own queryables that get a query."""
         if not self._session.section.run(partial(self._find, _name, is_final=True)):
             self._find(_full_name, is_final=False)
 
@@ -448,7 +447,7 @@ class Querier:
             for link, queryables in links
             if queryables or (not link.peer.knows_all and not link.refusal(Act.REPLY, self._key))
         )
-        if is_final:  # at last: other threads that ask with it look no further than that
+        if is_final:  # set last: other threads only check the version before they ask
             self._version = version
 
     def _links_asked(self) -> tuple[Link, ...]:
@@ -458,7 +457,7 @@ class Querier:
         return tuple(link for link in links if wanted and show_id(link.zid) == wanted) or links
 
     def _is_complete(self, key: str, complete: bool) -> bool:
-        """Whether one declared on `key` counts as complete for the queries."""
+        """Return whether a queryable on `key` counts as complete for this querier's key."""
         return complete and includes(key, self._key)
 
     def _nearest(
@@ -466,7 +465,7 @@ class Querier:
         links: list[tuple[Link, list[tuple[str, tuple[bool, int]]]]],
         own: list[tuple[str, Queryable]],
     ) -> object:
-        """Return the link with the nearest complete queryable, or `_HERE`; None without any."""
+        """Return the link with the nearest complete queryable, `_HERE` for an own one, or None."""
         if any(self._is_complete(key, each.complete) for key, each in own):
             return _HERE
         complete = [
@@ -482,7 +481,7 @@ class Querier:
         return _Asked(link, bytes((REQUEST | MORE | name.flags,)), name.encoded)
 
     def close(self) -> None:
-        """Give the key's number up. Idempotent."""
+        """Give up the number of the key. Idempotent."""
         self._session.section.run(self._close)
 
     def _close(self) -> None:

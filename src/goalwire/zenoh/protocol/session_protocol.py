@@ -1,16 +1,17 @@
-"""A session: what it declares and asks, what its links tell it, and what its owner is to do about that.
+"""A session: keeps its own declarations and those of its links in step, and tells its owner what to do.
 
-As a peer it tells every peer and router all that it has as soon as the link is up, and each change from then
-on. It passes nothing on from one link to another: peers connect directly, and clients connect to a router. A
-router tells only what it was asked for, so it is asked for everything, once. A link that has not told all yet
-gets every message and every query. So nothing is lost between the link and its declarations.
+As a peer it declares all its entities to every peer and router as soon as the link is up, and each change
+from then on. It passes no messages on from one link to another: peers connect directly, and clients connect
+to a router. A router only declares entities that it was asked for, so it is asked for all, once. A link that
+has not sent all its declarations yet gets every message and every query. So no message is lost between the
+start of a link and its declarations.
 
-A put goes to the subscribers whose expression intersects its key, and a query to such queryables. A queryable
-that is declared complete counts as complete for a query only if it also includes the query's key. What is put
-or asked here is also delivered here, on the caller's thread.
+A message goes to the subscribers whose expression intersects its key, a query to the queryables whose
+expression does. A complete queryable counts as complete for a query only if its expression also includes the
+query's key. Messages and queries also reach the session's own entities, on the caller's thread.
 
-All changes and copies of the tables are made in one critical section. If a signal's handler declares
-something while its own thread is in there, that is declared right after the thread has left.
+All changes and copies of the tables are made in one critical section. If a signal's handler declares an
+entity while its own thread is in the section, it is declared right after the thread has left.
 """
 
 from __future__ import annotations
@@ -59,29 +60,29 @@ class SessionOwner(Protocol):
         """Connect to a node that a router told of."""
 
     def welcome(self, link: Link) -> None:
-        """A link has come up, and the session has told it all."""
+        """Take note that a link is up, and that the session has declared everything to it."""
 
     def close_link(self, link: Link, why: str, reason: int) -> None:
         """Close a link soon, since a better one replaces it."""
 
     def note_change(self) -> None:
-        """A link has come, has gone, or has told all that it has."""
+        """Take note that a link has come or gone, or has sent all its declarations."""
 
     def expire_sooner(self) -> None:
         """Set the timer anew: `PendingQueries.next_timeout` has become earlier."""
 
     def refuse(self, kind: str, reason: object) -> None:
-        """Count something that came and is ignored, of a kind and for a reason."""
+        """Count an ignored message, by its kind and the reason."""
 
     def relink(self) -> None:
-        """Wait for links that may have ended unseen: a query is to be sent later than `stale_after`."""
+        """Wait for links that may have ended unnoticed. Called before a query later than `stale_after`."""
 
     def report(self, error: Exception) -> None:
         """Log what a user's function raised. The session goes on."""
 
 
 class SessionProtocol:
-    """One session: declares for its user, and keeps each link and what it tells in step with that."""
+    """One session: declares entities for its user, and keeps the declarations of all links."""
 
     def __init__(
         self,
@@ -91,21 +92,21 @@ class SessionProtocol:
         clock: Callable[[], float],
         wall_clock_ns: Callable[[], int],
     ) -> None:
-        """`clock` tells s for timeouts, `wall_clock_ns` the time for timestamps."""
+        """`clock` returns s for timeouts, `wall_clock_ns` the time for timestamps."""
         self.identity = identity
         self.zid = identity.zid
         self.id = show_id(identity.zid)
         self.clock = clock
         self.stale_after = float('inf')
-        """Until when a link that looks alive is believed; on `clock`.
+        """The time, on `clock`, until which a link that seems alive is trusted.
 
-        The owner of the sockets moves it on while this process runs.
+        The owner of the sockets moves it forward while this process runs.
         """
         self.token_keys: tuple[str, ...] = ()
         """The key expressions of the tokens that routers are asked for; empty: all. Routers with access
         control need to know them."""
         self.memory: Pool | None = None
-        """The memory from which large payloads are published; set by the owner."""
+        """The memory for publishing large payloads; set by the owner."""
         self.relink = owner.relink
         self.refuse = owner.refuse
         self.report = owner.report
@@ -132,7 +133,7 @@ class SessionProtocol:
         return self._links.up
 
     def is_linked(self, zid: bytes) -> bool:
-        """Whether there is a link to a session."""
+        """Return whether there is a link to a session."""
         return self._links.is_linked(zid)
 
     # ---- what its user declares
@@ -148,8 +149,8 @@ class SessionProtocol:
         """Call `callback` with each message on a key that intersects this one; return a handle to
         `undeclare`.
 
-        With `takes_views` a payload in shared memory may stay there: it is a memoryview then, and the
-        memory is its own while it lives.
+        With `takes_views` a payload in shared memory may stay there: then it is a memoryview, and the memory
+        is not reused while the view lives.
         """
         key = canonical(key)
         number = self.next_number()
@@ -158,7 +159,7 @@ class SessionProtocol:
         return number
 
     def declare_queryable(self, key: str, callback: Callable[[Query], None], *, complete: bool) -> int:
-        """Call `callback` with each query for this key; it ends each one, at any time."""
+        """Call `callback` with each query for this key. The user must end each query, at any time."""
         key = canonical(key)
         number = self.next_number()
         queryable = Queryable(callback, complete, encode_replier(self.zid, number))
@@ -174,7 +175,7 @@ class SessionProtocol:
         return number
 
     def watch_tokens(self, key: str, callback: Watcher, *, history: bool) -> int:
-        """Tell of tokens that come and go; with `history` also of the existing ones, before this returns."""
+        """Report tokens that come and go; with `history` also the existing tokens, before this returns."""
         key = canonical(key)
         number = self.next_number()
         self.section.run(partial(self._liveliness.watch, number, key, callback, history=history))
@@ -182,12 +183,12 @@ class SessionProtocol:
         return number
 
     def tokens(self, key: str) -> list[str]:
-        """Return the tokens there are now that meet `key`."""
+        """Return the existing tokens that match `key`."""
         with self.section.lock:
             return self._liveliness.present(canonical(key))
 
     def undeclare(self, number: int) -> None:
-        """Take back whatever was declared; an unknown number is not an error."""
+        """Undeclare an entity or a watcher. An unknown number is not an error."""
 
         def take_back() -> None:
             if not self._entities.remove(number):
@@ -197,7 +198,7 @@ class SessionProtocol:
         self._liveliness.tell()
 
     def use_key(self, key: str) -> None:
-        """Keep a number for a key until as many `Expressions.discard`."""
+        """Give a key a number, which it keeps until `Expressions.discard` was called as often as this."""
         self.section.run(partial(self.expressions.use, key))
 
     # ---- links come and go
@@ -229,7 +230,7 @@ class SessionProtocol:
         self.routes.forget()
 
     def _ask_for_all(self) -> list[bytes]:
-        """Return the messages that ask a router for everything. After the last answer it has told all."""
+        """Return the messages that ask a router for all entities."""
         when = When.PRESENT | When.FUTURE
         if not self.token_keys:
             return [interest(self.next_number(), when, About.ALL)]
@@ -286,7 +287,7 @@ class SessionProtocol:
             if link.peer.add_expression(number, key):
                 link.forget_receivers()
         elif not number and declaration.interest is not None:
-            return  # the answer to a question about the present only
+            return  # the answer to an interest in present entities only: it will never be undeclared
         elif link.refusal(_DECLARES[kind], key):
             return
         elif kind is Kind.TOKEN:

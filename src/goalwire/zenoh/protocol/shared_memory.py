@@ -1,15 +1,16 @@
-"""Payloads in shared memory: the pointers that travel in their place, and how messages mark them.
+"""Payloads in shared memory: the pointers that travel in their place, and the marks of such messages.
 
-A marked payload is a list of slices. Each is raw bytes, or a pointer to a chunk in a segment of the sender's.
-A pointer names a header: the sender keeps a table of them in a metadata segment, and the header says where
-the chunk lies. Whoever receives a pointer looks there, and lowers the header's count when it is done.
+A marked payload is a list of slices. Each slice is raw bytes, or a pointer to a chunk in a segment of the
+sender's. A pointer names a header. The sender keeps a table of headers in a metadata segment, and each header
+contains the place of a chunk. The receiver of a pointer reads the chunk, and then lowers the header's count.
 
     PUT      extension 2, without a body, mandatory; then the slices stand where the payload would
     QUERY    extension 4, without a body, directly before the body (extension 3), whose length then means
              nothing
 
-ERR never has pointers. What the segments hold is in `goalwire.zenoh.io.shared_memory`; here is only what the
-wire carries. Source: eclipse-zenoh 1.9.0 and 1.10.2, commons/zenoh-codec/src/zenoh/put.rs, query.rs, core/.
+ERR never has pointers. `goalwire.zenoh.io.shared_memory` has the layout of the segments; this module has only
+the encoding on the wire. Source: eclipse-zenoh 1.9.0 and 1.10.2, commons/zenoh-codec/src/zenoh/put.rs,
+query.rs, core/.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from goalwire.zenoh.protocol.primitives import (
 )
 
 EXTENSION_OF_INIT = 0x42
-"""In INIT: the ids of both sides' segments, and the proof that the other one's was read."""
+"""In INIT: the id of the sender's segment; in the answer also the proof that the other segment was read."""
 NUMBER_IN_OPEN, DATA_IN_OPEN = 0x22, 0x42
 """In OPEN: the same proof, as a number until Zenoh 1.9, and as data since 1.10."""
 MARK_OF_PUT = 0x02 | MANDATORY
@@ -47,7 +48,7 @@ class Pointer(NamedTuple):
     header: int
     """The place of its header there."""
     generation: int
-    """Counts the lives of the header: another one means that the chunk is not there any more."""
+    """Counts the uses of the header. If the header has another value, the chunk was reused."""
 
 
 Slices: TypeAlias = Sequence[bytes | Pointer]
@@ -61,34 +62,34 @@ class Loan(Protocol):
         """Copy the payload into the chunk; False if the pool was closed meanwhile."""
 
     def narrow(self, start: int, size: int) -> None:
-        """Make `size` bytes from `start` on all of the payload; the rest is not sent."""
+        """Shorten the payload to `size` bytes from `start` on; the rest is not sent."""
 
     @property
     def view(self) -> memoryview:
         """The payload, which may be written to until it is published."""
 
     def end(self) -> None:
-        """Let go of it: it is free once nobody reads it any more."""
+        """Give the chunk up: it is free when no reader uses it any more."""
 
 
 class LinkMemory(Protocol):
-    """The shared memory of one link, both ways. Nothing here blocks."""
+    """The shared memory of one link, in both directions. No method blocks."""
 
     def lend(self, loan: Loan) -> Pointer | None:
-        """Return a pointer for the other side; None if it gets bytes this time. Any thread."""
+        """Return a pointer for the other side; None if this message must go as bytes. Any thread."""
 
     def take_back(self, pointer: Pointer) -> None:
-        """Take a pointer back that was not sent."""
+        """Take back a pointer that was not sent."""
 
     def take(self, slices: Slices, priority: int, *, as_view: bool) -> bytes | memoryview | None:
-        """Return the payload of a message that came; None if its sender has reused the chunk.
+        """Return the payload of a received message; None if its sender has reused the chunk.
 
         With `as_view` it may be a view of the chunk, which stays as it is while the view lives. Raises
         ZenohProtocolError for pointers that lead nowhere.
         """
 
     def close(self) -> None:
-        """Let go of what is lent and borrowed: the link has ended."""
+        """Give up all chunks, lent and borrowed: the link has ended."""
 
 
 class Pool(Protocol):
@@ -96,7 +97,7 @@ class Pool(Protocol):
 
     @property
     def least(self) -> int:
-        """Bytes of the smallest payload that goes through it."""
+        """Bytes of the smallest payload that goes through shared memory."""
 
     def borrow(self, size: int) -> Loan | None:
         """Return a chunk; None if the pool is full. It never waits."""

@@ -1,8 +1,9 @@
-"""Timestamps of a session: each later than all before it, also where the clock is set back.
+"""Timestamps of a session: each is later than every earlier one, even if the clock is set back.
 
-A timestamp counts 2^32 to a second. Here its 14 lowest bits count the stamps within one unit of 3.8 µs, the
-next 14 the units; all others change 16 times a second, and are encoded that often. So a stamp takes small
-numbers, and of its tables neighbours are used: 0.4 µs, where the exact time took 1.2.
+A timestamp counts in units of 2^-32 s. Here its 14 lowest bits count the stamps within a unit of 3.8 µs, and
+the next 14 bits count these units. All higher bits change only 16 times a second, and are encoded that often.
+The lower ones are looked up in tables, at neighbouring places. So a stamp takes 0.4 µs; encoding the exact
+time took 1.2.
 """
 
 from __future__ import annotations
@@ -13,16 +14,16 @@ from threading import RLock
 from goalwire.zenoh.protocol.primitives import PADDED_LOW, SMALL_END, encode_timestamp, ntp64
 
 _SLOT_NS = 62_500_000
-"""A sixteenth of a second: 2^28 of a timestamp, exactly."""
+"""A slot: a sixteenth of a second, exactly 2^28 counts of a timestamp."""
 _UNIT_NS = 3815
-"""A little more than 2^14 of a timestamp: those of a slot have room in it."""
+"""A little more than 2^14 counts of a timestamp, so that a slot has at most 2^14 units."""
 _FIRST_BYTES = 4
-"""Bytes of an encoded time that hold the units and what is below."""
+"""Bytes of an encoded time that hold the 28 lowest bits."""
 
 PAUSE_NS = 50_000
-"""So long after the last one a message begins a burst of its own. A flood has one each 3-10 µs."""
+"""A message that comes this long after the last one begins a new burst. A flood has one every 3-10 µs."""
 LONG_BURST = 256
-"""How many stamps of a burst are counted at most."""
+"""The highest count of stamps in a burst."""
 
 
 class Stamps:
@@ -30,13 +31,13 @@ class Stamps:
 
     def __init__(self, zid: bytes, wall_clock_ns: Callable[[], int]) -> None:
         self.burst = 0
-        """How many stamps were made without a pause between any two; after a pause a quarter still counts.
+        """The number of stamps in a row without a pause. A pause divides it by four.
 
-        For the pause may be the system's: on a busy machine a thread that floods is often stopped.
+        It does not become 0, since a busy machine often stops a flooding thread for a moment.
         """
         self._zid = zid
         self._wall_clock_ns = wall_clock_ns
-        lock = RLock()  # re-entrant: a signal's handler may publish while the same thread does
+        lock = RLock()  # re-entrant: a signal's handler may publish while its thread publishes
         self._acquire, self._release = lock.acquire, lock.release
         self._last_ns = 0
         self._slot_ns = -_SLOT_NS
@@ -44,7 +45,7 @@ class Stamps:
         self._rest = b''
 
     def next(self) -> bytes:
-        """Return an encoded timestamp later than any before it."""
+        """Return an encoded timestamp that is later than every earlier one."""
         try:
             self._acquire()  # as in `Outgoing.send`
             now = self._wall_clock_ns()
@@ -59,7 +60,7 @@ class Stamps:
                 self._unit, self._count = unit, 0
             else:  # in the same unit, or the clock was set back
                 self._count += 1
-                # More than one if a signal's handler makes stamps here meanwhile
+                # `>=`: a signal's handler may have made further stamps here
                 if self._count >= SMALL_END:
                     self._go_on()
             return PADDED_LOW[self._count] + PADDED_LOW[self._unit] + self._rest
@@ -70,16 +71,16 @@ class Stamps:
                 pass
 
     def _enter(self, now: int) -> int:
-        """Go on to the slot that `now` is in; return its unit."""
+        """Change to the slot that contains `now`; return the unit of `now`."""
         passed = now % _SLOT_NS
         slot_ns = now - passed
         rest = encode_timestamp(ntp64(slot_ns), self._zid)[_FIRST_BYTES:]
-        if slot_ns > self._slot_ns:  # a signal's handler may have been here meanwhile
+        if slot_ns > self._slot_ns:  # a signal's handler may have changed to this slot meanwhile
             self._rest, self._slot_ns, self._unit, self._count = rest, slot_ns, -1, -1
         return passed // _UNIT_NS
 
     def _go_on(self) -> None:
-        """Take the next unit, whatever the clock shows: all stamps of this one are used."""
+        """Go on to the next unit, whatever the clock shows: all stamps of the current unit are used up."""
         self._count = 0
         self._unit += 1
         if self._unit >= SMALL_END:

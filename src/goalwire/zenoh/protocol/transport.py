@@ -1,6 +1,6 @@
 """The messages of a link itself, as bytes: INIT and OPEN set it up, CLOSE ends it, KEEP_ALIVE keeps it.
 
-FRAME and FRAGMENT have only their numbers here; link.py takes them apart.
+This module has only the numbers of FRAME and FRAGMENT; `frames` decodes them.
 
 A link carries batches: two bytes of length, low byte first, then that many bytes. A batch holds one or more
 of these messages. A FRAME's network messages go on until the batch ends, or until a byte comes whose five low
@@ -26,18 +26,18 @@ from goalwire.zenoh.protocol.shared_memory import DATA_IN_OPEN, EXTENSION_OF_INI
 INIT, OPEN, CLOSE, KEEP_ALIVE, FRAME, FRAGMENT = range(1, 7)
 FIRST_NETWORK_ID = 0x19
 MESSAGE_ID = 0x1F
-"""The bits of a message's first byte that name it; the other three are its flags."""
+"""The bits of a message's first byte that identify its kind; the other three bits are flags."""
 
 IS_ANSWER = 0x20
 HAS_SIZES = 0x40
 IN_SECONDS = 0x40
 
 NUMBER_BITS = (7, 14, 28)
-"""Bits of a sequence number where INIT speaks of 8, 16 or 32: Zenoh keeps one in each byte for itself."""
+"""Bits of a sequence number if INIT asks for 8, 16 or 32: Zenoh's encoding uses one bit of each byte."""
 LARGEST_NUMBERS = 2
-"""How INIT names numbers of 32 bits; 3 stands for 64, which are not spoken here."""
+"""The code in INIT for numbers of 32 bits. 3 stands for 64 bits, which goalwire does not support."""
 SIZES = 0x0A
-"""Sequence numbers and request ids of 32 bits: what holds where INIT names no sizes."""
+"""Sequence numbers and request ids of 32 bits: the sizes that apply if INIT names none."""
 MAX_BATCH = 65535
 MAX_COOKIE = 65535
 
@@ -67,13 +67,13 @@ class Init:
     patch: int = OUR_PATCH
     cookie: bytes | None = None
     number_size: int = LARGEST_NUMBERS
-    """The size of sequence numbers, as NUMBER_BITS has them."""
+    """The size of sequence numbers, as an index into NUMBER_BITS."""
     memory: bytes | None = None
-    """The offer of shared memory, or the answer to one; None: only bytes."""
+    """The offer of shared memory, or the answer to it; None if the link is to carry bytes only."""
 
     @property
     def number_mask(self) -> int:
-        """The bits of a sequence number."""
+        """The mask with all bits of a sequence number set."""
         return (1 << NUMBER_BITS[self.number_size]) - 1
 
     def encode(self) -> bytes:
@@ -97,7 +97,7 @@ class Init:
 
     @classmethod
     def decode(cls, reader: Reader) -> Init:
-        """Read one; raises ZenohProtocolError, also for another version or smaller request ids than ours."""
+        """Read an INIT. Raises ZenohProtocolError, also for another version or smaller request ids."""
         header = reader.u8()
         version = reader.u8()
         if version != VERSION:
@@ -129,13 +129,13 @@ class Init:
 
 @record
 class Open:
-    """How long silence means death, in ms, and the first sequence number; an answer has no cookie."""
+    """The lease in ms and the first sequence number of one side. An answer has no cookie."""
 
     lease_ms: int
     first_number: int
     cookie: bytes | None = None
     memory: int | bytes | None = None
-    """The proof that the other side's segment was read, or its acceptance; a number until Zenoh 1.9."""
+    """The proof that the other side's segment was read, or the acceptance of it; a number until Zenoh 1.9."""
 
     def encode(self) -> bytes:
         """Return the message; whole seconds are sent as seconds."""
@@ -151,7 +151,7 @@ class Open:
 
     @classmethod
     def decode(cls, reader: Reader) -> Open:
-        """Read a message; raises ZenohProtocolError."""
+        """Read an OPEN. Raises ZenohProtocolError."""
         header = reader.u8()
         lease = reader.z() * (1000 if header & IN_SECONDS else 1)
         first_number = reader.z()
@@ -169,7 +169,7 @@ def _memory_in_open(value: int | bytes) -> bytes:
 
 
 def chain(extensions: list[bytes]) -> bytes:
-    """Return extensions as a list: each but the last says that another follows."""
+    """Join extensions to a list: each but the last gets the flag that another follows."""
     return b''.join(
         bytes((each[0] | MORE,)) + each[1:] if more else each
         for more, each in zip(range(len(extensions) - 1, -1, -1), extensions, strict=True)
