@@ -356,6 +356,7 @@ class NativeSession:
             self._is_closing = True
         if self.guard.is_forked:
             return
+        # First no new connections come, then the queued messages go out, then the links are closed.
         self._listeners.stop()
         self._dials.close()
         self._flusher.close()

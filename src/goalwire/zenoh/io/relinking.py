@@ -82,6 +82,7 @@ class Relinking:
                 self._waiters.wake_all()
 
         self.note_running(monotonic())
+        # Each turn of the poller reads every link once, so the ends of all links are seen within these turns.
         self._poller.call(count_turn)
         self._waiters.wait_until(lambda: turns >= READING_TURNS, RELINK_S)
         self._waiters.wait_until(self._is_relinked, RELINK_S)

@@ -276,6 +276,8 @@ class SocketLink:
             if self._has_ended:
                 return
             self._has_ended = True
+        # CLOSE is written while the socket is open. The descriptor leaves the poller before it is closed:
+        # afterwards the system may give its number to another file.
         self._timer.cancel()
         self.link.close(reason)
         self._say_goodbye()

@@ -105,6 +105,7 @@ class ReceivedNumbers:
         if number > self._mask:
             raise ZenohProtocolError(f'sequence number {number} has more than {self._mask.bit_length()} bits')
         gap = (number - self.last[channel]) & self._mask
+        # Numbers wrap around: a distance of half the range or more means that the number lies behind.
         if gap >= self._half:
             return 0
         self.last[channel] = number
@@ -146,11 +147,14 @@ class Reassembly:
         Raises ZenohProtocolError beyond the size limit.
         """
         self.is_refused = False
+        # With patch 1, only a marked piece begins a message. Without it, any piece after a whole message
+        # does.
         if first or (self._pieces is None and not self._has_marks):
             self.clear()
             self._pieces = []
         elif given_up or gap != 1:
             self.clear()
+        # A piece was lost or given up: further pieces are ignored up to the next one that begins a message.
         if self._pieces is None:
             return None
         size = len(piece)
@@ -161,6 +165,8 @@ class Reassembly:
         above = budget.above or budget
         if above is not budget:
             above.used += size
+        # A message that is too large in itself breaks the protocol. If all unfinished messages together are
+        # too large, only this message is lost.
         if self.size > budget.limit or len(self._pieces) > bounds.MOST_PIECES:
             self.clear()
             raise ZenohProtocolError(
@@ -247,6 +253,7 @@ class SendQueue:
 
     def add(self, priority: int, batch: Sequence[Buffer]) -> None:
         """Queue a batch, given as one or more buffers."""
+        # No message may join an older frame of this priority from now on: it would overtake this batch.
         self.open[2 * priority] = self.open[2 * priority + 1] = None
         self._waiting[priority].append(batch)
         self.size += sum(map(len, batch))
@@ -266,6 +273,7 @@ class SendQueue:
     def next_buffers(self, limit: int) -> list[Buffer]:
         """Return the buffers to write next, `limit` or a few more."""
         begun = self._begun
+        # The queues are in the order of priority: urgent batches go before all batches that have not begun.
         for waiting in self._waiting:
             while waiting and len(begun) < limit and self._begun_size < _AT_ONCE:
                 batch = waiting[0]
@@ -306,11 +314,13 @@ class SendQueue:
         begun = self._begun
         if self._moved is not None:
             waiting, count, had_begun = self._moved
+            # The batch is still in its queue, so its buffers are removed from `_begun` again.
             if len(waiting) == count:
                 while len(begun) > had_begun:
                     begun.pop()
             self._moved = None
         if self._written is not None:
+            # The socket took `taken` bytes of these buffers; only the rest remains to be sent.
             buffers, beyond = self._written
             rest = deque(_behind(buffers, self.taken))
             rest.extend(list(begun)[len(begun) - beyond :])

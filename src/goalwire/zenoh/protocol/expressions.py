@@ -48,6 +48,7 @@ class Expressions:
             for link in links:
                 if number in link.peer.told:
                     link.peer.told.discard(number)
+                    # Queued messages may still name the number, so it is undeclared after them.
                     link.outgoing.retire_expression(take_back(Kind.EXPRESSION, number))
 
     def name(self, link: Link, key: str, out: list[bytes]) -> WireKey:

@@ -144,6 +144,8 @@ class FrameReader:
     def receive(self, data: bytes) -> None:
         """Read received bytes. Raises ZenohProtocolError or ClosedByPeerError; then the link must end."""
         self._heard = True
+        # `_tail` is the begun batch of earlier reads. Within a large message, only that batch is completed by
+        # a copy; else the tail is joined with all of `data`.
         start, tail = 0, self._tail
         if tail:
             if self.in_pieces:
@@ -158,6 +160,7 @@ class FrameReader:
             while end - start > 1:
                 at = start + 2
                 start = at + (data[at - 2] | data[at - 1] << 8)
+                # The batch is not complete yet: its beginning is kept for the next read.
                 if start > end:
                     start = at - 2
                     break
@@ -167,6 +170,7 @@ class FrameReader:
                     number = (number + 1) & mask
                     self._expected = b'%%%b%b' % (PADDED_LOW[number & 0x3FFF], PADDED_HIGH[number >> 14])
                     at = self._take_network(data, at + 5, start)
+                # A batch may have further messages of the link after a frame, such as KEEP_ALIVE.
                 while at < start:
                     at = self._take_transport(data, at, start)
         except IndexError:
@@ -190,6 +194,7 @@ class FrameReader:
         kind = header & MESSAGE_ID
         if end - at > self._largest_batch:
             raise ZenohProtocolError(f'a batch of {end - at} bytes exceeds what was agreed')
+        # Frames and KEEP_ALIVE break the protocol before the handshake has ended: the terms are missing.
         if kind in (FRAME, FRAGMENT) and self._is_agreed:
             return self._take_numbered(data, at, end)
         reader = Reader(data, at, end)
@@ -228,6 +233,8 @@ class FrameReader:
             priority = named
         channel = 2 * priority + bool(header & IS_RELIABLE)
         gap = self._numbers.advance(channel, number)
+        # The end of a frame is known only after its messages are read, so the rest of the batch is skipped,
+        # too.
         if not gap:
             return end
         if channel == DATA_CHANNEL:
@@ -262,6 +269,7 @@ class FrameReader:
             piece, gap=gap, first=IS_FIRST in marks, more=more, given_up=IS_GIVEN_UP in marks
         )
         if message is not None:
+            # Only network messages may travel in pieces. A message of the link itself is ignored.
             if message[0] & MESSAGE_ID >= FIRST_NETWORK_ID:
                 self._take_network(message, 0, len(message))
         elif reassembly.is_refused:

@@ -40,10 +40,12 @@ class Gossip:
 
     def take(self, link: Link, nodes: list[Node]) -> None:
         """Remember the nodes that a router tells of, and connect to those that this side has to dial."""
+        # Only routers announce other nodes, and only peers connect to them.
         if link.role is not Role.ROUTER or self._identity.role is not Role.PEER:
             return
         zid = self._identity.zid
         for node in nodes:
+            # A router also announces this session itself.
             if node.zid == zid:
                 continue
             if node.zid not in self.nodes and len(self.nodes) >= bounds.MOST_NODES:

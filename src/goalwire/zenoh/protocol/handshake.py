@@ -152,6 +152,7 @@ class Handshake:
     def receive(self, reader: Reader) -> bytes:
         """Read one message and return the answer, b'' if there is none. Raises ZenohProtocolError."""
         header = reader.data[reader.at]
+        # INIT comes first, then OPEN. The connector accepts only answers, the acceptor only first messages.
         wanted = INIT if self.state is State.WAIT_INIT else OPEN
         is_answer = bool(header & IS_ANSWER)
         if self.state is State.UP or header & MESSAGE_ID != wanted or is_answer != self.connects:
@@ -165,6 +166,7 @@ class Handshake:
         if theirs.batch_size < SMALLEST_BATCH:
             raise ZenohProtocolError(f'batches of {theirs.batch_size} bytes are too small', UNSUPPORTED)
         if self.connects:
+            # The acceptor's answer decides. It may lower each value that was offered, but not raise it.
             if self._expected is not None and theirs.zid != self._expected:
                 raise ZenohProtocolError('another session answers at this address', INVALID)
             if (
@@ -174,6 +176,7 @@ class Handshake:
             ):
                 raise ZenohProtocolError('the answer exceeds what was offered', INVALID)
         self._theirs = theirs
+        # The smaller value of each point becomes valid. Only the acceptor adds a cookie.
         self._agreed = Init(
             ours.zid,
             ours.role,
@@ -201,6 +204,7 @@ class Handshake:
         other, agreed = self._theirs, self._agreed
         assert other is not None
         if not self.connects:
+            # Only the acceptor refuses a second link. If both sides did, they could refuse both links.
             if theirs.cookie != agreed.cookie:
                 raise ZenohProtocolError('the cookie is not the one that was sent', INVALID)
             if other.zid == agreed.zid:

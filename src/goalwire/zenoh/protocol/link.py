@@ -204,6 +204,7 @@ class Link:
             self.role = terms.role
             if terms.role is not Role.ROUTER:
                 self._own_source = encode_session(terms.zid)
+            # The terms apply before the answer goes out, since the other side may then send frames at once.
             self.frames.agree(terms)
             self.outgoing.agree(terms)
             self._shared.agree(self.handshake, self.outgoing)
@@ -223,10 +224,7 @@ class Link:
     # ---- whether the other side lives and reads
 
     def check_lease(self, now: float) -> None:
-        """Check that the other side is alive; `now` in s.
-
-        Raises ZenohProtocolError once its lease is over.
-        """
+        """Raise ZenohProtocolError if nothing has come for the other side's lease; `now` in s."""
         if self.frames.has_heard() or self._silent_since is None:
             self._silent_since = now
         elif self.terms is not None and now - self._silent_since >= self.terms.lease_ms / 1000:
@@ -261,8 +259,7 @@ class Link:
             elif kind == RESPONSE_FINAL:
                 request, at = read_request_id(data, at + 1)
                 if header & MORE:
-                    # hot path: the form in which rmw_zenoh sends it
-                    if data[at] == QOS and data[at + 1] < MORE:
+                    if data[at] == QOS and data[at + 1] < MORE:  # hot path: as rmw_zenoh sends it
                         at += 2
                     else:
                         _, at = read_extensions(data, at)
@@ -280,7 +277,7 @@ class Link:
                 elif kind == OAM:
                     self._owner.take_nodes(self, self._link_states.read(reader))
                 at = reader.at
-            if at > end:
+            if at > end:  # the functions above trust the lengths in a message
                 raise ZenohProtocolError('a message is cut off')
         return at
 
@@ -322,6 +319,7 @@ class Link:
         if header & MORE:
             qos, at = read_extensions(data, at)
         is_senders = header & IS_SENDERS
+        # Most messages name their key by a number only. Then receivers are kept by the number and its side.
         where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16
         receivers = self.push_receivers.get(where)
         if receivers is None:
@@ -388,6 +386,7 @@ class Link:
             qos, at = read_extensions(data, at)
         query, at = read_query(data, at, end, self._shared.of(qos))
         if query is None:
+            # The query is lost. The final saves the asking side from waiting for its timeout.
             self.outgoing.send(2 * (qos & 7) + 1, response_final(request, qos))
             return at
         where = (scope, suffix, header & IS_SENDERS)
@@ -415,6 +414,7 @@ class Link:
         start, qos = at, DEFAULT_QOS
         if header & MORE:
             qos, at = read_extensions(data, at)
+        # The reply is read even if no query waits for it: the next message begins at its end.
         key = self._reply_key(request, scope, suffix, header & IS_SENDERS)
         answer, at = read_reply(data, at, end, key or '', self._shared.of(qos))
         if answer is None:

@@ -90,6 +90,7 @@ class LinkStates:
         options = reader.z()
         number = reader.z()
         change = reader.z()
+        # The id comes with the first message about a node. Later messages may have the short number only.
         if options & _HAS_ID:
             if number not in self._ids and len(self._ids) >= bounds.MOST_NODES:
                 del self._ids[next(iter(self._ids))]
@@ -98,6 +99,7 @@ class LinkStates:
         if options & _HAS_ROLE:
             role = _ROLES.get(reader.u8())
         locators = [reader.text() for _ in range(reader.z(32))] if options & _HAS_LOCATORS else []
+        # The list of a node's own links matters to routers only. It is skipped.
         neighbours = reader.z(32)
         for _ in range(neighbours * (2 if options & _HAS_WEIGHTS else 1)):
             reader.z()

@@ -37,6 +37,7 @@ class Links:
                     raise ZenohProtocolError('the session of another identity has this id', MAX_LINKS)
                 connector = self._own_zid if link.handshake.connects else link.zid
                 before = self._own_zid if other.handshake.connects else other.zid
+                # `<=`: if the same side has opened both links, the existing link stays.
                 if connector <= before:
                     raise ZenohProtocolError('there is a link to this session already', MAX_LINKS)
                 self.remove(other)

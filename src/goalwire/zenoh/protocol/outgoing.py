@@ -156,7 +156,7 @@ class Outgoing:
             self._acquire()
             if not self.is_open:
                 return False
-            if section.is_busy:
+            if section.is_busy:  # a signal's handler has interrupted a send of its own thread
                 section.late.append(partial(self._send_now, channel, message))
                 return True
             if section.late:
@@ -214,9 +214,8 @@ class Outgoing:
     def _send_together(self, channel: int, message: bytes, *, may_wait: bool) -> bool:
         """Queue a message in one frame with others. The caller holds the lock.
 
-        The frame waits because the socket is full, or because its messages are held back (`is_held`). Held
-        messages wait until they have HELD_SIZE bytes, or a message comes that may not wait, or `release` is
-        called, as `Connection.hold` has asked for.
+        The frame waits for the socket, or is held back (`is_held`): until HELD_SIZE bytes are held, or a
+        message comes that may not wait, or `release` is called, as `Connection.hold` has asked for.
         """
         queue = self.queue
         is_first = not queue.size
@@ -305,7 +304,7 @@ class Outgoing:
         if not self._has_priorities:
             channel = 2 * DATA_PRIORITY | channel & 1
         self.spoke = True
-        is_free = self.is_held or not self.queue.size
+        is_free = self.is_held or not self.queue.size  # else `flush` sends the message in its turn
         if sum(map(len, message)) <= self.room:
             self.queue.add(channel >> 1, (self._frame(channel, b''.join(message)),))
         else:

@@ -95,6 +95,7 @@ class OwnEntities:
 
     def _take_back(self, kind: Kind, number: int) -> None:
         for link in self._links.up:
+            # Only links that know an entity are told of its end; clients and guarded links know `told_of`.
             told_of = link.peer.told_of
             is_told_all = link.role is not Role.CLIENT and link.guard is None
             if is_told_all or number in told_of:
@@ -155,6 +156,7 @@ class OwnEntities:
     def take_interest(self, link: Link, wish: Interest) -> None:
         """Answer a client's interest. Peers and routers were told of all entities before."""
         peer = link.peer
+        # A repeated number replaces the earlier interest, and FINAL only withdraws it.
         peer.remove_interest(wish.number)
         if not wish.when:
             return
@@ -166,5 +168,6 @@ class OwnEntities:
             if wish.when & When.PRESENT:
                 out += self.tell_wanted(link, wish)
         if wish.when & When.PRESENT:
+            # The final is sent even if there is nothing to declare: the other side waits for it.
             out.append(final(wish.number))
         link.outgoing.declare(*out)

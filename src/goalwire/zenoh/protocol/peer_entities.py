@@ -53,6 +53,7 @@ class PeerEntities:
             return None
         key = suffix if isinstance(suffix, str) else suffix.decode()
         if scope:
+            # Both sides number keys for themselves; a flag of the message shows whose number it is.
             base = (self.expressions if is_senders else self._own_keys).get(scope)
             if base is None:
                 return None
@@ -81,6 +82,7 @@ class PeerEntities:
         if key is None:
             return False
         self._free(len(key))
+        # The other side may have declared a second number for the same key.
         if self.expression_ids.get(key) == number:
             del self.expression_ids[key]
         return True

@@ -33,6 +33,7 @@ class PendingQueries:
     def add(self, query: PendingQuery) -> int:
         """Register a query before it is sent; return its number."""
         request = self._next_request() & 0xFFFF_FFFF
+        # Numbers wrap around after 2^32 queries, and an old number may still be in use.
         while request in self.pending:
             request = self._next_request() & 0xFFFF_FFFF
         self.pending[request] = query
@@ -70,6 +71,7 @@ class PendingQueries:
             query.left.remove(who)
         except ValueError:
             return
+        # If several threads come here, only the thread that removes the query from the table ends it.
         if not query.left and self.pending.pop(request, None) is not None:
             self.end(query)
 

@@ -54,6 +54,7 @@ class RelayedEntities:
     def add(self, link: Link, declaration: Declaration, key: str) -> None:
         """Tell the other links of an entity that a link has declared."""
         kind = declaration.kind
+        # An entity that is declared under a number in use replaces the earlier entity.
         self.remove(link, kind, declaration.number)
         entity = _Relayed(self._next_number() & 0xFFFF_FFFF, key, declaration.complete)
         self._of.setdefault(link, {})[kind, declaration.number] = entity
@@ -82,6 +83,7 @@ class RelayedEntities:
     def take_interest(self, link: Link, wish: Interest) -> None:
         """Answer an interest of a link, and remember it if it also asks for future entities."""
         peer = link.peer
+        # A repeated number replaces the earlier interest, and FINAL only withdraws it.
         peer.remove_interest(wish.number)
         if not wish.when:
             return
@@ -92,6 +94,7 @@ class RelayedEntities:
             if wish.when & When.PRESENT:
                 out += self._answer(link, wish)
         if wish.when & When.PRESENT:
+            # The final is sent even if there is nothing to declare: the other side waits for it.
             out.append(final(wish.number))
         link.outgoing.declare(*out)
 

@@ -90,6 +90,7 @@ class RouterProtocol(SessionProtocol):
         super()._let_go(link, ended)
         self._introductions.forget(link.zid)
         self._relayed.remove_link(link)
+        # No link waits any more for the answers to this link's queries.
         for number, query in list(self.queries.pending.items()):
             if isinstance(query, PassedQuery) and query.asked is link:
                 self.queries.cancel(number)
@@ -145,6 +146,7 @@ class RouterProtocol(SessionProtocol):
             _send_final(link, request, message)
             return
         deadline = self.clock() + FORGOTTEN_S
+        # The query gets a number of this router's, since two askers may use the same number.
         number = self.queries.add(PassedQuery(link, request, message, list(asked), deadline))
         encoded = message.encode(number)
         for each in asked:

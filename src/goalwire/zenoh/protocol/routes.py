@@ -111,9 +111,11 @@ class Routes:
                 return
             subscribers = [each for _, each in self.subscribers.meeting(key)]
             found = tuple(each.callback for each in subscribers)
+            # The permission is looked up once for each key, not for each message.
             if found and link.refusal(Act.PUT, key):
                 found = (partial(_count_refused, link),)
             receivers = Receivers(key, found, any(each.takes_views for each in subscribers))
+            # Remembered within the section, so that no change of the subscribers can come between.
             link.remember_receivers(scope, suffix, is_senders, receivers)
 
         self._section.run(find)
@@ -152,6 +154,7 @@ class Routes:
         if not queryables:
             outgoing.send(2 * (qos & 7) + 1, response_final(request, qos))
             return
+        # The queryables share this list. The last of them to end sends the RESPONSE_FINAL.
         others = [None] * len(queryables)
         for queryable in queryables:
             asked = RemoteQuery(outgoing, request, key, qos, query, queryable.replier, others)

@@ -255,6 +255,9 @@ class Publication:
         self._own = tuple(
             each.callback for _, each in session.routes.subscribers.meeting(key) if each.takes_own
         )
+        # A link that has not sent all its declarations may have a subscriber, so it gets the message, too. In
+        # a look-up that interrupts a change (`is_final` is False), the tables are not trusted and all links
+        # get it.
         self._links = tuple(
             (link.outgoing, push_head(name(session, link, key), self._qos))
             for link in session.links
@@ -368,9 +371,11 @@ class Querier:
             takes_any_key=self._takes_any_key,
             consolidation=self._consolidation,
         )
+        # Without a receiver the query ends at once, without an answer.
         if not left:
             query.end()
             return 0
+        # The query is registered before it is sent: an answer may come on another thread at once.
         request = session.queries.add(query)
         if links:
             self._send(links, request, payload, attachment, timeout_s)
@@ -396,6 +401,7 @@ class Querier:
         body = tail + query_rest(payload, attachment)
         for link, header, rest in links:
             if not link.outgoing.send(self._channel, b''.join((header, number, rest, body)), self._droppable):
+                # The request was not sent, so this link will never answer.
                 self._session.queries.take_final(link, request)
 
     def _make_tail(self, timeout_s: float, has_payload: bool, has_attachment: bool) -> bytes:
@@ -430,6 +436,7 @@ class Querier:
         own = session.routes.queryables.meeting(self._key) if self._asks_own else []
         asked = self._links_asked()
         links = [(link, link.peer.queryables.meeting(self._key)) for link in asked]
+        # Links that have not sent all their declarations are asked in any case: they may have a queryable.
         if self._target == Target.BEST_MATCHING:
             nearest = self._nearest(links, own)
             if nearest is not None:

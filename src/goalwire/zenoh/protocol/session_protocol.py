@@ -210,6 +210,7 @@ class SessionProtocol:
     def take_link(self, link: Link) -> None:
         """Declare everything on a new link, and ask a router for what it has."""
         self.section.run(partial(self._greet, link))
+        # The owner is called outside the section, since it may call users' functions.
         self._owner.note_change()
         self._owner.welcome(link)
 
@@ -218,6 +219,8 @@ class SessionProtocol:
         out: list[bytes] = []
         if link.role is Role.ROUTER:
             out.append(self.gossip.introduce())
+        # A client declares its entities, and asks for others by INTEREST. Peers tell each other everything
+        # unasked and end with a final. A router must be asked.
         if link.role is Role.CLIENT:
             link.peer.knows_all = True
         else:
@@ -227,6 +230,8 @@ class SessionProtocol:
             else:
                 out += self._ask_for_all()
         link.outgoing.declare(*out)
+        # Senders must look up their links again: the new link gets all messages until it has declared its
+        # own.
         self.routes.forget()
 
     def _ask_for_all(self) -> list[bytes]:
@@ -242,6 +247,7 @@ class SessionProtocol:
         ended: list[PendingQuery] = []
         self.section.run(partial(self._let_go, link, ended))
         self._liveliness.tell()
+        # Users' functions run outside the section, when all tables are consistent.
         for query in ended:
             self.queries.end(query)
         self._owner.note_change()
@@ -251,6 +257,7 @@ class SessionProtocol:
             return
         link.is_lost = True
         self._links.remove(link)
+        # Declarations end with their link. Tokens are counted, since another link may declare the same key.
         for key in link.peer.tokens.values():
             self._liveliness.vanished(key)
         link.peer.tokens.clear()
@@ -271,6 +278,7 @@ class SessionProtocol:
     def _note_declaration(self, link: Link, declaration: Declaration) -> None:
         peer = link.peer
         if declaration.kind is Kind.FINAL:
+            # From now on the link gets only the messages and queries that match its declarations.
             if not peer.knows_all:
                 peer.knows_all = True
                 self.routes.forget()

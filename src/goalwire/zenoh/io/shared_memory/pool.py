@@ -223,6 +223,7 @@ class MemoryPool:
             return
         if lent.size and lent.size + chunk.size > self.share:
             return
+        # Each loan has a new generation, by which a reader recognises that a header was reused.
         index = self._free_headers.popleft()
         generation = self._generations[index] = (self._generations[index] + 1) & 0xFFFFFFFF
         layout.HEADER.pack_into(

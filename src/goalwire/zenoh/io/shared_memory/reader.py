@@ -173,6 +173,7 @@ class MemoryReader:
         segment = self._open_data(number, offset + pointer.size)
         if as_view and len(self._views) < MOST_VIEWS:
             return self._view(metadata, segment, offset, pointer)
+        # The header is given back only after the copy: from then on the writer may reuse the chunk.
         payload = segment.map[offset : offset + pointer.size]
         is_intact = _check(metadata, pointer) == chunk
         metadata.lower(index)
