@@ -1,4 +1,4 @@
-"""The asyncio API: nodes for programs that are made of `async def`. See docs/how-to/asyncio-api.md."""
+"""The asyncio API: nodes for programs of `async def` functions. See docs/how-to/asyncio-api.md."""
 
 from goalwire.aio.action.client import ActionClient, CancelAnswer, GoalProbe, GoalState, Run
 from goalwire.aio.action.server import ActionServer, Goal

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Entity:
-    """Ends with its node or, before that, by `close()` or at the end of its own `with` block."""
+    """The base class of entities. They end with their node, by `close()`, or at the end of a `with` block."""
 
     name: str
     """The fully-qualified name."""
@@ -33,10 +33,10 @@ class Entity:
 
 
 def message_of(kind: type, given: object, fields: dict[str, object]) -> object:
-    """Return the message that was given, or make one of fields.
+    """Return the given message, or make one of fields.
 
-    Raises TypeError where both are there, and for a field that there is not: a message's class would pass it
-    over, as ROS 2's do, and a robot act on the default.
+    Raises TypeError if both are given, and for an unknown field: the class of a message would ignore it, as
+    in ROS 2, and a robot would act on the default value.
     """
     if given is None:
         if fields and not fields.keys() <= _names_of(kind):

@@ -25,7 +25,7 @@ __all__ = ['EndpointKind', 'GraphChanges', 'GraphEntity', 'GraphProblem', 'Graph
 
 @record
 class GraphProblem:
-    """Endpoints that do not go together."""
+    """A conflict between endpoints that do not fit each other."""
 
     name: str
     """The types of their topic or service."""
@@ -35,7 +35,7 @@ class GraphProblem:
 
 
 class GraphView:
-    """Node.graph: the discovered nodes and endpoints, this node included. Each answer is of the moment."""
+    """The discovered nodes and endpoints, this node included, at the moment of each question: Node.graph."""
 
     def __init__(self, node: NodeCore) -> None:
         self._node = node
@@ -59,11 +59,11 @@ class GraphView:
         return self._graph.endpoints()
 
     def publishers(self, topic: str) -> list[GraphEntity]:
-        """Return the publishers of a topic, which is given in full."""
+        """Return the publishers of a topic, given by its full name."""
         return self._graph.entities(EndpointKind.PUBLISHER, topic)
 
     def servers(self, service: str) -> list[GraphEntity]:
-        """Return the servers of a service, which is given in full."""
+        """Return the servers of a service, given by its full name."""
         return self._graph.entities(EndpointKind.SERVICE, service)
 
     def topics(self) -> NamesAndTypes:
@@ -87,16 +87,16 @@ class GraphView:
         return self._graph.served_action_names_and_types()
 
     def problems(self) -> list[GraphProblem]:
-        """Return the mismatches among all nodes: of types, definitions and QoS, and servers of one name."""
+        """Return the conflicts among all nodes: in types, definitions and QoS, and servers with one name."""
         return list(_problems(self._graph.endpoints()))
 
     def changes(self) -> GraphChanges:
-        """Return an async iterator that gives the graph's version after changes, until it is closed."""
+        """Return an async iterator of the graph's versions, one after each change, until it is closed."""
         return GraphChanges(self._node)
 
 
 class GraphChanges(Entity):
-    """Made by GraphView.changes. Changes that nobody waited for are one, the latest."""
+    """An async iterator of the graph's changes. Those between two steps count as one, the latest."""
 
     def __init__(self, node: NodeCore) -> None:
         self.name = node.name.qualified

@@ -63,7 +63,7 @@ class SharedContexts:
         self._users: dict[Context, int] = {}
 
     def take(self, domain: int | None) -> Context:
-        """Return the context of a domain (ROS_DOMAIN_ID's where None); `close` it after use. Any thread.
+        """Return the context of a domain, by default ROS_DOMAIN_ID's; call `close` after use. Any thread.
 
         It reads the program's ROS arguments, and leaves signals alone. Raises RCLError for bad arguments.
         """
@@ -80,11 +80,11 @@ class SharedContexts:
 
     @property
     def open(self) -> int:
-        """How many contexts are open, without those that were shut down meanwhile."""
+        """How many contexts are open and not shut down."""
         return sum(context.ok() for context in list(self._users))
 
     def close(self, context: Context) -> None:
-        """One node less needs it. Any thread; it may take as long as the wire takes to close."""
+        """Give the context back for one node; the last one shuts it down, which may take time. Any thread."""
         with self._lock:
             self._users[context] -= 1
             if self._users[context]:
@@ -98,11 +98,11 @@ CONTEXTS = SharedContexts()
 
 
 class Node:
-    """`async with goalwire.Node('name') as node:`, once. Only the loop's thread may use it.
+    """A node: `async with goalwire.Node('name') as node:`, once. Only the loop's thread may use it.
 
-    Leaving the block cancels the handlers that run, waits until they have cleaned up, and closes whatever the
-    node has made. An error of the block leaves it as it is; one of a handler is logged, and its client learns
-    of it.
+    To leave the block cancels the running handlers, waits until they have cleaned up, and closes everything
+    that the node has made. An error in the block is raised unchanged. An error in a handler is logged, and
+    its client gets an error.
     """
 
     def __init__(
@@ -117,13 +117,13 @@ class Node:
         parameters: Mapping[str, ParameterValue] | None = None,
         call_timeout: float | None = None,
     ) -> None:
-        """Nothing is opened yet. `arguments` are ROS arguments of this node, beside the program's own.
+        """Open nothing yet. `arguments` are this node's ROS arguments, in addition to the program's own.
 
-        Without `program_arguments` it reads none of the program's, and has a context of its own.
-        Nodes without a `context` share one for each `domain` (ROS_DOMAIN_ID's where None). `parameters`
-        override the values that declarations give. `call_timeout` is how many s calls and goals may take
-        that are given no time of their own (of goals: until they are accepted); without it
-        GOALWIRE_CALL_TIMEOUT counts. Raises TypeError for a time that is not a number, ValueError for nan.
+        With `program_arguments=False` the node ignores the program's arguments, and has its own context.
+        Nodes without a `context` share one for each `domain`, by default ROS_DOMAIN_ID's. `parameters`
+        override the values in declarations. `call_timeout` is the timeout in s of calls without one, and of
+        goals until they are accepted; by default GOALWIRE_CALL_TIMEOUT. Raises TypeError for a time that is
+        not a number, ValueError for nan.
         """
         if call_timeout is not None:
             timeout_ns(call_timeout, 'call_timeout')
@@ -148,7 +148,7 @@ class Node:
             raise ClosedError(f"the node '{self._name}' was entered before: make a new one")
         self._entered = True
         try:
-            core = await in_thread(self._open)  # a session takes its time, which the loop has not
+            core = await in_thread(self._open)  # takes too long for the loop's thread
             self._host = SharedLoop(core.work_queue, core.context.shutdown_signal, self._runs)
             await self._host.__aenter__()
         except BaseException:
@@ -188,7 +188,7 @@ class Node:
     ) -> None:
         core, self._core = self._open_core(), None
         try:
-            await self._host.__aexit__(None, None, None)  # the error of the block does not concern handlers
+            await self._host.__aexit__(None, None, None)  # the handlers must not see the error of the block
         finally:
             self._clock.close()
             try:
@@ -207,22 +207,22 @@ class Node:
 
     @property
     def name(self) -> str:
-        """Its fully-qualified name; raises ClosedError outside its block, as all that follows does."""
+        """The node's fully-qualified name. This and all methods below raise ClosedError outside the block."""
         return self._open_core().name.qualified
 
     @property
     def context(self) -> Context:
-        """The context that it lives in."""
+        """The node's context."""
         return self._open_core().context
 
     @property
     def logger(self) -> RcutilsLogger:
-        """Its logger, whose lines go out on /rosout, too."""
+        """The node's logger, which publishes on /rosout, too."""
         return get_logger(self._open_core().logger_name)
 
     @property
     def clock(self) -> AsyncClock:
-        """Its clock: system time, or /clock under `use_sim_time`; `await node.clock.sleep(seconds)`."""
+        """The node's clock: system time, or /clock with `use_sim_time`; `await node.clock.sleep(seconds)`."""
         self._open_core()
         return self._clock
 
@@ -244,9 +244,9 @@ class Node:
     # -- what it makes -------------------------------------------------------------------------------------
 
     def publisher(self, msg_type: type[MsgT], topic: str, *, qos: QoS | int = 10) -> Publisher[MsgT]:
-        """Make a publisher; `qos` is a QoS, or how many messages it keeps.
+        """Make a publisher; `qos` is a QoS or a history depth.
 
-        Raises InvalidTopicNameException, and RuntimeError or AttributeError for what is not a message type.
+        Raises InvalidTopicNameException, and RuntimeError or AttributeError for a wrong message type.
         """
         return Publisher(self._open_core(), msg_type, topic, _qos(qos))
 
@@ -265,7 +265,7 @@ class Node:
     ) -> Subscription[Any]:
         """Make a subscription: an async iterator of messages, or with `raw` of their serialized bytes.
 
-        With `raw` the type may be a `named_message_support`, which needs no class. Raises as
+        With `raw` the type may be a `named_message_support`, which needs no message class. Raises as
         `publisher` does.
         """
         return Subscription(self._open_core(), msg_type, topic, _qos(qos), raw=raw)
@@ -273,9 +273,9 @@ class Node:
     def raw_publisher(
         self, topic: str, type_name: str, *, type_hash: str = '', qos: QoS | int = 10
     ) -> RawPublisher:
-        """Make a publisher of serialized messages of 'pkg/msg/Name', which may be unknown here.
+        """Make a publisher of serialized messages of 'pkg/msg/Name', whose definition may be unknown here.
 
-        Without a `type_hash` that of the definition known here counts. Raises InvalidTopicNameException.
+        Without a `type_hash` the hash of the known definition is used. Raises InvalidTopicNameException.
         """
         return RawPublisher(self._open_core(), topic, type_name, type_hash, _qos(qos))
 
@@ -288,10 +288,10 @@ class Node:
         type_hash: str = '',
         qos: QoS | int = 10,
     ) -> RawSubscription:
-        """Have `deliver(sample)` called with each serialized message of 'pkg/msg/Name', known here or not.
+        """Call `deliver(sample)` for each serialized message of 'pkg/msg/Name', which may be unknown here.
 
-        It is called on a thread of the wire, or on the publisher's in the same process, so it must be short
-        and must not block. Without a `type_hash` that of the definition known here counts. Raises
+        It runs on a thread of the wire, or on a publisher's thread in the same process. So it must be short
+        and must not block. Without a `type_hash` the hash of the known definition is used. Raises
         InvalidTopicNameException.
         """
         return RawSubscription(self._open_core(), topic, type_name, type_hash, _qos(qos), deliver)
@@ -305,10 +305,10 @@ class Node:
         timeout: float | None = None,
         retry: Retry | None = None,
     ) -> Client[RequestT, ResponseT]:
-        """Make a service client, whose calls may take `timeout` s if they give none.
+        """Make a service client. `timeout` is the default timeout of its calls, in s.
 
-        With `retry` requests are sent again, which the service must be idempotent for: see Retry. Raises
-        InvalidServiceNameException, and RuntimeError or AttributeError for what is not a service type.
+        With `retry` requests are sent again, so the service must be idempotent: see Retry. Raises
+        InvalidServiceNameException, and RuntimeError or AttributeError for a wrong service type.
         """
         return Client(self._open_core(), service_support(srv_type), name, qos, timeout, retry)
 
@@ -323,14 +323,14 @@ class Node:
     ) -> Service[RequestT, ResponseT]:
         """Serve requests with `handler(request)`, plain or `async def`, which returns the response.
 
-        Requests are handled beside each other or, without `concurrent`, one after the other. Raises as
+        Requests are handled concurrently or, with `concurrent=False`, one after the other. Raises as
         `client` does.
         """
         support = service_support(srv_type)
         return Service(self._open_core(), support, name, handler, qos, self._runs, concurrent=concurrent)
 
     def timer(self, period: float) -> Timer:
-        """Make a timer on the node's clock, which ticks every `period` s: an async iterator of times."""
+        """Make a timer on the node's clock: an async iterator that gives the time every `period` s."""
         return Timer(self._open_core(), period)
 
     def action(
@@ -340,9 +340,9 @@ class Node:
         *,
         timeout: float | None = None,
     ) -> ActionClient[GoalT, ResultT, FeedbackT]:
-        """Make an action client, whose goals may take `timeout` s if they give none.
+        """Make an action client. `timeout` is the default timeout of its goals, in s.
 
-        Raises InvalidTopicNameException, and RuntimeError or AttributeError for what is not an action type.
+        Raises InvalidTopicNameException, and RuntimeError or AttributeError for a wrong action type.
         """
         return ActionClient(self._open_core(), action_support(action_type), name, timeout)
 
@@ -358,14 +358,14 @@ class Node:
         on_failure: Callable[[Goal[GoalT, FeedbackT], Exception], ResultT | None] | None = None,
         client_grace: float = 0.0,
     ) -> ActionServer[GoalT, ResultT, FeedbackT]:
-        """Serve goals with `async def handler(goal)`, which returns the result of a goal that was reached.
+        """Serve goals with `async def handler(goal)`, which returns the result of a successful goal.
 
         A cancelled goal cancels its handler, as asyncio cancels tasks; raising GoalAborted, or any error,
-        aborts the goal. `accept(goal.request)` says which are taken, `policy` how many run at a time,
-        `on_client_lost` what becomes of the goals of a client that has gone, unless another one asks for
-        their results within `client_grace` s. `on_failure(goal, error)` is
-        told of a handler that raised, and may return a result to send along. Raises as `action` does;
-        ValueError for an `on_client_lost` that is none.
+        aborts the goal. `accept(goal.request)` returns True for goals to accept. `policy` says how many run
+        at a time. `on_client_lost` says what happens to the goals of a client that has gone, unless another
+        client asks for their results within `client_grace` s. `on_failure(goal, error)` is called after a
+        handler has raised, and may return a result to send. Raises as `action` does; ValueError for an
+        unknown `on_client_lost`.
         """
         support = action_support(action_type)
         reactor: GoalServer[Request, bytes] = GoalServer(

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 ValueT = TypeVar('ValueT')
 
 CHANGES_LIMIT = 1000
-"""Changes that may wait for one iterator; beyond that the oldest is dropped, and counted."""
+"""How many changes wait for one iterator; beyond this the oldest is dropped and counted."""
 
 
 class ParameterStore(NodeParameters):
-    """The parameters of a node by rclpy's names, which the node's own services use."""
+    """The parameters of a node under rclpy's method names, which the node's parameter services use."""
 
     def __init__(self, core: NodeCore, overrides: Mapping[str, ParameterValue]) -> None:
         self._core = core
@@ -48,7 +48,7 @@ class ParameterStore(NodeParameters):
 
 
 class Parameters(Mapping[str, Any]):
-    """Node.parameters. Values are set by `parameters[name] = value`, by others, and by ROS arguments."""
+    """A node's parameters: Node.parameters. The program, other nodes and ROS arguments set their values."""
 
     def __init__(self, store: ParameterStore) -> None:
         self._store = store
@@ -63,10 +63,10 @@ class Parameters(Mapping[str, Any]):
         descriptor: Described | None = None,
         check: Callable[[ValueT], object] | None = None,
     ) -> ValueT:
-        """Declare a parameter and return its value: an override's, else the default.
+        """Declare a parameter and return its value: an override if there is one, else the default.
 
-        `check` is called with each new value and refuses it by raising ValueError, whose text is told to
-        whoever sets it. Raises ParameterAlreadyDeclaredException, InvalidParameterException,
+        `check` is called with each new value and refuses it by raising ValueError. The caller who sets the
+        value gets the error's text. Raises ParameterAlreadyDeclaredException, InvalidParameterException,
         InvalidParameterTypeException, InvalidParameterValueException, TypeError.
         """
         if check is not None:
@@ -92,14 +92,14 @@ class Parameters(Mapping[str, Any]):
         self.update({name: value})
 
     def update(self, values: Mapping[str, ParameterValue]) -> None:
-        """Set several, all or none; raises as setting one does."""
+        """Set several values, all or none. Raises as setting one does."""
         parameters = [Parameter(name, value=value) for name, value in values.items()]
         result = self._store.set_parameters_atomically(parameters)
         if not result.successful:
             raise InvalidParameterValueException(', '.join(values), dict(values), result.reason)
 
     def changes(self) -> Changes:
-        """Iterate over the changes from now on, also those by other nodes: names and values."""
+        """Return an async iterator of the changes from now on, also by other nodes: names and values."""
         return Changes(self._store)
 
     def __contains__(self, name: object) -> bool:
@@ -124,7 +124,7 @@ class Parameters(Mapping[str, Any]):
 
 
 class Changes(Entity):
-    """Made by Parameters.changes. `async for name, value in changes` ends when it is closed."""
+    """An async iterator of changes: `async for name, value in changes`. The loop ends when it is closed."""
 
     def __init__(self, store: ParameterStore) -> None:
         self.name = store.handle.name.qualified

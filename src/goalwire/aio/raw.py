@@ -1,4 +1,4 @@
-"""Publishers and subscriptions of serialized messages, by the name of their type: no class is needed."""
+"""Publishers and subscriptions of serialized messages. They need the type's name, but no message class."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class RawPublisher(Entity):
             raise ShutDownError(f"cannot publish on '{self.name}'") from None
 
     def subscribers(self) -> int:
-        """How many subscriptions match; raises InvalidHandle once closed."""
+        """Return how many subscriptions match. Raises InvalidHandle once closed."""
         count = self._open_port().peer_count()
         return len(self._node.graph.matched(self._endpoint)) if count is None else count
 

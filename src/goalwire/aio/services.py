@@ -51,12 +51,13 @@ class Client(Entity, Generic[RequestT, ResponseT]):
     async def call(
         self, request: RequestT | None = None, /, *, timeout: float | None = None, **fields: object
     ) -> ResponseT:
-        """Wait for a server, send a request (or one made of `fields`), and wait for its response.
+        """Wait for a server, send a request, given or made of `fields`, and wait for its response.
 
-        All that within `timeout` s; without, within that of the client, the node or the process, if one is
-        given. Raises NoServerError or DeadlineError when they are over, ServerLostError as soon as the server
-        goes away, ServerFailedError or RefusedError if it gives the request up; InvalidHandle once closed,
-        ShutDownError, TooManyCallsError; TypeError and EncodeError for what is no such request.
+        `timeout` s is the limit for all of this; by default the timeout of the client, the node or the
+        process counts, if there is one. Raises NoServerError or DeadlineError after that time,
+        ServerLostError as soon as the server has gone, ServerFailedError or RefusedError if the server does
+        not answer the request; InvalidHandle once closed, ShutDownError, TooManyCallsError; TypeError and
+        EncodeError for a wrong request.
         """
         core = self._core
         message = message_of(core.support.request, request, fields)
@@ -71,7 +72,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
         try:
             return future.result()  # type: ignore[no-any-return]  # `cast` would be one function more to enter
         finally:
-            del future  # the traceback of its exception holds this frame
+            del future  # its exception's traceback holds this frame: break the cycle of references
 
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""
@@ -89,7 +90,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
 
 
 class LoggedService(ServiceCore):
-    """A service whose callback may fail: that is logged, its client learns of it, the node goes on."""
+    """A service whose callback may fail: the error is logged, and the client gets an error."""
 
     def __init__(
         self,
@@ -108,7 +109,7 @@ class LoggedService(ServiceCore):
 
     def _log(self, error: Exception) -> None:
         if self.destroyed:
-            return  # an answer that came too late
+            return  # the answer came too late
         from goalwire.tracebacks import traceback_text
 
         get_logger(self.node.logger_name).error(

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 class Timer(Entity):
-    """Made by Node.timer. `async for time in timer` gives the time of each tick, until it is closed.
+    """A timer: `async for time in timer` gives the time of each tick, until the timer is closed.
 
-    It keeps its phase: ticks that nobody waited for are one, the latest.
+    It keeps its phase. Ticks that come between two steps of the loop count as one, the latest.
     """
 
     def __init__(self, node: NodeCore, period: float) -> None:
-        """Raises ValueError for a period that is not above 0."""
+        """Start the timer. Raises ValueError for a period that is not above 0."""
         if not period > 0:
             raise ValueError(f'a timer needs a period above 0 s, not {period}')
         self.name = f'{node.name.qualified}: {period} s'
@@ -48,7 +48,7 @@ class Timer(Entity):
         return await anext(self._stream)
 
     def statistics(self) -> TimerStatistics:
-        """Count its ticks, and how late they came."""
+        """Return the number of ticks, and how late they came."""
         return self._core.statistics()
 
     def close(self) -> None:

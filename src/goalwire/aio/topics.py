@@ -37,16 +37,16 @@ class Publisher(Entity, Generic[MsgT]):
         self._core.tell_late_joiners()
 
     def publish(self, message: MsgT | None = None, /, **fields: object) -> None:
-        """Send a message, or one that is made of `fields`. Does not wait, so it is not a coroutine.
+        """Send a message, given or made of `fields`. It does not wait, so it is not a coroutine.
 
-        Raises TypeError for another type, EncodeError if a field cannot go on the wire, InvalidHandle
+        Raises TypeError for another type, EncodeError for a field that cannot be encoded, InvalidHandle
         once closed, ShutDownError.
         """
         core = self._core
         core.publish(cast('MsgT', message_of(core.msg_type, message, fields)))
 
     def subscribers(self) -> int:
-        """How many subscriptions match; raises InvalidHandle once closed."""
+        """Return how many subscriptions match. Raises InvalidHandle once closed."""
         return self._core.subscription_count()
 
     async def wait_for_subscribers(self, count: int = 1, *, timeout: float | None = None) -> None:
@@ -58,7 +58,7 @@ class Publisher(Entity, Generic[MsgT]):
         await attempt.shows(lambda: self._core.subscription_count() >= count, 'too few subscribers came')
 
     def statistics(self) -> PublisherStatistics:
-        """Count what was published."""
+        """Return the counts of published messages."""
         return self._core.statistics()
 
     def close(self) -> None:
@@ -67,7 +67,7 @@ class Publisher(Entity, Generic[MsgT]):
 
 
 class _Core(SubscriptionCore[MsgT]):
-    """Hands arriving messages to a stream, without a callback and its turn of the node's executor."""
+    """Puts arriving messages into a stream, without a callback in the node's executor."""
 
     def __init__(
         self,
@@ -102,9 +102,9 @@ class _Core(SubscriptionCore[MsgT]):
 
 
 class Subscription(Entity, Generic[MsgT]):
-    """Made by Node.subscription. `async for message in subscription` ends when it is closed.
+    """A subscription: `async for message in subscription`. The loop ends when it is closed.
 
-    As many messages wait as the QoS' depth says; beyond it the oldest is dropped, and counted.
+    Up to the QoS's depth messages wait; beyond this the oldest is dropped and counted.
     """
 
     def __init__(
@@ -119,14 +119,14 @@ class Subscription(Entity, Generic[MsgT]):
         self._core: _Core[MsgT] = _Core(node, msg_type, topic, qos, raw=raw)
         self.name = self._core.full_name
         self.info: MessageInfo | None = None
-        """When the latest message that was given out was sent and received, and its number."""
+        """The times at which the latest message given out was sent and received, and its number."""
         warn_by_default(self._core, topic)
 
     def __aiter__(self) -> Self:
         return self
 
     async def __anext__(self) -> MsgT:
-        """Wait for the next message. What cannot be decoded is logged and left out."""
+        """Wait for the next message. Messages that cannot be decoded are logged and left out."""
         while True:
             taken: tuple[MsgT, MessageInfo] | None = self._core.read(await anext(self._core.stream))
             if taken is not None:
@@ -135,15 +135,15 @@ class Subscription(Entity, Generic[MsgT]):
 
     @property
     def dropped(self) -> int:
-        """How many messages were dropped, since too many waited."""
+        """How many messages were dropped because too many were waiting."""
         return self._core.stream.dropped
 
     def statistics(self) -> SubscriptionStatistics:
-        """Count the received messages."""
+        """Return the counts of received messages."""
         return self._core.statistics()
 
     def publishers(self) -> int:
-        """How many publishers match; raises InvalidHandle once closed."""
+        """Return how many publishers match. Raises InvalidHandle once closed."""
         return self._core.publisher_count()
 
     async def wait_for_publishers(self, count: int = 1, *, timeout: float | None = None) -> None:

@@ -1,4 +1,4 @@
-"""A run of a goal that was sent before: it follows the goal, and never sends one."""
+"""A run that follows a goal which was sent before. It sends no goal."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class AttachedRun(Run[ResultT, FeedbackT]):
         """Wait for a server, then listen to the goal and ask for its result."""
         core = self._core
         waiting = attempt
-        if self._limits.timeout is None:  # then only the server has a time, as for a goal that is sent
+        if self._limits.timeout is None:  # then only the wait for the server has a limit, as for a new goal
             waiting = CallContext(attempt.context, 'action', core.full_name, core.default_timeout)
         await waiting.until(core.server_is_there, core.goal_service)
         attempt.see_servers(core.goal_service)

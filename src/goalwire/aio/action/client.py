@@ -1,4 +1,4 @@
-"""An action client of the asyncio API: sends goals, follows those sent before, and asks about them."""
+"""The action client of the asyncio API: it sends goals, and follows or probes goals that were sent before."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class CancelAnswer(NamedTuple):
 
     code: CancelCode
     goals: tuple[bytes, ...]
-    """The ids of the goals that it cancels."""
+    """The ids of the goals that the server cancels."""
 
 
 class _Core(ActionClientCore):
-    """A client whose futures fail if nobody answers."""
+    """The client's core. Its futures fail if no server answers."""
 
     @property
     def default_timeout(self) -> float:
@@ -54,7 +54,7 @@ class _Core(ActionClientCore):
         return inf if limit is None else limit
 
     def note_failure(self, goal_id: GoalId, reason: str) -> None:
-        """Log nothing: the GoalAborted that the caller gets has the reason."""
+        """Log nothing: the GoalAborted error that the caller gets contains the reason."""
 
     def server_is_there(self) -> bool:
         if self.destroyed:
@@ -84,20 +84,20 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         keep: bool = False,
         **fields: object,
     ) -> Run[ResultT, FeedbackT]:
-        """Make a run of a goal (or of one made of `fields`): `async with client.send(goal) as run:`.
+        """Make a run of a goal, given or made of `fields`: `async with client.send(goal) as run:`.
 
-        Entering the block waits for a server and sends the goal, leaving it cancels a goal that still runs
-        and waits for its end, `grace` s at most. The server, its answer and the result must be there within
-        `timeout` s, or the client's; where neither is given, only the server and its answer have a time, if
-        the node or the process has one for calls. A server that gives no sign of life for `heartbeat` s,
-        neither feedback nor a change of the goal's status, counts as stuck.
+        To enter the block waits for a server and sends the goal. To leave it cancels a goal that still runs
+        and waits for its end, `grace` s at most. The server, its answer and the result must come within
+        `timeout` s, or the client's timeout. If neither is given, only the server and its answer must come
+        within the node's or the process's timeout for calls. A server counts as stuck if for `heartbeat` s it
+        sends neither feedback nor a change of the goal's status.
 
-        The goal gets the id `goal_id`, 16 bytes or a uuid.UUID, or else a new one. If `keep`, only
-        `run.cancel` cancels it: it goes on when the block is left in whatever way, when it is accepted after
-        nobody waits any more, and when its server counts as stuck. A goal is sent once.
+        The goal gets the id `goal_id`, 16 bytes or a uuid.UUID, or else a new one. With `keep`, only
+        `run.cancel` cancels the goal: it goes on if the block is left in any way, if it is accepted too late,
+        or if its server counts as stuck. A goal is sent once.
 
-        Raises TypeError for values that are no such goal, time or id, ValueError for nan, a heartbeat that is
-        not above 0, and an id of another length or of zeros only.
+        Raises TypeError for a goal, time or id of a wrong type. Raises ValueError for nan, for a heartbeat
+        that is not above 0, and for an id of another length or of zeros only.
         """
         message = message_of(self._core.goal_type, goal, fields)
         limits = self._limits(timeout, grace, heartbeat)
@@ -105,7 +105,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return Run(self._core, message, limits, own_id, keep=keep)
 
     def _limits(self, timeout: float | None, grace: float, heartbeat: float | None) -> Limits:
-        """Check times before anything is sent, which an error would leave behind."""
+        """Check the times, before a goal is sent that an error would leave without a run."""
         limit = self._timeout if timeout is None else timeout
         for what, given in (('timeout', limit), ('grace', grace), ('heartbeat', heartbeat)):
             if given is not None:
@@ -117,23 +117,23 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
     def attach(
         self, goal_id: bytes | UUID, *, timeout: float | None = None, heartbeat: float | None = None
     ) -> Run[ResultT, FeedbackT]:
-        """Make a run of a goal that was sent before, by any client: `async with client.attach(id) as run:`.
+        """Make a run of a goal that any client has sent before: `async with client.attach(id) as run:`.
 
-        Nothing is sent but the request for the result. Entering the block waits for a server. The run then
-        gives the feedback from now on, the status, the result and `cancel`. Leaving the block never cancels
-        the goal. If the server does not know the goal, the result raises ServerLostError. Times are those of
-        `send`. Entering raises GoalIdTaken if this client follows that goal already. Raises as `send` does
-        for a time or an id.
+        Only the request for the result is sent. To enter the block waits for a server. The run then has the
+        feedback from now on, the status, the result and `cancel`. To leave the block never cancels the goal.
+        If the server does not know the goal, the result raises ServerLostError. The times mean the same as in
+        `send`. To enter raises GoalIdTaken if this client follows that goal already. Raises as `send` does
+        for a wrong time or id.
         """
         limits = self._limits(timeout, 0.0, heartbeat)
         return AttachedRun(self._core, read_goal_id(goal_id), limits)
 
     async def probe(self, goal_id: bytes | UUID, *, timeout: float = 10.0) -> GoalProbe[ResultT]:
-        """Ask the server how a goal stands that was sent before, by any client; nothing changes there.
+        """Ask the server for the state of a goal that any client has sent before. This changes nothing there.
 
-        This takes 1 to 2 s for a goal that runs, 2 s for an unknown one, `timeout` s at most. If there is no
-        server, or two, or none that answers, the state is CANNOT_TELL. Raises InvalidHandle once closed,
-        ShutDownError; TypeError and ValueError as `send` does for a time or an id.
+        This takes 1 to 2 s for a running goal, 2 s for an unknown one, `timeout` s at most. If there is no
+        server, if there are two, or if the server does not answer, the state is CANNOT_TELL. Raises
+        InvalidHandle once closed, ShutDownError; TypeError and ValueError as `send` does for a time or an id.
         """
         timeout_ns(timeout, 'timeout')
         return await probe_goal(self._core, read_goal_id(goal_id), timeout)
@@ -148,18 +148,18 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         heartbeat: float | None = None,
         **fields: object,
     ) -> ResultT:
-        """Send a goal and wait for its result; raises as entering a run and awaiting its result do.
+        """Send a goal and wait for its result. Raises as a run does on entering and on awaiting its result.
 
-        Cancelling this cancels the goal.
+        If the task that waits here is cancelled, the goal is cancelled, too.
         """
         message = cast('GoalT', message_of(self._core.goal_type, goal, fields))
         async with self.send(message, timeout=timeout, grace=grace, heartbeat=heartbeat) as run:
             return await run.result
 
     async def cancel_all_goals(self, *, timeout: float | None = None) -> CancelAnswer:
-        """Ask the server to cancel every goal, whoever has sent it.
+        """Ask the server to cancel every goal, also those of other clients.
 
-        Raises NoServerError or DeadlineError at the end of `timeout` s, if it is given, ServerLostError,
+        Raises NoServerError or DeadlineError after `timeout` s, if a timeout is given, ServerLostError,
         ServerFailedError; InvalidHandle once closed, ShutDownError.
         """
         return await self._cancel(0, timeout)
@@ -190,7 +190,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return CancelAnswer(CancelCode(response.return_code), goals)
 
     def server_view(self) -> ServerView:
-        """Return what this client sees of the server now: its incarnation, and the goals that it tells of."""
+        """Return this client's view of the server: its incarnation, and the goals in its status array."""
         core = self._core
         there = core.node.context.graph.entities(EndpointKind.SERVICE, core.goal_service)
         return ServerView(
@@ -203,7 +203,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         await attempt.until(self._core.server_is_there, self._core.goal_service)
 
     def statistics(self) -> ActionClientStatistics:
-        """Count goals and feedback."""
+        """Return the counts of goals and feedback."""
         return self._core.statistics()
 
     def close(self) -> None:

@@ -1,8 +1,8 @@
-"""Asks an action server about a goal that was sent before, without sending anything but requests for results.
+"""Asks an action server about a goal that was sent before, only by requests for results.
 
 A server answers a request for the result of an unknown goal at once, and that of a running goal when it ends.
-So silence can mean two things: the goal runs, or the server is away. A second request, for an id that was
-just made up, tells these apart: a server that is there answers it at once.
+So silence can mean two things: the goal runs, or the server has gone. A second request, with a new random id,
+tells these apart: a running server answers it at once.
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ if TYPE_CHECKING:
 ResultT = TypeVar('ResultT')
 
 ASK_AGAIN_S = 1.0
-"""How long one answer is waited for: the first request of a new client may be lost in discovery."""
+"""How long to wait for one answer before the request is repeated: a new client's first one may be lost."""
 APART_S = 2.0
-"""Between two answers that the goal is unknown: meanwhile a goal on its way arrives, and the status array."""
+"""The time between two answers "unknown goal". A goal or a status array that is on its way arrives in it."""
 _SILENCES = 2
-"""How often the server has to be silent about a goal that is in no status array before it counts as known."""
+"""How many requests stay unanswered before a goal that is in no status array counts as running."""
 
 
 class GoalState(Enum):
-    """How a goal stands with its server."""
+    """The state of a goal at its server."""
 
     RUNNING = 'running'
-    """The server has it, and it has not ended: `attach` follows it."""
+    """The goal has not ended: `attach` can follow it."""
     ENDED = 'ended'
-    """It has ended, and the server still had its result."""
+    """The goal has ended, and the server has sent its result."""
     RESULT_GONE = 'result gone'
-    """It has ended as the status says; the server no longer has the result."""
+    """The goal has ended with the given status, but the server no longer has the result."""
     UNKNOWN = 'unknown'
-    """The server does not have it. It never arrived, was refused, or was forgotten after its end or with a
-    restart of the server: servers do not tell these apart."""
+    """The server does not know the goal. It never arrived, or was refused, or was forgotten after its end or
+    a restart of the server: the answers do not tell which."""
     CANNOT_TELL = 'cannot tell'
-    """No conclusion; `why` says the reason. Never send the goal again on this."""
+    """The state could not be found out; `why` has the reason. Do not send the goal again because of this."""
 
 
 @record
@@ -56,11 +56,11 @@ class GoalProbe(Generic[ResultT]):
 
     state: GoalState
     status: GoalStatus = GoalStatus.UNKNOWN
-    """The last that the server has published or answered; UNKNOWN if it has said nothing of the goal."""
+    """The last status that the server has published or answered; UNKNOWN if there was none."""
     result: ResultT | None = None
-    """The result of a goal that has ENDED, whatever its status; else None."""
+    """The result if the state is ENDED, whatever the status; otherwise None."""
     why: str = ''
-    """How this is known, in a sentence."""
+    """The reason for the conclusion, in one sentence."""
 
 
 async def probe_goal(core: ActionClientCore, goal_id: GoalId, timeout: float) -> GoalProbe[Any]:
@@ -97,7 +97,7 @@ class _Inquiry:
         self._goal_id = goal_id
         self._limit = limit
         self.so_far = 'the server did not answer'
-        """Why there is no conclusion yet."""
+        """The reason why there is no conclusion yet."""
 
     async def conclude(self) -> GoalProbe[Any]:
         """Ask again and again. Raises DeadlineError, and whatever ends a request."""
@@ -139,9 +139,9 @@ class _Inquiry:
         return GoalProbe(GoalState.UNKNOWN, status, None, why)
 
     async def _ask(self) -> tuple[bool, Any]:
-        """Ask for this goal's result and that of an id nobody has: was the latter answered, and the former.
+        """Ask for the results of this goal and of a new random id.
 
-        The former's response is None if there was none.
+        Return whether the request for the random id was answered, and the response for this goal or None.
         """
         ours = self._core.results.ask_once(self._goal_id, self._limit)
         control = self._core.results.ask_once(new_goal_id(), self._limit)
@@ -157,7 +157,7 @@ class _Inquiry:
             for asked in (ours, control):
                 asked.cancel()
                 with suppress(Exception):
-                    asked.exception()  # the exception counts as seen
+                    asked.exception()  # read it, or Python warns
 
     async def _pause(self, seconds: float) -> None:
         await self._wait(Future(), seconds)

@@ -50,18 +50,18 @@ FeedbackT = TypeVar('FeedbackT')
 
 
 class Limits(NamedTuple):
-    """How long a run may take, in s."""
+    """The time limits of a run, in s."""
 
     timeout: float | None
-    """The time for all of it, in s."""
+    """The limit of the whole run, from entering it to the result."""
     grace: float
-    """To end a goal that is cancelled since the block is left."""
+    """The limit for the end of a goal that is cancelled because the block is left."""
     heartbeat: float | None
-    """Between two signs of life of the server."""
+    """The longest time between two signs of life of the server."""
 
 
 class Run(Generic[ResultT, FeedbackT]):
-    """Made by ActionClient.send and ActionClient.attach; `async with` it, once."""
+    """The run of one goal, made by ActionClient.send and attach. Enter it once by `async with`."""
 
     _not_entered = 'was not sent: async with client.send(…) as run:'
 
@@ -74,7 +74,7 @@ class Run(Generic[ResultT, FeedbackT]):
         *,
         keep: bool = False,
     ) -> None:
-        """`goal_id` is an id of the program's own. If `keep`, only `cancel` cancels the goal."""
+        """`goal_id` is an id that the program has chosen. With `keep`, only `cancel` cancels the goal."""
         self._core = core
         self._goal = goal
         self._limits = limits
@@ -98,7 +98,7 @@ class Run(Generic[ResultT, FeedbackT]):
 
     @property
     def status(self) -> GoalStatus:
-        """Where the goal stands, as far as is known here."""
+        """The latest status of the goal that this client has received."""
         return self._record.status
 
     @property
@@ -111,15 +111,15 @@ class Run(Generic[ResultT, FeedbackT]):
 
     @property
     def result(self) -> Awaitable[ResultT]:
-        """Await it, as often as you like, for the result of a goal that was reached.
+        """The result of a successful goal, to be awaited, also several times.
 
-        Otherwise it raises GoalAborted, GoalCanceled, DeadlineError, ServerStuckError, ServerLostError or
-        ServerFailedError; ShutDownError, InvalidHandle where the client is closed.
+        To await it raises GoalAborted, GoalCanceled, DeadlineError, ServerStuckError, ServerLostError or
+        ServerFailedError; ShutDownError, InvalidHandle if the client is closed.
         """
         return _Result(self)
 
     async def cancel(self, *, timeout: float | None = None) -> bool:
-        """Ask the server to cancel the goal; True if it will. The result tells how that went.
+        """Ask the server to cancel the goal; True if it accepts that. The result tells how the goal ended.
 
         Raises DeadlineError, ServerLostError, ServerFailedError, ShutDownError.
         """
@@ -142,8 +142,8 @@ class Run(Generic[ResultT, FeedbackT]):
         """Wait for a server, send the goal, wait until it is accepted; an attached run sends nothing.
 
         Raises GoalRefused, NoServerError, DeadlineError, ServerLostError, ServerFailedError; ShutDownError,
-        InvalidHandle; EncodeError if a field cannot go on the wire; GoalIdTaken, with nothing sent, for an id
-        that this client has had or that is in the server's latest status array.
+        InvalidHandle; EncodeError for a field that cannot be encoded. Raises GoalIdTaken, and sends nothing,
+        for an id that this client has used or that is in the server's latest status array.
         """
         if self._attempt is not None:
             raise ClosedError('this run was entered before: send the goal again')
@@ -156,7 +156,7 @@ class Run(Generic[ResultT, FeedbackT]):
             has_begun = True
         finally:
             if not has_begun:
-                self._discard()  # the block is not entered, so nobody leaves it
+                self._discard()  # the block was not entered, so __aexit__ will not run
         if attempt.deadline is not None:
             delay = delay_s(attempt.deadline - context.shutdown_signal.clock.now())
             self._alarm = asyncio.get_running_loop().call_later(delay, self._stream.close)
@@ -180,17 +180,17 @@ class Run(Generic[ResultT, FeedbackT]):
             self._take(sending)
         except asyncio.CancelledError:
             if self._keep:
-                sending.cancel()  # only our waiting for the answer
+                sending.cancel()  # the cancellation concerns only the wait for the answer
             else:
                 await self._cancel_late(sending)
             raise
 
     def _take(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
-        """Look at the server's answer to the goal, and ask for its result at once if it was accepted."""
+        """Read the server's answer to the goal; if it was accepted, ask for its result at once."""
         attempt = self._attempt
         try:
             handle = sending.result()
-        except RemoteError:  # an answer that cannot be read: the server may have taken the goal
+        except RemoteError:  # the answer cannot be read: the server may have accepted the goal
             self._core.discard_goal(self._record, '')
             if not self._keep:
                 self._core.cancel_quietly(self._id)
@@ -228,16 +228,16 @@ class Run(Generic[ResultT, FeedbackT]):
         return CallContext(self._core.node.context, 'action', self._core.full_name, self._limits.grace)
 
     def _discard(self) -> None:
-        """Hold no feedback, and wait for no result of a goal that goes on."""
+        """Drop the feedback, and stop waiting for the result, of a goal that goes on."""
         self._stream.discard()
         answer = self._answer
         if answer is not None:
-            # Look at its outcome, now or later, since nobody else does: else Python warns.
+            # Read the outcome when it comes, so that Python does not warn of an exception never retrieved.
             answer.add_waker(partial(_look_at, answer))
             answer.cancel()
 
     async def _cancel_late(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
-        """Cancel the goal if its server still accepts it: nobody waits for it any more."""
+        """Cancel the goal if its server accepts it too late, when nobody waits for it any more."""
         limit = self._limit()
         try:
             await limit.settle(sending)
@@ -250,9 +250,9 @@ class Run(Generic[ResultT, FeedbackT]):
             await self._stop(limit)
 
     def _on_stuck(self) -> None:
-        """The server has been silent too long: end the run.
+        """End the run, since the server has been silent too long.
 
-        A goal that is not to be kept is cancelled should the server wake up.
+        Without `keep` the server is asked to cancel the goal, in case that it wakes up.
         """
         attempt, answer = self._attempt, self._answer
         assert attempt is not None
@@ -291,15 +291,15 @@ class Run(Generic[ResultT, FeedbackT]):
         get_logger(self._core.node.logger_name).warning(f"Action '{self._core.full_name}': {what}")
 
     async def wait(self) -> ResultT:
-        """Wait for the result; the same as awaiting `result`."""
+        """Wait for the result, as `await run.result` does."""
         attempt, answer = self._attempt, self._answer
         if attempt is None or answer is None:
-            raise ClosedError("a run's result is there in its block: async with client.send(…) as run:")
+            raise ClosedError("a run's result is there only in its block: async with client.send(…) as run:")
         try:
             await attempt.settle(answer)
             if answer.cancelled():
                 raise ClosedError(
-                    "a run's block was left while its goal went on: its result is not waited for"
+                    "the run's block was left while the goal went on: nobody waits for the result any more"
                 )
             response: Any = answer.result()
         except CallError as error:
@@ -313,8 +313,8 @@ class Run(Generic[ResultT, FeedbackT]):
 def _refuse_known_id(core: ActionClientCore, goal_id: GoalId) -> None:
     """Raise GoalIdTaken for an id that was seen before.
 
-    A server that knows an id must not get it again: rclcpp's leaves its executor with an exception, and one
-    whose result has expired would run the goal a second time.
+    A server must not get a known id again. In rclcpp it would end the executor with an exception. A server
+    that has dropped the result already would run the goal a second time.
     """
     known = core.goals.find(goal_id)
     if core.streams.published_status(goal_id) or (known is not None and (known.sent_at or known.status)):
@@ -340,7 +340,7 @@ def _failure(attempt: CallContext, response: Any, reason: str) -> CallError:
 
 
 class _Result(Generic[ResultT]):
-    """Awaiting it waits for a run's result, each time anew."""
+    """An awaitable for a run's result, which can be awaited several times."""
 
     def __init__(self, run: Run[ResultT, Any]) -> None:
         self._run = run
@@ -355,7 +355,7 @@ class _Feedback(Generic[FeedbackT]):
     def __init__(self, core: ActionClientCore, stream: AsyncQueue[Sample]) -> None:
         self._core = core
         self._stream = stream
-        # Only the feedback: nobody reads the goal id in the message around it.
+        # Decodes only the feedback itself; the message around it holds also the goal id, which nobody reads.
         self._decode: Callable[[bytes], FeedbackT] = codec.decoder(core.support.cls.Feedback)  # type: ignore[attr-defined]
 
     def __aiter__(self) -> Self:
@@ -375,8 +375,8 @@ class _Feedback(Generic[FeedbackT]):
 class Heartbeat:
     """Calls `stuck` once, in the loop, when a goal's server was silent for `period` s.
 
-    A sign of life costs one look at the clock; the timer is set anew only when it rings. The silence of a
-    goal that is known to wait for its turn (ACCEPTED) means nothing.
+    A sign of life only reads the clock; the timer is set again only when it fires. Silence is ignored while
+    the goal waits for its turn (ACCEPTED).
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""An action server of the asyncio API: each goal runs as a coroutine; cancelling the goal cancels that."""
+"""The action server of the asyncio API. Each goal runs as a coroutine, which is cancelled with the goal."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FeedbackT = TypeVar('FeedbackT')
 
 
 class Goal(Generic[GoalT, FeedbackT]):
-    """A goal, as its handler gets it."""
+    """A goal that is passed to its handler."""
 
     def __init__(self, handle: ServerGoalHandle[GoalT, Any, FeedbackT], feedback_type: type) -> None:
         self._handle = handle
@@ -46,7 +46,7 @@ class Goal(Generic[GoalT, FeedbackT]):
         return self._handle.goal_id_bytes
 
     def feedback(self, message: FeedbackT | None = None, /, **fields: object) -> None:
-        """Send feedback to the client: a message, or one that is made of `fields`.
+        """Send feedback to the client: a message, or `fields` from which a message is made.
 
         Raises TypeError for another type, EncodeError, InvalidHandle once the server is closed.
         """
@@ -109,7 +109,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
     def _cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> CancelResponse:
         task = self._running.get(handle.goal_id_bytes)
         if task is not None:
-            task.cancel()  # the task learns of it in a later turn of the loop, when the goal is CANCELING
+            task.cancel()  # the task is cancelled in a later turn of the loop, when the goal is CANCELING
         return CancelResponse.ACCEPT
 
     async def _execute(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> object:
@@ -121,7 +121,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
             result = await self._run(handle)
         except asyncio.CancelledError:
             if handle.is_active and not handle.is_cancel_requested:
-                raise  # the node's block is left: the goal is aborted
+                raise  # the node is closing, since its block was left: the goal is aborted
             task.uncancel()
             result = None
         except GoalAborted as aborted:
@@ -175,11 +175,11 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         self._core.logger.error(f"Action '{self.name}': {what}\n{traceback_text(error)}")
 
     def statistics(self) -> ActionServerStatistics:
-        """Count goals, requests and feedback."""
+        """Return the counts of goals, requests and feedback."""
         return self._core.statistics()
 
     def close(self) -> None:
-        """Take no more goals. Running goals are aborted, and their handlers cancelled. Idempotent."""
+        """Accept no more goals. Running goals are aborted, and their handlers cancelled. Idempotent."""
         self._core.destroy()
         calling = asyncio.current_task()
         for task in list(self._running.values()):
