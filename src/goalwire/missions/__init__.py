@@ -1,4 +1,4 @@
-"""Durable missions: async functions whose steps are in a journal, and go on where they were after a crash.
+"""Durable missions: async functions whose steps are kept in a journal, so that they go on after a crash.
 
 `from goalwire.missions import Runner, mission`. See docs/how-to/missions.md.
 """

@@ -1,4 +1,4 @@
-"""A service call as a step. No service can be asked whether it had a request: marks and people help."""
+"""A service call as a step. A service cannot tell if it got a request: the mission or a person decides."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     import goalwire
 
 _CERTAIN = (NoServerError, RefusedError, ServerFailedError)
-"""Ends of a call after which it is known that it did not happen, or how it failed."""
+"""Errors after which it is certain that the call did not happen, or how it failed."""
 
 
 @record
 class CallRequest:
-    """What a mission asks for: one call of a service."""
+    """A mission's request to call a service once."""
 
     service_type: Any
     name: str
@@ -32,7 +32,7 @@ class CallRequest:
 
 
 class CallStep:
-    """Makes one call, from wherever the journal says that it stands."""
+    """Makes one call, or goes on with it from the state in the journal."""
 
     def __init__(self, step: LiveStep, request: CallRequest) -> None:
         self._step = step
@@ -40,7 +40,7 @@ class CallStep:
         self._client: goalwire.Client[Any, Any] = step.clients.service(request.service_type, request.name)
 
     async def perform(self) -> Outcome:
-        """Return the response, or why there is none."""
+        """Return the response, or the error."""
         step, request = self._step, self._request
         intent = step.history.intent
         try:
@@ -81,7 +81,7 @@ class CallStep:
         return Outcome(response, message_type=self._request.service_type.Response)
 
     async def _decide(self, why: str) -> Outcome:
-        """Nobody knows whether the call happened: what the mission, or a person, says counts."""
+        """Let the mission or a person decide, since it is unknown whether the call happened."""
         self._step.lift_limit()
         evidence = f'the call may have happened: {why}'
         decision = await self._step.decide_lost(self._request.if_lost, self._request.request, evidence)

@@ -1,4 +1,4 @@
-"""Does the code of today fit the missions of yesterday? Their code is run against their journals, dry."""
+"""The check whether changed code fits open missions: it runs against their journals, and does nothing."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 class _JournalIsOver(BaseException):
-    """The code has come to a step that has not ended: from there on things would happen."""
+    """Ends the check: the code has come to a step that has not ended, and would have to be carried out."""
 
 
 class _Nobody:
-    """Carries out no step."""
+    """A performer that carries out no step."""
 
     async def perform(self, history: StepHistory, how: Perform, *, is_undoing: bool) -> Outcome:  # noqa: ARG002
         raise _JournalIsOver

@@ -1,4 +1,4 @@
-"""The clients that a runner's missions share: one for each action and each service."""
+"""The clients that a runner's missions share, one for each action and each service."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Clients:
         return client
 
     def listened(self, client: goalwire.ActionClient[Any, Any, Any]) -> float:
-        """Return for how many s this client hears the server."""
+        """Return for how many s this client has received the server's topics."""
         return self._machine.steady() - self._since[client.name]
 
     def service(self, service_type: Any, name: str) -> goalwire.Client[Any, Any]:

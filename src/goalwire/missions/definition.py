@@ -1,4 +1,4 @@
-"""The decorator of missions, and the fingerprint by which changed code is known."""
+"""The decorator of missions, and the fingerprint that shows if their code has changed."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from goalwire.rules.missions.holding import Resume
 
 MissionFunction: TypeAlias = 'Callable[..., Awaitable[Any]]'
-"""`async def mission(m, *arguments)`. It returns a value that JSON can hold."""
+"""A mission's function: `async def mission(m, *arguments)`. It returns a value that JSON can hold."""
 ResumeCheck: TypeAlias = 'Callable[[goalwire.Node], Awaitable[bool | str]]'
-"""Says whether the world allows the mission to go on: False, or a text that says why not."""
+"""A check if the mission may go on: it returns True, or False or a text with the reason."""
 
 
 @record
 class Definition:
-    """A mission's function and what its decorator says. Made by `mission`."""
+    """A mission's function and the arguments of its decorator. `mission` makes it."""
 
     function: MissionFunction
     name: str
@@ -31,7 +31,7 @@ class Definition:
     timeout: float | None
 
     def __call__(self, steps: object, *arguments: Any) -> Awaitable[Any]:
-        """Begin the function."""
+        """Call the function."""
         return self.function(steps, *arguments)
 
     @property
@@ -54,11 +54,11 @@ def mission(
 ) -> Callable[[MissionFunction], Definition]:
     """Make an `async def` function a mission: `@mission(version=1)`.
 
-    After a reboot of the machine, and where the runner was away for more than 60 s, a mission with
-    `resume='ask'` waits for a person before anything moves; with 'auto' it goes on. `resume_check(node)` is
-    awaited before it goes on after any restart of its runner, and holds the mission if it says no. The whole
-    mission may take `timeout` s, the time without a runner included; then it is stopped, and its undo steps
-    run. `name` is what the journal knows it by, the function's own by default.
+    After a reboot of the machine, or if the runner was away for more than 60 s, a mission with `resume='ask'`
+    waits for a person before anything moves; with 'auto' it goes on. After every restart of the runner
+    `resume_check(node)` is awaited first; if it does not return True, the mission is held. The whole mission
+    may take `timeout` s, including the time without a runner; then it is stopped, and its undo steps run.
+    `name` is the mission's name in the journal, by default that of the function.
 
     Raises TypeError for anything but an `async def` function, ValueError for another `resume`.
     """

@@ -1,4 +1,4 @@
-"""A lock beside a journal's file, which a runner holds as long as it lives. It ends with its process."""
+"""A lock file beside a journal, which a runner holds as long as it lives. The lock ends with the process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LARGEST = 200
 
 
 class FileLock:
-    """Held from its making to `close`. The file also says when its holder was last seen alive."""
+    """A lock that is held from its creation to `close`. Its file also has the last time of a sign of life."""
 
     def __init__(self, path: Path) -> None:
         """Take the lock. Raises JournalError if another runner has it, or the file cannot be made."""
@@ -24,11 +24,11 @@ class FileLock:
         if not _try_to_lock(self._descriptor):
             os.close(self._descriptor)
             raise JournalError(
-                f"another runner has '{path}': one runner a journal, so that no step runs twice"
+                f"another runner has '{path}': a journal has only one runner, so that no step runs twice"
             )
 
     def last_seen(self) -> Sighting | None:
-        """Return when a holder was last seen; None if nobody was."""
+        """Return the last sign of life of a holder; None if there was none."""
         os.lseek(self._descriptor, 1, os.SEEK_SET)
         boot, _, steady = os.read(self._descriptor, _LARGEST).decode(errors='replace').strip().rpartition(' ')
         try:
@@ -37,9 +37,9 @@ class FileLock:
             return None
 
     def note(self, now: Sighting) -> None:
-        """Say that the holder is alive. This survives the process, and need not survive the machine."""
+        """Record a sign of life. It outlives the process, but perhaps not a crash of the machine."""
         text = f' {now.boot} {now.steady:.3f}\n'.encode().ljust(_LARGEST)
-        os.lseek(self._descriptor, 0, os.SEEK_SET)  # the first byte is the locked one on Windows
+        os.lseek(self._descriptor, 0, os.SEEK_SET)  # on Windows the first byte is locked
         os.write(self._descriptor, text)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Before each step that is not in the journal yet: may the mission go on, or does a person have to say so?"""
+"""The gate before each new step: the mission may go on, or a person has to allow it first."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class Gate:
-    """Closed while a mission is held after a restart, or paused. A mission that is stopped passes it."""
+    """Closed while a mission is paused, or held after a restart. A stopped mission passes the gate."""
 
     def __init__(self, run: Host, held: str, *, must_check: bool) -> None:
-        """`held` says why the mission waits for a person; if it `must_check`, the world is asked first."""
+        """`held` says why the mission waits for a person. `must_check`: call `resume_check` first."""
         self._run = run
         self._held = held
         self._check = run.definition.resume_check if must_check else None
@@ -24,12 +24,12 @@ class Gate:
         self._opened = asyncio.Event()
 
     def open(self) -> None:
-        """A person says that the mission may go on; the world is asked nevertheless."""
+        """Let the mission go on, since a person allows it; a pending `resume_check` is still called."""
         self._held, self.is_paused = '', False
         self.wake()
 
     def wake(self) -> None:
-        """Have the gate look again."""
+        """Let the gate check its state again."""
         self._opened.set()
 
     async def wait(self) -> None:

@@ -1,8 +1,8 @@
-"""A goal as a step: it is sent once, or somebody is asked.
+"""A goal as a step. It is sent only once; if that is uncertain, a person is asked.
 
-The intent is in the journal before the goal is sent, with what the server showed at that moment. Whenever the
-answer is missing, since the runner or the server was restarted, or the link was cut, the server is asked. The
-goal is sent again only if it is certain that it never arrived, and then with the same id.
+The journal has the intent before the goal is sent, with the server's state at that moment. If the answer is
+missing because the runner or the server was restarted, or the link was cut, the server is asked about the
+goal. The goal is sent again only if it is certain that it never arrived, and then with the same id.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ CANCEL_S = 10.0
 
 
 class _Move(Enum):
-    """What is done next about the goal."""
+    """The next thing to do about the goal."""
 
     SEND = auto()
     ASK = auto()
@@ -47,7 +47,7 @@ class _Move(Enum):
 
 @record
 class GoalRequest:
-    """What a mission asks for: a goal of an action."""
+    """A mission's request to carry out a goal of an action."""
 
     action_type: Any
     name: str
@@ -55,11 +55,11 @@ class GoalRequest:
     timeout: float | None
     if_lost: IfLost
     kept: float
-    """How many s the server keeps results at least."""
+    """The least time in s for which the server keeps results."""
 
 
 class GoalStep:
-    """Carries one goal out, from wherever the journal says that it stands."""
+    """Carries out one goal, or goes on with it from the state in the journal."""
 
     def __init__(self, step: LiveStep, request: GoalRequest) -> None:
         self._step = step
@@ -70,14 +70,15 @@ class GoalStep:
         self._interruption: Interrupted | None = None
         self._refusal: GoalRefused | None = None
         self._may_be_known = self._intent is not None or step.must_probe
-        """True if a server may know the id: then a refusal does not say that the goal did not run."""
+        """True if a server may know the id already: then a refusal does not mean that the goal did not
+        run."""
 
     @property
     def _goal_id(self) -> bytes:
         return self._step.goal_id(self._attempt)
 
     async def perform(self) -> Outcome:
-        """Return how the goal ended, or how it was decided that it did."""
+        """Return the goal's outcome: as the server reports it, or as the mission or a person decides."""
         try:
             move = await self._open()
         except (Interrupted, NoServerError) as error:  # nothing was sent
@@ -95,7 +96,7 @@ class GoalStep:
     # -- the intent ----------------------------------------------------------------------------------------
 
     async def _open(self) -> _Move:
-        """Write the intent, unless it is in the journal: then the goal may have been sent."""
+        """Write the intent and choose to send; if the journal has an intent, choose to ask the server."""
         step = self._step
         if self._intent is not None:
             step.limit(self._intent, self._request.timeout)
@@ -126,7 +127,7 @@ class GoalStep:
     # -- sending and following -----------------------------------------------------------------------------
 
     async def _follow(self, *, again: bool) -> Outcome | None:
-        """Send the goal, or attach to it, and wait for its end. None: the server has to be asked."""
+        """Send the goal, or attach to it, and wait for its end. Return None if the server must be asked."""
         run: goalwire.Run[Any, Any]
         was_known = True
         if again:
@@ -167,7 +168,7 @@ class GoalStep:
             return self._failed(failure)
 
     async def _note_interruption(self, why: Interrupted) -> None:
-        """Write that the goal is to be cancelled, before it is: a later life then knows who did it."""
+        """Write that the goal will be cancelled, so that after a restart it is known who has cancelled it."""
         self._interruption = why
         self._step.lift_limit()
         if why.is_stop:
@@ -175,7 +176,7 @@ class GoalStep:
         await self._step.write(Entry(EntryKind.CANCEL, self._step.number, {'why': str(why)}))
 
     async def _cancel(self, run: goalwire.Run[Any, Any]) -> Outcome:
-        """Cancel the goal since its time is over, or the mission is stopped."""
+        """Cancel the goal, since its time is over or the mission is stopped."""
         assert self._interruption is not None
         with suppress(CallError):
             await run.cancel(timeout=CANCEL_S)
@@ -191,7 +192,7 @@ class GoalStep:
         return Outcome(result, message_type=self._request.action_type.Result)
 
     def _failed(self, failure: GoalFailed) -> Outcome:
-        """The goal ended without success; if this mission cancelled it, its reason for that counts."""
+        """Return the outcome of a failed goal: the mission's own error if the mission has cancelled it."""
         if self._interruption is not None and isinstance(failure, GoalCanceled):
             return Outcome(error=self._interruption.error)
         return Outcome(error=failure)
@@ -205,7 +206,7 @@ class GoalStep:
     # -- asking the server ---------------------------------------------------------------------------------
 
     async def _find_out(self) -> Outcome | _Move:
-        """Ask the server how the goal stands, until it can tell."""
+        """Ask the server for the goal's state until there is a conclusion."""
         while True:
             try:
                 found = await self._step.until_stopped(self._client.probe(self._goal_id))
@@ -219,7 +220,7 @@ class GoalStep:
                 await self._note_interruption(why)
 
     async def _conclude(self, found: goalwire.GoalProbe[Any]) -> Outcome | _Move | None:
-        """Return what follows from a server's answer; None if it has to be asked again."""
+        """Return the outcome or next move for a server's answer; None if it must be asked again."""
         match found.state:
             case goalwire.GoalState.RUNNING:
                 return _Move.FOLLOW
@@ -267,22 +268,22 @@ class GoalStep:
 
     @property
     def _was_just_written(self) -> bool:
-        """True if nothing was sent for the intent yet: the server was asked to make sure."""
+        """True if this life has written the intent, and has asked the server before it sends anything."""
         return self._step.must_probe and self._step.history.intent is not self._intent
 
     def _send_again(self) -> Outcome | _Move:
-        """The goal never ran: send it, unless it was refused, or is not wanted any more."""
+        """Send a goal that has never run, unless it was refused or the mission does not want it any more."""
         self._step.must_probe = False
         if self._interruption is not None:
             return Outcome(error=self._interruption.error)
         if self._refusal is not None:
             return Outcome(error=self._refusal)
-        # A client that has sent the id refuses to send it again, so that none is sent twice by mistake.
+        # A client refuses to send an id twice, as a protection against mistakes: so this needs a new client.
         self._client = self._step.clients.renew_action(self._request.action_type, self._request.name)
         return _Move.SEND
 
     async def _decide(self, why: str) -> Outcome | _Move:
-        """Nobody knows whether the goal ran: what the mission, or a person, says counts."""
+        """Let the mission or a person decide, since it is unknown whether the goal has run."""
         self._step.lift_limit()  # people take their time
         goal_id = self._goal_id.hex()
         evidence = f'goal {goal_id} may have run, wholly or in part: {why}'

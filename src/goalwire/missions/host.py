@@ -1,4 +1,4 @@
-"""What steps, the gate and the player need of the mission that they are in. MissionRun fulfils it."""
+"""The interface of a running mission for its steps, its gate and its player. MissionRun implements it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Host(Protocol):
-    """A mission that is being run."""
+    """A running mission."""
 
     row: MissionRow
     definition: Definition
@@ -25,7 +25,7 @@ class Host(Protocol):
     machine: Machine
     state: MissionState
     stop: Entry | None
-    """Why the mission is to be stopped."""
+    """The entry with the reason why the mission must stop; None if it need not."""
     stop_requested: asyncio.Event
 
     def entries(self) -> list[Entry]: ...

@@ -1,4 +1,4 @@
-"""A step that is being carried out: what every kind of step needs of its mission."""
+"""The common part of all steps that are being carried out."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 T = TypeVar('T')
 
 PAUSE_S = 1.0
-"""Between two questions to a server that cannot tell."""
+"""The pause before a server is asked again, if its answer allows no conclusion."""
 
 
 class Interrupted(Exception):
-    """A step is to end before its time: the mission is stopped, or the time of the step is over."""
+    """Raised in a step that must end early: the mission is stopped, or the step's time is over."""
 
     def __init__(self, error: Exception, *, is_stop: bool) -> None:
         super().__init__(str(error))
         self.error = error
-        """What the step then raises in the mission."""
+        """The error that the step then raises in the mission."""
         self.is_stop = is_stop
 
 
@@ -44,22 +44,22 @@ class LiveStep:
         self.machine = run.machine
         self.clients = run.clients
         self.must_probe = run.take_suspicion()
-        """True if the journal may have lost its last commit: the machine was restarted."""
+        """True if the journal may have lost its last commit, since the machine was restarted."""
         self._deadline: float | None = None
 
     @property
     def title(self) -> str:
-        """The step as people read it."""
+        """The step's name for people."""
         return f'step {self.number + 1}, {self.history.key}'
 
     def goal_id(self, attempt: int) -> bytes:
-        """Return the id of this step's goal, the same each time that it is asked for."""
+        """Return the id of this step's goal. It is the same in every life of the mission."""
         return self._run.goal_id(self.number, attempt)
 
     # -- writing -------------------------------------------------------------------------------------------
 
     async def begin(self, timeout: float | None, facts: dict[str, Json], data: bytes = b'') -> Entry:
-        """Write that the step is about to begin, and set its time limit."""
+        """Write the step's intent, and set its time limit."""
         begun = self.machine.sighting()
         body: dict[str, Json] = {
             **self.history.key.facts,
@@ -78,13 +78,13 @@ class LiveStep:
         await self._run.write(entry, state=state, why=why)
 
     def boundary(self, name: str) -> None:
-        """Tell the test kit where the step is."""
+        """Report a place to the test kit, which may let the program crash there."""
         self._run.boundary(name, self.title)
 
     # -- time ----------------------------------------------------------------------------------------------
 
     def age(self, intent: Entry) -> float | None:
-        """Return how many s ago an intent was written; None if the machine was restarted since."""
+        """Return how many s ago an intent was written; None if the machine was restarted since then."""
         if intent.body.get('boot') != self.machine.boot:
             return None
         return self.machine.steady() - float(str(intent.body['steady']))
@@ -103,11 +103,11 @@ class LiveStep:
         return None if self._deadline is None else max(self._deadline - self.machine.steady(), 0.0)
 
     def lift_limit(self) -> None:
-        """Let the step go on without a limit: it was reached, and its goal is cancelled."""
+        """Remove the step's time limit, for example since it is over and the goal is being cancelled."""
         self._deadline = None
 
     def ignore_stop(self) -> None:
-        """Let the step go on although the mission is stopped: it is cancelling its goal."""
+        """Let the step go on although the mission is stopped, so that it can cancel its goal."""
         self._ignores_stop = True
 
     async def until_stopped(self, awaitable: Awaitable[T]) -> T:
@@ -127,19 +127,19 @@ class LiveStep:
             await _end(task)
 
     async def pause(self, why: str) -> None:
-        """Say why the step does not get on, and wait a moment."""
+        """Show why the step cannot go on, and wait a moment."""
         await self._run.tell(why)
         await self.until_stopped(asyncio.sleep(PAUSE_S))
 
     # -- people --------------------------------------------------------------------------------------------
 
     async def ask(self, state: MissionState, question: str) -> str:
-        """Ask a person, once, and wait for the answer; raises Interrupted. The answer is in the journal."""
+        """Ask a person, once in all lives, and wait until the journal has the answer. Raises Interrupted."""
         answer = self._run.expect_answer(self.number)
         try:
             known = StepHistory(self.number, self.history.key, self._run.entries_of(self.number))
             answered = known.since_intent(EntryKind.ANSWERED)
-            if answered is not None:  # in an earlier life, or before this one came here
+            if answered is not None:  # answered before the restart, or before the step came here
                 return str(answered.body['answer'])
             asked = known.since_intent(EntryKind.ASKED)
             entries = () if asked else (Entry(EntryKind.ASKED, self.number, {'question': question}),)
@@ -149,7 +149,7 @@ class LiveStep:
             self._run.expect_no_answer()
 
     async def decide_lost(self, if_lost: IfLost, request: object, evidence: str) -> Decision:
-        """Decide about a step that may have happened; raises Interrupted while a person is asked."""
+        """Decide, as `if_lost` says, about a step that may have happened. Raises Interrupted."""
         question = f'{self.title}: {evidence}'
         if if_lost == 'ask':
             return Decision(await self.ask(MissionState.LOST, question))
@@ -163,7 +163,8 @@ class LiveStep:
 
 
 IfLost = str | Callable[[goalwire.Node, Any], Awaitable[bool]]
-"""'ask', 'again', 'done', 'fail', or `async def check(node, request)`: True if the step has happened."""
+"""The policy for a lost step: 'ask', 'again', 'done', 'fail', or `async def check(node, request)`, which
+returns True if the step has happened."""
 
 
 def check_if_lost(given: IfLost) -> None:
@@ -173,7 +174,7 @@ def check_if_lost(given: IfLost) -> None:
 
 
 async def _end(task: asyncio.Future[Any]) -> None:
-    """Cancel a task and wait until it has ended; its error counts as seen."""
+    """Cancel a task and wait until it has ended; ignore its error."""
     if not task.done():
         task.cancel()
         with suppress(asyncio.CancelledError):

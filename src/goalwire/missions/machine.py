@@ -1,4 +1,4 @@
-"""The clocks of the machine that a runner is on, and which of its boots this is."""
+"""The clocks of the machine on which a runner runs, and the id of the machine's current boot."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _BOOT_ACCURACY_S = 60
 
 
 class Machine:
-    """This machine. A test may put another one in its place, which reboots when it is told to."""
+    """This machine. A test can replace it by one that reboots on demand."""
 
     @property
     def boot(self) -> str:
-        """A text that differs between boots. Where the system has none it is the time of the boot.
+        """A text that differs between boots. If the system has no boot id, it is the time of the boot.
 
-        That time changes when the clock is set: then missions wait for a person once too often.
+        That time changes when the clock is set: then missions wait for a person although it is not necessary.
         """
         return _kernel_boot_id() or f'{(time.time() - time.monotonic()) // _BOOT_ACCURACY_S:.0f}'
 
@@ -33,7 +33,7 @@ class Machine:
         return time.time()
 
     def sighting(self) -> Sighting:
-        """Return this moment, for `why_held`."""
+        """Return the current boot and times, for `why_held`."""
         return Sighting(self.boot, self.steady())
 
 

@@ -1,6 +1,6 @@
-"""How a step ended, as the journal keeps it: a value, a message in CDR with its type hash, or an error.
+"""The outcome of a step, as the journal keeps it: a value, a message in CDR with its type hash, or an error.
 
-A mission that is started again gets from here what it got the first time, errors too.
+A mission that is started again gets the same outcomes as the first time, errors too.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @record
 class Outcome:
-    """A value or an error; a message as value has `message_type`."""
+    """A value or an error. If the value is a message, `message_type` is its class."""
 
     value: Any = None
     error: Exception | None = None
@@ -36,11 +36,11 @@ class Outcome:
 
 
 def encode_message(message: Any) -> tuple[dict[str, Json], bytes]:
-    """Return what a journal says of a message, and its CDR. Raises ValueError for one that is too large."""
+    """Return a message's facts for the journal, and its CDR. Raises ValueError if it is too large."""
     data = codec.encode(message)
     if len(data) > LARGEST_VALUE:
         raise ValueError(
-            f'a message in a journal has at most {LARGEST_VALUE:,} bytes, not {len(data):,}: '
+            f'a message in a journal may have at most {LARGEST_VALUE:,} bytes, not {len(data):,}: '
             'keep it in a file, and send a reference'
         )
     return {'message': type(message).__name__, 'hash': type_hash(type(message))}, data
@@ -54,7 +54,7 @@ def decode_message(body: Mapping[str, Json], data: bytes, cls: type) -> Any:
 
 
 def ended_entry(step: int, key: StepKey, outcome: Outcome) -> Entry:
-    """Return the entry for the end of a step. Raises TypeError and ValueError for values it cannot hold."""
+    """Return the entry for the end of a step. Raises TypeError or ValueError for unfit values."""
     body, data = _error_facts(outcome.error) if outcome.error is not None else _value_facts(outcome)
     as_json(body)
     return Entry(EntryKind.ENDED, step, key.facts | body, data)

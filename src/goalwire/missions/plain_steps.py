@@ -1,6 +1,7 @@
 """Steps that send nothing: waiting for a message, sleeping, asking a person, and code of the mission's own.
 
-They may begin anew after a restart without harm, but for own code, which runs at least once.
+After a restart they may begin again without harm, except for the mission's own code, which runs at least
+once.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 
 async def _begun(step: LiveStep, timeout: float | None = None) -> Entry:
-    """Return the step's intent, from the journal or new, with its time limit set."""
+    """Return the step's intent, from the journal or a new one, and set the time limit."""
     intent = step.history.intent
     if intent is None:
         return await step.begin(timeout, {})
@@ -37,7 +38,7 @@ async def wait_for_message(
     timeout: float | None,
     qos: goalwire.QoS | int,
 ) -> Outcome:
-    """Wait for a message that meets the condition. Its time begins with the step, not with a restart."""
+    """Wait for a message that meets the condition. The timeout starts with the step, not with a restart."""
     await _begun(step, timeout)
 
     async def receive() -> Any:
@@ -55,12 +56,12 @@ async def wait_for_message(
         return Outcome(
             error=DeadlineError(f"topic '{topic}': no such message came within {timeout} s", name=topic)
         )
-    except Exception as error:  # the condition's own
+    except Exception as error:  # an error of the condition itself
         return Outcome(error=_step_failed(error))
 
 
 async def sleep(step: LiveStep, seconds: float) -> Outcome:
-    """Sleep until `seconds` after the step began, the time without a runner included."""
+    """Sleep until `seconds` after the step's begin, including the time without a runner."""
     await _begun(step, seconds)
     try:
         await step.until_stopped(asyncio.Event().wait())

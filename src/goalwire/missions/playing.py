@@ -1,4 +1,4 @@
-"""Runs a mission's code from its beginning, and says how it ended."""
+"""Runs a mission's code from its beginning, and returns how it ended."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 async def play(run: Host, performer: Performer) -> Change:
-    """Run the code once; steps that are in the journal answer from there. Return what is to be written."""
+    """Run the code once, and return the change to write. Ended steps take their outcomes from the journal."""
     id_ = run.row.id
     replay = Replay(run.entries())
     value: Any = None
@@ -38,7 +38,7 @@ async def play(run: Host, performer: Performer) -> Change:
 
 
 async def _call_code(run: Host, steps: Steps) -> tuple[Any, Exception | None]:
-    """Return what the mission's function came to: a value, or an error."""
+    """Return the outcome of the mission's function: a value or an error."""
     try:
         value = await run.definition(steps, *run.row.arguments)
         as_json(value)

@@ -8,7 +8,7 @@ from goalwire.errors import MissionError
 from goalwire.rules.missions.entries import Decision, Entry, EntryKind, Json, MissionState
 
 ANSWERS = {'decide': tuple(Decision), 'approve': ('yes', 'no')}
-"""What may be answered, by the verb of the command."""
+"""The allowed answers, by the verb of the command."""
 
 
 def answer_body(verb: str, answer: str, state: MissionState, entries: Iterable[Entry]) -> dict[str, Json]:
@@ -20,7 +20,7 @@ def answer_body(verb: str, answer: str, state: MissionState, entries: Iterable[E
     if state is not wanted:
         raise MissionError(f'the mission asks no such question: it is {state}')
     if answer not in ANSWERS[verb]:
-        raise MissionError(f"'{answer}' is no answer: say {', '.join(ANSWERS[verb])}")
+        raise MissionError(f"'{answer}' is not an answer: say {', '.join(ANSWERS[verb])}")
     asked = [entry for entry in entries if entry.kind is EntryKind.ASKED]
     return {'step': asked[-1].step, 'answer': answer}
 

@@ -1,4 +1,4 @@
-"""One mission in its runner: its code, its journal, and what people want of it."""
+"""One mission in its runner: its code, its journal, and the commands of people."""
 
 from __future__ import annotations
 
@@ -29,11 +29,12 @@ if TYPE_CHECKING:
     from goalwire.missions.writer import Writer
 
 Boundary = Callable[[str, str], None]
-"""Told of each place where a crash may be tried: 'before write', 'after send', …, and the step."""
+"""A function of the test kit. It is called at each place where a crash can be tested, with the place's name
+('before write', 'after send', …) and the step."""
 
 
 class _JournalIsBroken(BaseException):
-    """Ends a mission's code, whatever it catches: nothing may happen any more that is not in the journal."""
+    """Ends a mission's code, even if that catches Exception: a later step would not be in the journal."""
 
 
 class MissionRun:
@@ -54,9 +55,9 @@ class MissionRun:
         was_restarted: bool = False,
         is_suspicious: bool = False,
     ) -> None:
-        """`held` says why the mission waits for a person, `was_restarted` that an earlier runner began it.
+        """`held` is the reason why the mission waits for a person. `was_restarted`: another runner began it.
 
-        If it `is_suspicious`, a disk may have lost the last commit: the machine was restarted.
+        `is_suspicious`: the machine was restarted, so the disk may have lost the last commit.
         """
         self.row = row
         self.definition = definition
@@ -81,7 +82,7 @@ class MissionRun:
         self._alarm: asyncio.TimerHandle | None = None
         self._stopping: asyncio.Future[None] | None = None
         self.stop: Entry | None = next((each for each in entries if each.kind is EntryKind.STOP), None)
-        """Why the mission is to be stopped."""
+        """The entry with the reason why the mission must stop; None if it need not."""
         if self.stop is not None:
             self.stop_requested.set()
 
@@ -94,13 +95,13 @@ class MissionRun:
         return self._entries
 
     def entries_of(self, step: int) -> tuple[Entry, ...]:
-        """Return what the journal has of one step."""
+        """Return the journal's entries of one step."""
         return tuple(entry for entry in self._entries if entry.step == step)
 
     # -- its life ------------------------------------------------------------------------------------------
 
     def begin(self) -> None:
-        """Run the mission's code, from its beginning or from where the journal ends."""
+        """Start the mission's code. Steps that have ended take their outcomes from the journal."""
         if not self.state.is_open:
             self.ended.set()
             return
@@ -110,7 +111,7 @@ class MissionRun:
         self._task = asyncio.ensure_future(self._main())
 
     async def close(self) -> None:
-        """End the code where it stands; the mission goes on with the next runner. Idempotent."""
+        """Stop the code at its current step; the mission goes on with the next runner. Idempotent."""
         if self._alarm is not None:
             self._alarm.cancel()
         if self._task is not None:
@@ -144,7 +145,7 @@ class MissionRun:
     # -- writing -------------------------------------------------------------------------------------------
 
     async def write(self, *entries: Entry, state: MissionState | None = None, why: str = '') -> None:
-        """Bring entries of this mission to the disk, and its new state. Nothing goes on if that fails."""
+        """Write entries and the mission's new state to the disk. If that fails, the code ends."""
         if state is None and self.state is not MissionState.RUNNING:
             state = MissionState.RUNNING
         await self._write(Change(self.row.id, entries, state, why))
@@ -166,14 +167,14 @@ class MissionRun:
         self.boundary('after write', title)
 
     async def tell(self, why: str) -> None:
-        """Say why the mission does not get on."""
+        """Show why the mission cannot go on."""
         if why != self.why:
             await self.write(state=MissionState.RUNNING, why=why)
 
     # -- steps ---------------------------------------------------------------------------------------------
 
     async def perform(self, history: StepHistory, how: Perform, *, is_undoing: bool) -> Outcome:
-        """Carry out a step that has not ended, and write how it did."""
+        """Carry out a step that has not ended, and write its outcome."""
         await self._gate.wait()
         if self.stop is not None and not is_undoing and history.intent is None:
             outcome = Outcome(error=self.stopped())
@@ -188,7 +189,7 @@ class MissionRun:
         return outcome
 
     def take_suspicion(self) -> bool:
-        """Return True for the first step after a restart of the machine: a disk may have lost a commit."""
+        """Return True for the first step after a reboot, since the disk may have lost a commit."""
         was_suspicious, self._is_suspicious = self._is_suspicious, False
         return was_suspicious
 
@@ -197,24 +198,24 @@ class MissionRun:
         return goal_id_of(self._writer.store.uuid, self.row.id, step, attempt).bytes
 
     def stopped(self) -> MissionStopped:
-        """Return what the code gets since the mission is to be stopped."""
+        """Return the error that stops the mission's code."""
         assert self.stop is not None
         return MissionStopped(str(self.stop.body['why']), undo=bool(self.stop.body['undo']))
 
     # -- people --------------------------------------------------------------------------------------------
 
     def expect_answer(self, step: int) -> asyncio.Future[str]:
-        """Return what will be the answer of a person to a question of a step."""
+        """Return a future for a person's answer to a step's question."""
         future: asyncio.Future[str] = asyncio.get_running_loop().create_future()
         self._answer = step, future
         return future
 
     def expect_no_answer(self) -> None:
-        """The question is not open any more."""
+        """Note that no question is open any more."""
         self._answer = None
 
     async def take(self, command: Command) -> None:
-        """Carry out what a person wants; a command that came too late does nothing. Raises JournalError."""
+        """Carry out a person's command; one that came too late does nothing. Raises JournalError."""
         try:
             await self._carry_out(command)
         except _JournalIsBroken as broken:
@@ -253,7 +254,7 @@ class MissionRun:
             await self._write(Change(self.row.id, (), MissionState.RUNNING))
 
     async def _replay_again(self) -> None:
-        """Try a mission again that did not fit its journal."""
+        """Run the code again of a mission that did not fit its journal."""
         await self._write(Change(self.row.id, (), MissionState.RUNNING))
         self._task = asyncio.ensure_future(self._main())
 
@@ -271,7 +272,7 @@ class MissionRun:
             self.ended.set()
 
     async def _take_answer(self, body: Mapping[str, Json]) -> None:
-        """Write the first answer to a question that is open; one that comes too late does nothing."""
+        """Write the first answer to an open question. A later one does nothing."""
         number = body.get('step')
         if not isinstance(number, int) or not is_asking(self.entries_of(number)):
             return
@@ -288,7 +289,7 @@ class MissionRun:
             await self._changed.wait()
 
     async def journal(self) -> AsyncIterator[Entry]:
-        """Give the entries of the journal, those to come too, until the mission has ended."""
+        """Yield the entries of the journal, also later ones, until the mission has ended."""
         number = 0
         while True:
             while number < len(self._entries):

@@ -1,4 +1,4 @@
-"""Runs missions, and takes those up that an earlier runner of the same file has left."""
+"""Runs missions, and continues those that an earlier runner of the same file has left."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
     from goalwire.missions.definition import Definition
 
 _ALIVE_S = 15.0
-"""How often a runner with open missions notes that it is alive, in a file's page cache alone."""
+"""The seconds between two signs of life of a runner with open missions. These are not flushed to the disk."""
 
 
 class Runner:
-    """`async with Runner(node, 'missions.db', missions=[fetch]) as runner:`, one for each file.
+    """The runner of a file's missions: `async with Runner(node, 'missions.db', missions=[fetch]) as runner:`.
 
-    Open missions of the file go on when the block is entered, as far as their code is in `missions`. Leaving
-    the block ends no mission and cancels no goal: the next runner goes on.
+    On entering the block the open missions of the file go on, if their code is in `missions`. Leaving the
+    block ends no mission and cancels no goal: the next runner goes on.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class Runner:
         machine: Machine | None = None,
         boundary: Boundary | None = None,
     ) -> None:
-        """`machine` and `boundary` are for the test kit: another clock, and places to crash at."""
+        """`machine` and `boundary` are for the test kit: other clocks, and places to crash at."""
         self._node = node
         self._path = Path(path)
         self._definitions = {each.name: each for each in missions}
@@ -64,7 +64,7 @@ class Runner:
     # -- its life ------------------------------------------------------------------------------------------
 
     async def __aenter__(self) -> Self:
-        """Open the journal and take its open missions up. Raises JournalError."""
+        """Open the journal and continue its open missions. Raises JournalError."""
         async with AsyncExitStack() as stack:
             lock = FileLock(self._path.with_name(f'{self._path.name}.lock'))
             stack.callback(lock.close)
@@ -82,7 +82,7 @@ class Runner:
                 if row.state.is_open:
                     await self._take_up(row, last)
             self._note_alive()
-            self._rung.set()  # commands may have been left while no runner was there
+            self._rung.set()  # commands may have been given while no runner was there
             self._commands = asyncio.ensure_future(self._take_commands())
             stack.push_async_callback(self._end)
             self._resources = stack.pop_all()
@@ -105,7 +105,7 @@ class Runner:
         self._writer = None
 
     def _note_alive(self) -> None:
-        """Say in the lock's file that a runner is there, as long as there is something to do."""
+        """Record a sign of life in the lock's file, again and again while missions are open."""
         self._lock.note(self._machine.sighting())
         if any(run.state.is_open for run in self._runs.values()):
             self._alive = asyncio.get_running_loop().call_later(_ALIVE_S, self._note_alive)
@@ -113,7 +113,7 @@ class Runner:
             self._alive = None
 
     async def _take_up(self, row: MissionRow, last: Sighting | None) -> None:
-        """Go on with a mission of an earlier life."""
+        """Continue a mission of an earlier runner."""
         writer = self._open_writer()
         definition = self._definitions.get(row.name)
         if definition is None:
@@ -165,9 +165,10 @@ class Runner:
     async def start(self, definition: Definition, *arguments: Any, id: str | None = None) -> MissionRun:
         """Begin a mission, or return the one that was begun with this `id` before.
 
-        `arguments` are values that JSON can hold; the mission gets them after its steps. Without an `id` the
-        mission gets a new one. Raises MissionIdTaken if the id belongs to another mission, or to other
-        arguments; JournalError; TypeError and ValueError for arguments that the journal cannot keep.
+        `arguments` are values that JSON can hold; the mission's function gets them after the steps `m`.
+        Without an `id` the mission gets a new one. Raises MissionIdTaken if the id belongs to another
+        mission, or to other arguments; JournalError; TypeError and ValueError for arguments that the journal
+        cannot keep.
         """
         writer = self._open_writer()
         id_ = id or str(uuid4())
@@ -209,21 +210,21 @@ class Runner:
         return run
 
     def missions(self) -> list[MissionRun]:
-        """Return the missions that this runner has begun or taken up."""
+        """Return the missions that this runner has begun or continued."""
         return list(self._runs.values())
 
     async def serve(self) -> None:
-        """Wait until the block is to be left: until this is cancelled."""
+        """Wait for ever, that is until the task is cancelled."""
         await asyncio.Event().wait()
 
     # -- people --------------------------------------------------------------------------------------------
 
     async def pause(self, id_: str) -> None:
-        """Begin no further step of a mission; the step under way goes on."""
+        """Pause a mission: the step under way goes on, and no further step begins."""
         await self._command(id_, 'pause', {})
 
     async def resume(self, id_: str) -> None:
-        """Let a mission go on that is paused or held, or look again at one that is stuck."""
+        """Let a paused or held mission go on, or run a stuck one again."""
         await self._command(id_, 'resume', {})
 
     async def cancel(self, id_: str, *, undo: bool = True) -> None:
@@ -233,7 +234,7 @@ class Runner:
     async def answer(self, id_: str, verb: str, answer: str) -> None:
         """Answer the question of a lost step ('decide') or of the mission ('approve').
 
-        Raises MissionError if the mission asks no such question, or the answer is another one.
+        Raises MissionError if the mission asks no such question, or does not accept the answer.
         """
         run = self._runs.get(id_)
         if run is None:
@@ -248,7 +249,7 @@ class Runner:
         self._rung.set()
 
     async def _take_commands(self) -> None:
-        """Carry commands out in their order. Each is taken away when its effect is on the disk."""
+        """Carry out commands in their order. Each is removed after its effect is on the disk."""
         writer = self._open_writer()
         while True:
             await self._rung.wait()
@@ -264,6 +265,6 @@ class Runner:
         run = self._runs.get(command.mission)
         if run is not None:
             await run.take(command)
-        elif command.verb == 'cancel':  # its code is not here: it can only be given up
+        elif command.verb == 'cancel':  # its code is not in this runner: it can only be cancelled
             change = Change(command.mission, state=MissionState.CANCELED, why='cancelled without its code')
             await self._open_writer().write(change)

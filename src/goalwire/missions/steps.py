@@ -1,4 +1,4 @@
-"""What a mission's code is given as its first argument: all that it may do is a step in the journal."""
+"""The first argument of a mission's code. Everything that the code does is a step in the journal."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ Perform = Callable[[LiveStep], Awaitable[Outcome]]
 
 
 class Performer(Protocol):
-    """Carries out steps that are not in the journal yet, or says that there is nothing more to replay."""
+    """Carries out steps that have not ended in the journal."""
 
     async def perform(self, history: StepHistory, how: Perform, *, is_undoing: bool) -> Outcome: ...
 
 
 class Steps:
-    """The steps of one mission. Everything the mission does or learns goes through here, one after the other.
+    """The steps of one mission. Everything that the mission does or reads is a step, one after the other.
 
-    When the mission goes on after a restart its code runs from the beginning, and every step that has ended
-    answers from the journal at once. So the code must not depend on anything else: no clock, no random
-    numbers, no files; `now`, `random` and `run` are for these.
+    After a restart the mission's code runs from the beginning again, and every step that has ended takes its
+    outcome from the journal at once. So the code must not depend on clocks, random numbers or files directly;
+    `now`, `random` and `run` are for these.
     """
 
     def __init__(self, mission_id: str, performer: Performer, replay: Replay) -> None:
@@ -70,11 +70,12 @@ class Steps:
         if_lost: IfLost = 'ask',
         kept: float = KEPT_S,
     ) -> ActionSteps[GoalT, ResultT]:
-        """Return what sends goals of an action, each of them a step.
+        """Return an object that sends goals of an action, each as a step.
 
-        `if_lost` says what to do about a goal that may have run: ask a person ('ask'), send it 'again', take
-        it for 'done', let the step 'fail' with StepLost, or `async def check(node, goal)`, which looks at the
-        world and returns whether it is done. `kept` is how many s the server keeps results at least.
+        `if_lost` says what to do about a goal that may have run: ask a person ('ask'), send it 'again', treat
+        it as 'done', let the step 'fail' with StepLost, or `async def check(node, goal)`, which looks at the
+        world and returns True if the goal is done. `kept` is the least time in s for which the server keeps
+        results.
         Raises ValueError for another `if_lost`.
         """
         check_if_lost(if_lost)
@@ -88,10 +89,10 @@ class Steps:
         idempotent: bool = False,
         if_lost: IfLost = 'ask',
     ) -> CallSteps[RequestT, ResponseT]:
-        """Return what calls a service, each call a step.
+        """Return an object that calls a service, each call as a step.
 
-        An `idempotent` service may be called twice, and is, if it is not known whether it was called. For
-        others `if_lost` counts as for `action`. Raises ValueError for another `if_lost`.
+        An `idempotent` service is called again if it is unknown whether the call has happened. For others
+        `if_lost` applies as for `action`. Raises ValueError for another `if_lost`.
         """
         check_if_lost(if_lost)
         return CallSteps(self, service_type, name, if_lost, idempotent)
@@ -118,7 +119,7 @@ class Steps:
         return message
 
     async def sleep(self, seconds: float) -> None:
-        """Sleep; the time in which no runner was there counts."""
+        """Sleep for `seconds`, including the time without a runner."""
         key = StepKey('sleep', f'{seconds} s', '')
         await self.step(key, lambda step: plain_steps.sleep(step, seconds))
 
@@ -136,9 +137,9 @@ class Steps:
         return bool(await self.step(key, lambda step: plain_steps.approve(step, question, timeout)))
 
     async def run(self, function: Callable[..., Any], *arguments: Any, timeout: float | None = None) -> Any:
-        """Call a function of your own, plain or `async def`, and return its value, which JSON must hold.
+        """Call your own function, plain or `async def`, and return its value, which must fit into JSON.
 
-        It runs at least once: again, if the runner ended before its value was in the journal. Raises
+        It runs at least once. It runs again if the runner ended before the value was in the journal. Raises
         StepFailed if it raises.
         """
         name = getattr(function, '__name__', 'function')
@@ -148,7 +149,7 @@ class Steps:
         )
 
     async def now(self) -> float:
-        """Return the time in s since 1970 at which the mission first came here."""
+        """Return the time in s since 1970 at which the mission first called this step."""
 
         async def look(step: LiveStep) -> Outcome:
             return Outcome(step.machine.wall())
@@ -166,7 +167,7 @@ class Steps:
     # -- endings -------------------------------------------------------------------------------------------
 
     def undo(self) -> Undo:
-        """Return a block whose pushed steps run in reverse order if it fails."""
+        """Return a context manager. If its block fails, the steps pushed to it run in reverse order."""
         return Undo(self._undo)
 
     def give_up(self, reason: str) -> NoReturn:
@@ -176,7 +177,7 @@ class Steps:
     # -- how a step goes -----------------------------------------------------------------------------------
 
     async def step(self, key: StepKey, how: Perform, message_type: type | None = None) -> Any:
-        """Return what the step came to, from the journal or by doing it now."""
+        """Return the step's outcome from the journal, or carry the step out now."""
         if asyncio.current_task() is not self._task:
             raise MissionError(
                 f'{key}: a mission does one step after the other; call its steps in its own task, '
@@ -207,7 +208,7 @@ class Steps:
 
 
 class ActionSteps(Generic[GoalT, ResultT]):
-    """Goals of one action. Made by Steps.action."""
+    """Sends goals of one action as steps. Steps.action makes it."""
 
     def __init__(self, steps: Steps, action_type: Any, name: str, if_lost: IfLost, kept: float) -> None:
         self._steps = steps
@@ -228,9 +229,9 @@ class ActionSteps(Generic[GoalT, ResultT]):
     ) -> ResultT:
         """Send a goal, wait for its result, and return it.
 
-        The goal is cancelled after `timeout` s, the wait for the server included. A goal that fails is tried
-        again, as a new goal, until there were so many `attempts`, with `pause` s between them. It is tried
-        once if nothing else is said: it may have failed since somebody else took the robot over. Raises
+        The goal is cancelled after `timeout` s, including the wait for the server. A failed goal is sent
+        again as a new goal, up to `attempts` times in all, with `pause` s between them. The default is one
+        attempt: the goal may have failed because somebody else has taken control of the robot. Raises
         GoalAborted, GoalCanceled, GoalRefused, NoServerError, DeadlineError; StepLost.
         """
         message = message_of(self._type.Goal, goal, fields)
@@ -253,7 +254,7 @@ class ActionSteps(Generic[GoalT, ResultT]):
 
 
 class CallSteps(Generic[RequestT, ResponseT]):
-    """Calls of one service. Made by Steps.client."""
+    """Calls one service, each time as a step. Steps.client makes it."""
 
     def __init__(self, steps: Steps, service_type: Any, name: str, if_lost: IfLost, idempotent: bool) -> None:
         self._steps = steps
@@ -265,7 +266,7 @@ class CallSteps(Generic[RequestT, ResponseT]):
     async def call(
         self, request: RequestT | None = None, /, *, timeout: float | None = None, **fields: object
     ) -> ResponseT:
-        """Call the service and return its response, within `timeout` s, the wait for the server included.
+        """Call the service and return its response, within `timeout` s, including the wait for the server.
 
         Raises NoServerError, DeadlineError, RefusedError, ServerFailedError, ServerLostError; StepLost.
         """

@@ -1,9 +1,9 @@
 """The file of a journal: SQLite, durable at each commit, with one runner at a time.
 
-Every commit reaches the disk before it returns (WAL and `synchronous=FULL`: with NORMAL a power cut may take
-back a commit, and a goal might be sent whose intent is lost). The runner alone writes the journal. Others
-read it, and put commands beside it, which the runner takes in: a command that is given while no runner is
-there is not lost.
+Every commit reaches the disk before it returns (WAL and `synchronous=FULL`: with NORMAL a power cut may undo
+a commit, and a goal might be sent whose intent is lost). Only the runner writes the journal. Other processes
+read it, and write commands into a table of their own, which the runner reads. So a command that is given
+while no runner is there is not lost.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 FORMAT = '1'
 LARGEST_VALUE = 2**16
-"""Bytes that a value or a message in the journal may have. Larger ones belong into files."""
+"""The largest value or message in the journal, in bytes. Larger ones belong into files."""
 _BUSY_S = 10.0
 _TABLES = """
 CREATE TABLE IF NOT EXISTS file (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -48,7 +48,7 @@ CREATE TABLE IF NOT EXISTS command (
 
 @record
 class MissionRow:
-    """A mission as a list shows it."""
+    """One mission of the journal, as lists show it."""
 
     id: str
     name: str
@@ -57,16 +57,16 @@ class MissionRow:
     arguments: tuple[Json, ...]
     state: MissionState
     why: str
-    """What it waits for, or why it ended as it did."""
+    """The reason why it waits, or why it ended as it did."""
     begun: float
-    """In s since 1970, as `changed`."""
+    """The time of its beginning in s since 1970, as `changed`."""
     changed: float
     result: Json = None
 
 
 @record
 class Change:
-    """What one commit does to one mission."""
+    """The changes of one commit to one mission."""
 
     mission: str
     entries: tuple[Entry, ...] = ()
@@ -77,7 +77,7 @@ class Change:
 
 @record
 class Command:
-    """What a person wants of a mission."""
+    """A person's command to a mission."""
 
     number: int
     mission: str
@@ -86,7 +86,7 @@ class Command:
 
 
 class Store:
-    """One journal file. Its methods block, for as long as the disk takes; one thread at a time."""
+    """One journal file. Its methods block until the disk has answered; one thread at a time may use it."""
 
     def __init__(self, path: str | Path, *, must_exist: bool = False) -> None:
         """Open or make the file. Raises JournalError."""
@@ -122,7 +122,7 @@ class Store:
                 self._db.execute('INSERT OR IGNORE INTO file VALUES (?, ?)', (key, value))
 
     def fact(self, key: str) -> str:
-        """Return a fact about the file; '' if it is not there."""
+        """Return a stored fact about the file; '' if it does not exist."""
         found = self._db.execute('SELECT value FROM file WHERE key = ?', (key,)).fetchone()
         return '' if found is None else str(found[0])
 
@@ -143,7 +143,7 @@ class Store:
             self._db.execute('INSERT INTO mission VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)', values)
 
     def commit(self, changes: Iterable[Change], at: float) -> None:
-        """Bring changes to the disk, all or none of them. Raises JournalError."""
+        """Write changes to the disk, all or none of them. Raises JournalError."""
         with self._told('written'), self._transaction():
             for change in changes:
                 self._write(change, at)
@@ -195,12 +195,12 @@ class Store:
             )
 
     def commands(self) -> list[Command]:
-        """Return the commands that nobody has taken yet, in their order."""
+        """Return the commands that were not removed yet, in their order."""
         found = self._db.execute('SELECT number, mission, verb, body FROM command ORDER BY number')
         return [Command(number, mission, verb, json.loads(body)) for number, mission, verb, body in found]
 
     def take_command(self, number: int) -> None:
-        """Take a command away: it was carried out, or came too late."""
+        """Remove a command, since it was carried out or came too late."""
         with self._told('written'), self._transaction():
             self._db.execute('DELETE FROM command WHERE number = ?', (number,))
 
@@ -220,7 +220,7 @@ class Store:
 
     @contextmanager
     def _told(self, what: str) -> Iterator[None]:
-        """Make SQLite's errors this project's."""
+        """Turn SQLite's errors into JournalError."""
         try:
             yield
         except sqlite3.Error as error:
@@ -246,7 +246,7 @@ def as_json(value: Json) -> str:
     """
     text = json.dumps(value, ensure_ascii=False)
     if len(text) > LARGEST_VALUE:
-        raise ValueError(f'a value in a journal has at most {LARGEST_VALUE:,} characters, not {len(text):,}')
+        raise ValueError(f'a value in a journal has {LARGEST_VALUE:,} characters at most, not {len(text):,}')
     return text
 
 

@@ -1,4 +1,4 @@
-"""What takes back what a mission did: steps that run in reverse order if what follows them fails."""
+"""The undo of a mission: steps that run in reverse order if a later step fails."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 class Undo:
-    """`async with m.undo() as undo:`. Made by Steps.undo.
+    """A block with undo steps: `async with m.undo() as undo:`. Steps.undo makes it.
 
-    If the block fails, if the mission gives up, is cancelled or its time is over, the pushed steps run, the
-    latest first. They do not run because a runner ends, or its machine: then the mission goes on later. If
-    one of them fails, those before it run nevertheless, and the first error of the block is raised.
+    The pushed steps run, the latest first, if the block fails, or if the mission gives up, is cancelled or
+    runs out of time. They do not run if only the runner or the machine ends: then the mission goes on later.
+    If one of them fails, the others run nevertheless, and the error of the block is raised.
     """
 
     def __init__(self, undoing: Callable[[], AbstractContextManager[None]]) -> None:
@@ -27,7 +27,7 @@ class Undo:
         self._pushed: list[Callable[[], Awaitable[Any]]] = []
 
     def push(self, function: Callable[..., Awaitable[Any]], /, *arguments: Any, **fields: Any) -> None:
-        """Have a step taken back by another one: `undo.push(grip.call, position=0.05)`."""
+        """Add a step that undoes another one: `undo.push(grip.call, position=0.05)`."""
         self._pushed.append(lambda: function(*arguments, **fields))
 
     async def __aenter__(self) -> Self:
@@ -37,7 +37,7 @@ class Undo:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if not isinstance(error, Exception):
-            return  # all went well, or the runner ends
+            return  # the block has succeeded, or the runner ends
         if isinstance(error, MissionStopped) and not error.undo:
             return
         with self._undoing():

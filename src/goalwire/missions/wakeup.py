@@ -1,7 +1,7 @@
 """Wakes a runner that has commands waiting in its file: an empty datagram on loopback.
 
-What a person wants is in the file; the datagram only says "look there". So it needs no trust, and may be lost
-if no runner is there.
+The commands are in the file; the datagram only means "read the file". So it need not be trusted, and may be
+lost if no runner is there.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class _Bell(asyncio.DatagramProtocol):
 
 
 async def hang_bell(ring: Callable[[], object]) -> tuple[asyncio.DatagramTransport, int]:
-    """Have `ring` called in the loop for each datagram; return what to close, and the port."""
+    """Call `ring` in the loop for each datagram; return the transport to close, and the port."""
     loop = asyncio.get_running_loop()
     transport, _ = await loop.create_datagram_endpoint(lambda: _Bell(ring), local_addr=(_LOOPBACK, 0))
     return transport, transport.get_extra_info('sockname')[1]
@@ -39,7 +39,7 @@ def note_port(store: Store, port: int) -> None:
 
 
 def wake_runner(store: Store) -> None:
-    """Ring at the runner of a file, if there is one."""
+    """Send a datagram to the runner of a file, if there is one."""
     port = store.fact(_PORT)
     if port not in {'', '0'}:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as bell:

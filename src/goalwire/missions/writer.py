@@ -18,7 +18,7 @@ T = TypeVar('T')
 
 
 class Writer:
-    """The one way of a runner to its store. Used by one loop."""
+    """A runner's only access to its store. One loop uses it."""
 
     def __init__(self, store: Store, machine: Machine) -> None:
         self.store = store
@@ -29,7 +29,7 @@ class Writer:
         self._next: asyncio.Task[None] | None = None
 
     async def write(self, change: Change) -> None:
-        """Return when the change is on the disk. Raises JournalError."""
+        """Write a change, and return when it is on the disk. Raises JournalError."""
         self._waiting.append(change)
         if self._next is None:
             self._next = asyncio.ensure_future(self._commit_next(self._commit))
@@ -43,7 +43,7 @@ class Writer:
         await self.run(lambda: self.store.commit(changes, self._machine.wall()))
 
     async def run(self, function: Callable[[], T]) -> T:
-        """Call a function of the store on the thread."""
+        """Call a function on the writer's thread, which may use the store."""
         return await asyncio.get_running_loop().run_in_executor(self._thread, function)
 
     async def close(self) -> None:
@@ -52,6 +52,6 @@ class Writer:
         if under_way:
             await asyncio.wait(under_way)
             for task in under_way:
-                task.exception()  # whoever waits for it is told
+                task.exception()  # every waiting caller gets the error
         self._thread.shutdown()
         self.store.close()
