@@ -67,7 +67,7 @@ class Mismatch:
         consequence = (
             'nothing passes between them'
             if self.separates
-            else 'this wire compares names alone, so messages pass and may be rejected or misread'
+            else 'this wire compares only names, so messages pass and may be rejected or misread'
         )
         return (
             f"{first.kind.value} in node '{first.node.qualified}' and {second.kind.value} in node "
