@@ -65,7 +65,8 @@ class SharedContexts:
     def take(self, domain: int | None) -> Context:
         """Return the context of a domain, by default ROS_DOMAIN_ID's; call `close` after use. Any thread.
 
-        It reads the program's ROS arguments, and leaves signals alone. Raises RCLError for bad arguments.
+        The context reads the program's ROS arguments, and installs no signal handlers. Raises RCLError for
+        bad arguments.
         """
         number = domain_from_environment() if domain is None else domain
         with self._lock:

@@ -145,6 +145,6 @@ class Service(Entity, Generic[RequestT, ResponseT]):
         return self._core.statistics()
 
     def close(self) -> None:
-        """Stop answering. Running handlers are cancelled, and their clients learn of it. Idempotent."""
+        """Stop answering. Running handlers are cancelled, and their clients get an error. Idempotent."""
         self._core.destroy()
         self._runs.cancel(self._core.event_queue)

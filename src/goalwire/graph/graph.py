@@ -184,27 +184,27 @@ class Graph(GraphListener):
     # -- names and types -----------------------------------------------------------------------------------
 
     def topic_names_and_types(self) -> NamesAndTypes:
-        """Return every topic that somebody publishes or subscribes to."""
+        """Return every topic that has a publisher or a subscription."""
         return self._names_and_types(EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 
     def service_names_and_types(self) -> NamesAndTypes:
-        """Return every service that somebody serves or calls."""
+        """Return every service that has a server or a client."""
         return self._names_and_types(EndpointKind.SERVICE, EndpointKind.CLIENT)
 
     def served_names_and_types(self) -> NamesAndTypes:
-        """Return every service that somebody serves."""
+        """Return every service that has a server."""
         return self._names_and_types(EndpointKind.SERVICE)
 
     def action_names_and_types(self) -> NamesAndTypes:
-        """Return every action that somebody serves or calls."""
+        """Return every action that has a server or a client."""
         return actions_among(self.topic_names_and_types())
 
     def served_action_names_and_types(self) -> NamesAndTypes:
-        """Return every action that somebody serves: its server publishes the feedback."""
+        """Return every action that has a server: servers publish the feedback."""
         return actions_among(self._names_and_types(EndpointKind.PUBLISHER))
 
     def names_and_types_by_node(self, kind: EndpointKind, name: str, namespace: str = '/') -> NamesAndTypes:
-        """Return the endpoints of one kind of the first node of that name; empty without such a node."""
+        """Return the endpoints of one kind of the first node with this name; empty without such a node."""
         with self._lock:
             nodes = self._nodes_by_name.get((namespace, name), {})
             first = next(iter(nodes.values()), None)

@@ -33,7 +33,7 @@ class Gate:
         self._opened.set()
 
     async def wait(self) -> None:
-        """Wait until the mission may go on, or is to be stopped."""
+        """Wait until the mission may go on, or must stop."""
         while self._run.stop is None:
             if self._held:
                 await self._wait_for_somebody(MissionState.HELD, self._held)

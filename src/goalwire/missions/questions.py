@@ -26,7 +26,7 @@ def answer_body(verb: str, answer: str, state: MissionState, entries: Iterable[E
 
 
 def is_asking(step: Iterable[Entry]) -> bool:
-    """Return whether the entries of a step end with a question that nobody has answered."""
+    """Return whether a step's entries end with an unanswered question."""
     is_open = False
     for entry in step:
         is_open = entry.kind is EntryKind.ASKED or (is_open and entry.kind is EntryKind.NOTE)

@@ -72,7 +72,7 @@ class MissionRun:
         self.why = row.why
         self.result: Any = row.result
         self.failure: Exception | None = None
-        """The error that broke the journal."""
+        """The error after which the journal cannot be written any more."""
         self._writer = writer
         self._entries = list(entries)
         self._gate = Gate(self, held, must_check=was_restarted)

@@ -25,7 +25,7 @@ Payload: TypeAlias = bytes | bytearray | memoryview
 
 
 class EndpointKind(Enum):
-    """The kinds of endpoints; NODE stands for the node itself."""
+    """The kinds of endpoints, and NODE for a node itself."""
 
     __hash__ = object.__hash__  # members are unique; Enum's own hash is a Python function
 
@@ -109,12 +109,12 @@ class Request(ABC):
 
     @property
     def source_timestamp(self) -> int:
-        """When it was sent, in ns since the UNIX epoch. Programs read it from the request's header."""
+        """The time of sending in ns since the UNIX epoch. Programs read it from the request's header."""
         return self.sample.source_timestamp
 
     @property
     def received_timestamp(self) -> int:
-        """When it came, in ns since the UNIX epoch."""
+        """The time of arrival in ns since the UNIX epoch."""
         return self.sample.received_timestamp
 
     @abstractmethod
@@ -369,6 +369,6 @@ class Transport:
     """A kind of wire."""
 
     identifier: str
-    """Its name in RMW_IMPLEMENTATION: 'rmw_zenoh_cpp', 'goalwire_memory'."""
+    """The transport's name in RMW_IMPLEMENTATION: 'rmw_zenoh_cpp', 'goalwire_memory'."""
     open: Callable[[SessionOptions], Session]
     """Opens a session. Raises TransportError with a sentence that says what to do."""

@@ -16,7 +16,7 @@ FeedbackT = TypeVar('FeedbackT')
 
 
 class AttachedRun(Run[ResultT, FeedbackT]):
-    """Made by ActionClient.attach. Leaving its block lets the goal go on."""
+    """The run of a goal that was sent before: ActionClient.attach. The goal goes on after its block."""
 
     _not_entered = 'was not attached to: async with client.attach(…) as run:'
 

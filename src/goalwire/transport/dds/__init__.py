@@ -28,7 +28,7 @@ def _refuse_identity(options: SessionOptions) -> None:
 
 
 def _open(identifier: str, options: SessionOptions) -> Session:
-    """Join a domain as the environment says. Raises TransportError or ForkedError."""
+    """Join a domain as the environment's variables say. Raises TransportError or ForkedError."""
     _refuse_identity(options)
     # Only the kind of session that is opened is imported: libddsc takes 12 MB.
     if chosen() == CYCLONE:

@@ -25,7 +25,7 @@ def vendor_name(vendor: bytes) -> str:
 
 
 def rmw_for(vendor: bytes) -> str:
-    """Return the best RMW_IMPLEMENTATION beside participants of a vendor."""
+    """Return the best RMW_IMPLEMENTATION to meet participants of a vendor."""
     return _VENDORS[vendor][1] if vendor in _VENDORS else 'rmw_fastrtps_cpp'
 
 

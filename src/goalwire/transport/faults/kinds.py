@@ -232,7 +232,7 @@ class Partition(Fault):
     one_way: bool = False
     lease: float = LEASE_S
     noticed_at: int = field(default=0, init=False)
-    """When the lease ends, in ns of the clock."""
+    """The end of the lease, in ns of the clock."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -283,7 +283,7 @@ class Point(Enum):
 
 @dataclass(eq=False)
 class Kill:
-    """Kills `node` when the `nth` packet of its service, topic or action `name` comes to `point`, once.
+    """Kills `node` once, when the `nth` packet of its service, topic or action `name` reaches `point`.
 
     With `process`, this process is ended by SIGKILL. Otherwise only the node is dead: from that moment
     nothing leaves or reaches it, and its endpoints vanish from the graph.
@@ -303,7 +303,7 @@ class Kill:
         self.node = qualified(self.node)
 
     def strikes(self, moment: Moment, packet: Packet) -> bool:
-        """Count a packet that comes to `point`; return True if it is the `nth`."""
+        """Count a packet that reaches `point`; return True if it is the `nth`."""
         kind, suffix, when = self.point.value
         server = packet.target if kind is Kind.REQUEST else packet.source
         if (

@@ -61,7 +61,7 @@ class ReceivingPort(FaultyPort, Generic[T]):
         faults: Plan,
         owner_of: Callable[[bytes], str],
     ) -> None:
-        """`declare` makes the wire's port; `owner_of` tells the node of an endpoint by its gid."""
+        """`declare` makes the wire's port; `owner_of` returns the node of an endpoint by its gid."""
         self.name = name
         self.node = node
         self.faults = faults
@@ -165,7 +165,7 @@ class FaultyCall:
 
 
 class FaultyClient(FaultyPort, ClientPort):
-    """A service client, with faults. `is_blind` tells whether faults hide its servers."""
+    """A service client, with faults. `is_blind` returns True if faults hide its servers."""
 
     _inner: ClientPort
 

@@ -24,7 +24,7 @@ class Succession:
     def __init__(self, chosen: Chosen) -> None:
         self._chosen = chosen
         self.renewals = 0
-        """How often this session's certificate was renewed."""
+        """The number of renewals of this session's certificate."""
 
     def listen(self, session: NativeSession) -> None:
         """Begin to take certificates that peers show to this session."""

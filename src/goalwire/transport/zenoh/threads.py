@@ -105,7 +105,7 @@ def _let_callers_out() -> None:
 
 def _has_callers() -> bool:
     ours = threading.get_ident()
-    frames = sys._current_frames().items()  # documented by Python for such purposes
+    frames = sys._current_frames().items()  # Python documents it for debugging
     return any(frame.f_code.co_filename.startswith(_HERE) for thread, frame in frames if thread != ours)
 
 

@@ -36,7 +36,7 @@ class Client(NamedTuple):
     """A client, as its request writer describes it."""
 
     side: tuple[bytes, str]
-    """Its participant, and the id that its reader and writer share."""
+    """The client's participant, and the id that its reader and writer share."""
     has_id: bool
     """True if it announces an id. Otherwise any reader of its participant may be its own."""
     has_header: bool

@@ -2,7 +2,7 @@
 
     ZENOH_SESSION_CONFIG_URI, ZENOH_ROUTER_CONFIG_URI   a json5 file in place of the built-in settings
     ZENOH_CONFIG_OVERRIDE                               `key/path=json5;…` on top of either
-    ZENOH_SHM_ALLOC_SIZE, ZENOH_SHM_MESSAGE_SIZE_THRESHOLD   bytes; sizes of shared memory, where it is on
+    ZENOH_SHM_ALLOC_SIZE, ZENOH_SHM_MESSAGE_SIZE_THRESHOLD   bytes; sizes of shared memory, if it is on
     GOALWIRE_SHARED_MEMORY                              on, off: whether goalwire's own programs share memory
     ZENOH_ROUTER_CHECK_ATTEMPTS                         how many seconds to look for a router before a warning
     GOALWIRE_ZENOH                                      native, eclipse: who opens sessions and rendezvous
@@ -47,7 +47,7 @@ def zenoh_choice(env: Mapping[str, str] = os.environ) -> str:
 
 
 class RendezvousChoice(Enum):
-    """Whether this process offers a rendezvous; AUTO decides by the machine and the configuration."""
+    """The choice to offer a rendezvous or not. AUTO decides by the machine and the configuration."""
 
     AUTO = 'auto'
     ON = 'on'
