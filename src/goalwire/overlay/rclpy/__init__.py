@@ -1,4 +1,4 @@
-"""ROS 2's Python API (rclpy), as goalwire speaks it: init, nodes, spinning, shutdown."""
+"""ROS 2's Python API (rclpy), implemented by goalwire: init, nodes, spinning, shutdown."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 else:
 
     def __getattr__(name: str) -> object:
-        """Import a module of rclpy when it is first asked for: in ROS 2 a node loads them all.
+        """Import a module of rclpy at its first use, so that `import rclpy` stays fast.
 
-        So programs that only `import rclpy` find rclpy.executors, rclpy.Parameter and so on.
+        Programs that only `import rclpy` also use rclpy.executors and others: ROS 2 imports all of them.
         """
         from importlib import import_module
 
@@ -66,15 +66,15 @@ __all__ = [
     'uninstall_signal_handlers',
 ]
 
-hide_own_frames()  # an error before init(), or in it, shows the program's lines, too
+hide_own_frames()  # also errors before or in init() show the program's lines
 
 _global_executor: Executor | None = None
 _executor_lock = ForkableLock()
-"""Held while the executor is made."""
+"""Locked while the global executor is created."""
 
 
 class InitContextManager:
-    """The result of init(): leaving its block shuts the context down (ROS 2 Kilted and newer)."""
+    """The result of init(): the end of its `with` block shuts the context down (ROS 2 Kilted and newer)."""
 
     def __init__(self, context: Context, installed: bool) -> None:
         self.context = context
@@ -88,7 +88,7 @@ class InitContextManager:
     ) -> None:
         default = self.context is get_default_context()
         try:
-            try_shutdown(context=None if default else self.context)  # None: the next init() gets a fresh one
+            try_shutdown(context=None if default else self.context)  # None: the next init() gets a new one
         finally:
             if self._installed:
                 uninstall_signal_handlers()
@@ -101,11 +101,11 @@ def init(
     domain_id: int | None = None,
     signal_handler_options: SignalHandlerOptions | None = None,
 ) -> InitContextManager:
-    """Open a context (the default one where None) with `args` (`sys.argv` where None).
+    """Open a context (None: the default context) with `args` (None: `sys.argv`).
 
-    SIGINT and SIGTERM end it, unless `signal_handler_options` says otherwise, and by default
-    not for a context of one's own, nor in IPython and notebooks, where an interrupt ends a cell.
-    In a forked child the parent's default context is left alone, and a new one is opened.
+    By default SIGINT and SIGTERM end the default context, but not in IPython and notebooks, where an
+    interrupt ends a cell. They do not end other contexts. `signal_handler_options` changes this.
+    In a forked child this opens a new default context and does not touch the parent's.
     Raises RuntimeError if the context was opened before, RCLError for bad arguments.
     """
     default = context is None
@@ -126,7 +126,7 @@ def init(
 
 
 def _leave_to_parent() -> None:
-    """In a forked child: take the parent's default context and executor for over."""
+    """In a forked child, forget the parent's default context and executor."""
     global _global_executor  # noqa: PLW0603
     context = get_default_context()
     if context.is_inherited:
@@ -144,13 +144,13 @@ def _explain_second_init(context: Context, default: bool) -> str:
 
 
 def get_global_executor() -> Executor:
-    """Return the executor that spin() and its kin use; raises NotInitializedException before init()."""
+    """Return the executor that the spin functions use; raises NotInitializedException before init()."""
     global _global_executor  # noqa: PLW0603 - one for the whole program, as in rclpy
     if _global_executor is None and not get_default_context().initialized:
         raise NotInitializedException('cannot spin')
     from rclpy.executors import SingleThreadedExecutor
 
-    with _executor_lock:  # otherwise two threads that spin first would have one executor each
+    with _executor_lock:  # otherwise two threads could create one executor each
         executor = _global_executor
         if executor is None:
             executor = _global_executor = SingleThreadedExecutor()
@@ -166,7 +166,7 @@ def _drop_global_executor() -> None:
 
 
 def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:
-    """Close a context (the default one where None). Raises RuntimeError or RCLError if it is not open."""
+    """Close a context (None: the default context). Raises RuntimeError or RCLError if it is not open."""
     default = context is None
     if default:
         _drop_global_executor()  # first, so that a spin() elsewhere returns instead of raising
@@ -210,13 +210,13 @@ def create_node(
 
 
 def spin_once(node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None) -> None:
-    """Run at most one callback of `node`, waiting up to `timeout_sec` (for ever where None) for one."""
+    """Run at most one callback of `node`, waiting up to `timeout_sec` for one (None: without limit)."""
     chosen = (_global_executor or get_global_executor()) if executor is None else executor
     added = chosen.add_node(node)
     try:
         chosen.spin_once(timeout_sec=timeout_sec)
     finally:
-        if added:  # inside a callback the node is there already, and stays
+        if added:  # in a callback the executor has the node already, and keeps it
             chosen.remove_node(node)
 
 
@@ -237,7 +237,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
 
 
 def _tell_spin_in_constructor(node: Node) -> None:
-    """Say that the spin runs nothing: the callbacks are made behind it, when it has ended."""
+    """Warn that this spin runs no callbacks: the lines that create them come after it."""
     kind = type(node).__name__
     node.get_logger().warning(
         f'rclpy.spin(self) in {kind}.__init__() runs a node that has no callbacks yet, and the lines behind '

@@ -49,7 +49,7 @@ __all__ = [
 
 
 class rmw_qos_profile_t:
-    """The profiles that ROS 2 defines."""
+    """The predefined profiles of ROS 2."""
 
     @staticmethod
     def predefined(qos_profile_name: str) -> QoS:
@@ -74,7 +74,7 @@ def rclpy_serialize(message: object, _message_type: type) -> bytes:
 
 
 def rclpy_remap_topic_name(node: NodeCore, topic_name: str) -> str:
-    """Return a fully-qualified name as the rules of a node (Node.handle) remap it."""
+    """Return a fully-qualified name after the remapping rules of a node (Node.handle)."""
     return node.resolve(topic_name)
 
 

@@ -1,7 +1,7 @@
-"""Names that rclpy's modules import for themselves, and that programs take from there.
+"""Names that rclpy's modules import for their own use, and that programs import from there.
 
 `from rclpy.node import ParameterDescriptor`, `from rclpy.executors import Future`: editors write such lines,
-and ROS 2 runs them. Each name is imported from its origin when it is first asked for. With plain imports
+and ROS 2 runs them. Each name is imported from its origin at its first use. With plain imports
 `import rclpy` would take a tenth longer and `import rclpy.node` twice as long: they load YAML and ROS 2's own
 interfaces.
 Source: the modules of rclpy 7.1.6 (ROS 2 Jazzy).
@@ -103,7 +103,7 @@ ORIGINS = {
     'unique_identifier_msgs.msg': 'UUID',
     'weakref': 'WeakMethod',
 }
-"""The module that defines each name; `a=b` is b under the name a. What is not here is a module itself."""
+"""The module that defines each name; `a=b` is b under the name a. A name that is missing here is a module."""
 
 REEXPORTS = {
     'rclpy.action': (
@@ -244,7 +244,7 @@ REEXPORTS = {
     'rclpy.validate_topic_name': 'InvalidServiceNameException InvalidTopicNameException Literal _rclpy',
     'rclpy.wait_for_message': 'Node QoSProfile Union _rclpy timeout_sec_to_nsec',
 }
-"""The names that each module hands on."""
+"""The names that each module re-exports."""
 
 
 def reexport(module: str) -> None:

@@ -25,8 +25,8 @@ class BaseClient(ClientCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
 class Client(BaseClient[RequestT, ResponseT]):
     """Calls one service. Made by Node.create_client."""
 
-    if TYPE_CHECKING:  # what ClientCore does, with the types of this service
-        # pylint takes a body of dots for one that returns None.
+    if TYPE_CHECKING:  # ClientCore's methods, with the types of this service
+        # pylint would take a body of dots for a function that returns None.
 
         def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | Any:
             raise NotImplementedError
@@ -39,7 +39,7 @@ class Client(BaseClient[RequestT, ResponseT]):
         return self.pending[sequence_number]
 
     def remove_pending_request(self, future: Future[Any]) -> None:
-        """Stop waiting for a response; its future stays pending."""
+        """Stop waiting for a response; the request's future stays pending."""
         if isinstance(future, PendingCall):
             future.discard()
 

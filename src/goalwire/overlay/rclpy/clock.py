@@ -25,6 +25,6 @@ __all__ = [
 ]
 
 ClockHandle = Clock
-"""The type of `Clock.handle`: there is no C clock behind it."""
+"""The type of `Clock.handle`, which replaces the C clock of rclpy."""
 
 reexport(__name__)

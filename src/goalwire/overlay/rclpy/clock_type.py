@@ -1,4 +1,4 @@
-"""rclpy.clock_type: which clock an instant was read from."""
+"""rclpy.clock_type: the kinds of clocks."""
 
 from goalwire.rules.time import ClockType
 from rclpy._reexports import reexport

@@ -1,6 +1,6 @@
 """rclpy.event_handler: callbacks for the events of a publisher or subscription.
 
-goalwire.entities.qos_events finds these events out.
+goalwire.entities.qos_events detects these events.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ _Callback: TypeAlias = Callable[[Any], object]
 
 
 class EventHandler(SelfDriven[EventStatus | None]):
-    """One callback for one kind of event; plain or `async def`, run under the rule of its callback group."""
+    """One callback for one kind of event. It is plain or `async def`, and runs in its callback group."""
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class EventHandler(SelfDriven[EventStatus | None]):
         event_type: EventType,
         parent_impl: _Endpoint,
     ) -> None:
-        """Raises UnsupportedEventTypeError if the wire cannot tell, TypeError for the other's event."""
+        """Raises UnsupportedEventTypeError if the wire cannot detect it, TypeError for the wrong endpoint."""
         self.event_type = event_type
         self._reader = parent_impl.events.reader(event_type, callback_group, callback)
         self._index: int | None = None
@@ -90,7 +90,7 @@ class EventHandler(SelfDriven[EventStatus | None]):
 
     @property
     def callback(self) -> _Callback:
-        """The callback, which gets each record."""
+        """The callback, which gets each status of the event."""
         return self._reader.callback
 
     @callback.setter
@@ -98,11 +98,11 @@ class EventHandler(SelfDriven[EventStatus | None]):
         self._reader.callback = value
 
     def is_ready(self, wait_set: WaitSet) -> bool:
-        """Whether the event is ready in the wait set it was added to."""
+        """Return whether the event is ready in the wait set it was added to."""
         return self._index is not None and wait_set.is_ready('event', self._index)
 
     def take_data(self) -> EventStatus | None:
-        """Take the record with the changes since the last one; None if there are none."""
+        """Take the status with the changes since the last one; None without changes."""
         self._check_alive()
         return self._reader.take()
 
@@ -114,11 +114,11 @@ class EventHandler(SelfDriven[EventStatus | None]):
             await await_or_execute(self.callback, taken_data)
 
     def get_num_entities(self) -> NumberOfEntities:
-        """One: the event."""
+        """Return the count of one event."""
         return NumberOfEntities(num_events=1)
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
-        """Add the event."""
+        """Add the event to `wait_set`."""
         self._check_alive()
         self._index = wait_set.add_event(self._reader)
 
@@ -126,7 +126,7 @@ class EventHandler(SelfDriven[EventStatus | None]):
         self._check_alive()
 
     def destroy(self) -> None:
-        """Stop calling back. Idempotent."""
+        """Stop calling the callback. Idempotent."""
         self._reader.close()
 
     def _check_alive(self) -> None:
@@ -215,9 +215,9 @@ def event_handlers(
     callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks | None,
     group: CallbackGroup,
 ) -> list[EventHandler]:
-    """Return the handlers of a new publisher or subscription; None asks for the default ones.
+    """Return the handlers of a new publisher or subscription; None stands for the default callbacks.
 
-    Raises UnsupportedEventTypeError if the wire cannot tell.
+    Raises UnsupportedEventTypeError if the wire cannot detect an event.
     """
     if isinstance(endpoint, PublisherCore):
         wanted = cast('PublisherEventCallbacks', callbacks or PublisherEventCallbacks())
@@ -262,7 +262,7 @@ def _handlers(
                 callback_group=group, callback=callback, event_type=event, parent_impl=endpoint
             )
         except UnsupportedEventTypeError:
-            if default is None:  # a default that the wire lacks is no error, as in rclpy
+            if default is None:  # as in rclpy, only default callbacks may lack the event
                 raise
 
 

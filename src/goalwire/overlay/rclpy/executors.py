@@ -1,4 +1,4 @@
-"""rclpy.executors: they run the callbacks."""
+"""rclpy.executors: classes that run the callbacks of nodes."""
 
 from goalwire.execution.executor import (
     ConditionReachedException,

@@ -1,4 +1,4 @@
-"""rclpy.logging_service: services by which others read and set the levels of loggers."""
+"""rclpy.logging_service: services to read and set the levels of loggers from other nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rclpy.node: the node, and everything it makes."""
+"""rclpy.node: the node, which makes publishers, subscriptions, services, timers and more."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ __all__ = ['HIDDEN_NODE_PREFIX', 'Node', 'NodeNameNonExistentError']
 
 
 class Node(TopicEndpoints):
-    """A node whose callbacks an executor runs. Its block ends with its destruction, as in newer rclpy."""
+    """A node whose callbacks an executor runs. As in newer rclpy, the end of a `with` block destroys it."""
 
     _ros_executor: ReferenceType[Executor] | None = None
 
@@ -101,7 +101,7 @@ class Node(TopicEndpoints):
         """Create a service; `callback(request, response)` returns the response, plain or `async def`.
 
         Raises InvalidServiceNameException, RuntimeError for a bad type. A callback that does not take two
-        arguments is told in the log, and raises TypeError when it is called.
+        arguments gives a warning, and raises TypeError when it is called.
         """
         self.handle.check_open()
         what = f"the callback of the service '{srv_name}'"
@@ -149,8 +149,8 @@ class Node(TopicEndpoints):
     ) -> Timer:
         """Create a timer of a period in seconds, on the node's clock unless another is given.
 
-        Raises RCLError below 0, TypeError or ValueError for what is not a number. A callback that is not a
-        function is told in the log, and raises TypeError when it is called.
+        Raises RCLError below 0, TypeError or ValueError for anything but a number. A callback that is not a
+        function gives a warning, and raises TypeError when it is called.
         """
         self.handle.check_open()
         period_ns = timer_period_ns(timer_period_sec)
@@ -199,7 +199,7 @@ class Node(TopicEndpoints):
         return guard
 
     def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
-        """Create a rate of `frequency` Hz, to sleep by; raises ValueError unless it is above 0."""
+        """Create a rate whose `sleep` keeps `frequency` Hz; raises ValueError unless it is above 0."""
         if frequency <= 0:
             raise ValueError('frequency must be > 0')
         self.handle.check_open()
@@ -237,7 +237,7 @@ class Node(TopicEndpoints):
         return True
 
     def destroy_node(self) -> None:
-        """Destroy everything the node made, then the node. Idempotent."""
+        """Destroy the node's entities, then the node. Idempotent."""
         self.executor = None
         for rate in list(self._ros_rates):
             self.destroy_rate(rate)

@@ -29,7 +29,7 @@ def parameter_value_to_python(parameter_value: ParameterValueMessage) -> Paramet
 
 
 def get_parameter_value(string_value: str) -> ParameterValueMessage:
-    """Return the value of a YAML text; a text of no other type is a string."""
+    """Return the value of a YAML text; a text that has no other type is a string."""
     from goalwire.entities.parameters.files import parameter_value_from_text
 
     return parameter_value_from_text(string_value)
@@ -41,9 +41,9 @@ def parameter_dict_from_yaml_file(
     target_nodes: list[str] | None = None,
     namespace: str = '',
 ) -> dict[str, ParameterMessage]:
-    """Return the Parameter messages of a file's nodes (None: all but `/**`), by their names.
+    """Return a file's parameters for `target_nodes` (None: all except `/**`), by name.
 
-    With `use_wildcard` those of `/**`, too. Raises OSError, yaml.YAMLError, RuntimeError.
+    With `use_wildcard` include those of `/**`. Raises OSError, yaml.YAMLError, RuntimeError.
     """
     from goalwire.entities.parameters.files import parameters_from_yaml_file
 

@@ -80,7 +80,7 @@ class AsyncParameterClient:
         )
 
     def wait_for_services(self, timeout_sec: float | None = None) -> bool:
-        """Block until all services are there (True) or the timeout (False); needs no executor."""
+        """Block until all services are there; False after the timeout. This needs no executor."""
         return wait_for_graph(self.node.context, self.services_are_ready, timeout_sec)
 
     def list_parameters(
@@ -98,7 +98,7 @@ class AsyncParameterClient:
     def get_parameters(
         self, names: list[str], callback: Callable[[Future[GetParameters.Response]], object] | None = None
     ) -> Future[GetParameters.Response]:
-        """Get values; none at all if one of the parameters is not there or has no value."""
+        """Get values; the response is empty if a parameter does not exist or has no value."""
         from rcl_interfaces.srv import GetParameters
 
         return _call(self._get_parameter_client, GetParameters.Request(names=names), callback)
@@ -119,7 +119,7 @@ class AsyncParameterClient:
         names: list[str],
         callback: Callable[[Future[DescribeParameters.Response]], object] | None = None,
     ) -> Future[DescribeParameters.Response]:
-        """Get descriptors; none at all if one of the parameters is not there."""
+        """Get descriptors; the response is empty if a parameter does not exist."""
         from rcl_interfaces.srv import DescribeParameters
 
         return _call(self._describe_parameters_client, DescribeParameters.Request(names=names), callback)
@@ -129,7 +129,7 @@ class AsyncParameterClient:
         names: list[str],
         callback: Callable[[Future[GetParameterTypes.Response]], object] | None = None,
     ) -> Future[GetParameterTypes.Response]:
-        """Get types; none at all if one of the parameters is not there."""
+        """Get types; the response is empty if a parameter does not exist."""
         from rcl_interfaces.srv import GetParameterTypes
 
         return _call(self._get_parameter_types_client, GetParameterTypes.Request(names=names), callback)
@@ -148,7 +148,7 @@ class AsyncParameterClient:
     def delete_parameters(
         self, names: list[str], callback: Callable[[Future[SetParameters.Response]], object] | None = None
     ) -> Future[SetParameters.Response]:
-        """Undeclare parameters; only dynamically typed ones let themselves be."""
+        """Undeclare parameters; this works only for dynamically typed parameters."""
         return self.set_parameters([Parameter(name) for name in names], callback)
 
     def load_parameter_file(
@@ -157,7 +157,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: Callable[[Future[SetParameters.Response]], object] | None = None,
     ) -> Future[SetParameters.Response]:
-        """Set a file's parameters, whatever node they name; raises as parameter_dict_from_yaml_file does."""
+        """Set a file's parameters, for any node name in it; raises as parameter_dict_from_yaml_file does."""
         parameters = parameter_dict_from_yaml_file(parameter_file, use_wildcard)
         return self.set_parameters(list(parameters.values()), callback)
 
@@ -167,7 +167,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: Callable[[Future[SetParametersAtomically.Response]], object] | None = None,
     ) -> Future[SetParametersAtomically.Response]:
-        """Set all that a file says, or nothing; raises as parameter_dict_from_yaml_file does."""
+        """Set all parameters of a file or none; raises as parameter_dict_from_yaml_file does."""
         parameters = parameter_dict_from_yaml_file(parameter_file, use_wildcard)
         return self.set_parameters_atomically(list(parameters.values()), callback)
 

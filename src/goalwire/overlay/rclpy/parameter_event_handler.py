@@ -60,7 +60,7 @@ class ParameterEventHandler:
         self.node.destroy_subscription(self.parameter_event_subscription)
 
     def _resolve_path(self, node_path: str = '') -> str:
-        """Return the full name of a node; '' is this handler's. rclpy's own name, which programs call."""
+        """Return a node's full name; '' is this handler's node. Programs call this private name of rclpy."""
         return self._callbacks.qualified(node_path)
 
     @staticmethod
@@ -72,7 +72,7 @@ class ParameterEventHandler:
 
     @staticmethod
     def get_parameters_from_event(event: ParameterEvent) -> Iterable[Parameter]:
-        """Return the parameters that an event says to be new or changed."""
+        """Return an event's new and changed parameters."""
         return parameter_events.parameters_from_event(event)
 
     def add_parameter_callback(
@@ -82,7 +82,7 @@ class ParameterEventHandler:
         return self._callbacks.add_parameter(parameter_name, node_name, callback)
 
     def remove_parameter_callback(self, handle: ParameterCallbackHandle) -> None:
-        """Forget a callback; raises RuntimeError if it is not there."""
+        """Forget a callback; raises RuntimeError if it is not registered."""
         self._callbacks.remove_parameter(handle)
 
     def add_parameter_event_callback(
@@ -92,7 +92,7 @@ class ParameterEventHandler:
         return self._callbacks.add_event(callback)
 
     def remove_parameter_event_callback(self, handle: ParameterEventCallbackHandle) -> None:
-        """Forget a callback; raises RuntimeError if it is not there."""
+        """Forget a callback; raises RuntimeError if it is not registered."""
         self._callbacks.remove_event(handle)
 
 

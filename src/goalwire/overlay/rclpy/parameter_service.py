@@ -1,4 +1,4 @@
-"""rclpy.parameter_service: services by which others read and set a node's parameters."""
+"""rclpy.parameter_service: services to read and set a node's parameters from other nodes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class ParameterService:
-    """Offers the six parameter services of a node; its constructor makes one unless told not to."""
+    """Offers the six parameter services of a node. By default the node's constructor makes one."""
 
     def __init__(self, node: BaseNode) -> None:
         ParameterServices(node).offer()

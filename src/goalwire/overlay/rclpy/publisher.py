@@ -15,19 +15,20 @@ class Publisher(PublisherCore[MsgT], TopicEndpoint):
     """Publishes on one topic. Made by Node.create_publisher."""
 
     def get_subscription_count(self) -> int:
-        """How many subscriptions there are; raises InvalidHandle once destroyed."""
+        """Return how many subscriptions match; raises InvalidHandle once destroyed."""
         return self.subscription_count()
 
     def assert_liveliness(self) -> None:
-        """Show that this publisher is alive, if its QoS leaves that to the user; InvalidHandle once
+        """Assert that this publisher is alive, for MANUAL_BY_TOPIC liveliness; raises InvalidHandle once
         destroyed.
         """
         self.show_liveliness()
 
     def wait_for_all_acked(self, timeout: Duration = _FOREVER) -> bool:
-        """Wait until every reliable subscription has all that was published; False if that takes too long.
+        """Wait until every reliable subscription has acknowledged all messages; False after a timeout.
 
-        At once True on a wire that acknowledges only by flow control. Raises InvalidHandle once destroyed.
+        Return True at once on a wire that has no acknowledgements, only flow control. Raises InvalidHandle
+        once destroyed.
         """
         return self.wait_for_acknowledgements(None if timeout.nanoseconds < 0 else timeout.nanoseconds)
 

@@ -1,4 +1,4 @@
-"""rclpy.qos: quality of service, as programs set it. What it means lives in goalwire.rules.qos."""
+"""rclpy.qos: quality of service as programs set it. The rules are in goalwire.rules.qos."""
 
 from __future__ import annotations
 
@@ -109,9 +109,9 @@ def _duration(policy: str, value: Duration) -> Duration:
 
 
 class QoSProfile:
-    """Quality of service of an endpoint. It needs a depth, or KEEP_ALL; the rest has defaults.
+    """Quality of service of an endpoint. It needs a depth or KEEP_ALL; the other policies have defaults.
 
-    Setters raise AssertionError for a wrong type and ValueError for a number outside the policy, as rclpy's.
+    As in rclpy, setters raise AssertionError for a wrong type and ValueError for an unknown number.
     """
 
     __slots__ = [
@@ -134,7 +134,7 @@ class QoSProfile:
         self.history = kwargs.get('history', HistoryPolicy.KEEP_LAST)
         if self.history is HistoryPolicy.KEEP_LAST and 'depth' not in kwargs:
             raise InvalidQoSProfileException('History set to KEEP_LAST without a depth setting.')
-        self.depth = kwargs.get('depth', 10)  # KEEP_ALL does not use the depth, but other nodes see it
+        self.depth = kwargs.get('depth', 10)  # with KEEP_ALL the depth has no effect, but other nodes see it
         self.reliability = kwargs.get('reliability', ReliabilityPolicy.RELIABLE)
         self.durability = kwargs.get('durability', DurabilityPolicy.VOLATILE)
         self.lifespan = kwargs.get('lifespan', Duration())
@@ -145,7 +145,7 @@ class QoSProfile:
 
     @property
     def history(self) -> HistoryPolicy:
-        """How many messages a queue keeps."""
+        """Whether a queue keeps the last `depth` messages or all."""
         return self._history
 
     @history.setter
@@ -173,7 +173,7 @@ class QoSProfile:
 
     @property
     def reliability(self) -> ReliabilityPolicy:
-        """Whether messages are sent again until they arrive."""
+        """Whether lost messages are sent again."""
         return self._reliability
 
     @reliability.setter
@@ -182,7 +182,7 @@ class QoSProfile:
 
     @property
     def durability(self) -> DurabilityPolicy:
-        """Whether late subscribers get messages from before they came."""
+        """Whether late subscribers get earlier messages."""
         return self._durability
 
     @durability.setter
@@ -191,7 +191,7 @@ class QoSProfile:
 
     @property
     def lifespan(self) -> Duration:
-        """How long a message is worth delivering; zero leaves it to the middleware."""
+        """The age after which a message expires; zero leaves it to the middleware."""
         return self._lifespan
 
     @lifespan.setter
@@ -209,7 +209,7 @@ class QoSProfile:
 
     @property
     def liveliness(self) -> LivelinessPolicy:
-        """How it is asserted that a publisher is alive."""
+        """The way in which a publisher asserts that it is alive."""
         return self._liveliness
 
     @liveliness.setter
@@ -218,7 +218,7 @@ class QoSProfile:
 
     @property
     def liveliness_lease_duration(self) -> Duration:
-        """How long a publisher counts as alive without a sign of it; zero leaves it to the middleware."""
+        """The time after which a silent publisher counts as lost; zero leaves it to the middleware."""
         return self._liveliness_lease_duration
 
     @liveliness_lease_duration.setter
@@ -227,7 +227,7 @@ class QoSProfile:
 
     @property
     def avoid_ros_namespace_conventions(self) -> bool:
-        """Use the name on the wire as it is."""
+        """True if the wire uses the topic's name without ROS's prefix."""
         return self._avoid_ros_namespace_conventions
 
     @avoid_ros_namespace_conventions.setter
@@ -238,7 +238,7 @@ class QoSProfile:
 
     @classmethod
     def of(cls, qos_or_depth: QoSProfile | int) -> QoSProfile:
-        """Return the profile, or one of that depth; raises TypeError for others, ValueError below 0."""
+        """Return the profile, or a profile of that depth. Raises TypeError for others, ValueError below 0."""
         given: object = qos_or_depth
         if isinstance(given, QoSProfile):
             return given
@@ -255,7 +255,7 @@ class QoSProfile:
         raise TypeError(f'Expected QoSProfile or int, but received {shown}: {hint}')
 
     def to_core(self) -> QoS:
-        """Return the frozen form that everything below rclpy takes."""
+        """Return the frozen form that the layers below rclpy use."""
         return QoS(
             depth=self.depth,
             history=self.history,
@@ -281,12 +281,12 @@ class QoSProfile:
             liveliness_lease_duration=Duration(nanoseconds=qos.lease_ns),
             avoid_ros_namespace_conventions=qos.avoid_ros_namespace_conventions,
         )
-        # Set past the checks: a peer's KEEP_LAST of depth 0 is not a mistake of this program.
+        # No checks here: a peer may have KEEP_LAST with depth 0, and that is not an error of this program.
         profile._history, profile._depth = qos.history, qos.depth
         return profile
 
     def get_c_qos_profile(self) -> QoS:
-        """Return the profile for rclpy's C layer: here the frozen form."""
+        """Return the frozen form, in place of rclpy's C profile."""
         return self.to_core()
 
     def __eq__(self, other: object) -> bool:
@@ -312,7 +312,7 @@ _IN_ORDER = (
     'liveliness_lease_duration',
     'avoid_ros_namespace_conventions',
 )
-"""The order in which ROS 2 writes them down."""
+"""The policies in ROS 2's order."""
 
 DeadlineBestAvailable = Duration(nanoseconds=core.BEST_AVAILABLE_NS)
 LivelinessLeaseDurationeBestAvailable = Duration(nanoseconds=core.BEST_AVAILABLE_NS)
@@ -330,7 +330,7 @@ qos_profile_action_status_default = QoSProfile.from_core(core.ACTION_STATUS_DEFA
 
 
 class QoSPresetProfiles(Enum):
-    """ROS 2's ready-made profiles. Those with equal values are one member with two names, as in rclpy."""
+    """ROS 2's ready-made profiles. As in rclpy, equal profiles are one member with two names."""
 
     UNKNOWN = qos_profile_unknown
     DEFAULT = qos_profile_default
@@ -358,7 +358,7 @@ class QoSPresetProfiles(Enum):
 def qos_check_compatible(
     publisher_qos: QoSProfile, subscription_qos: QoSProfile
 ) -> tuple[QoSCompatibility, str]:
-    """Return whether messages flow from such a publisher to such a subscription under DDS, and why not."""
+    """Return whether DDS matches a publisher and a subscription of these profiles, and why not."""
     return check_compatible(publisher_qos.to_core(), subscription_qos.to_core())
 
 

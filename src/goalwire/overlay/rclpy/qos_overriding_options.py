@@ -1,6 +1,6 @@
 """rclpy.qos_overriding_options: the QoS of a publisher or subscription set by parameters of its node.
 
-The parameters' names and spellings live in goalwire.rules.qos_overrides.
+goalwire.rules.qos_overrides has the rules for the parameters' names and values.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class QoSOverridingOptions:
 
     @property
     def callback(self) -> QosCallbackType | None:
-        """Judges the profile after the overrides."""
+        """The function that accepts or refuses the profile after the overrides."""
         return self._callback
 
     @property
@@ -88,10 +88,10 @@ class QoSOverridingOptions:
 def overridden(
     node: BaseNode, entity: str, topic: str, profile: QoSProfile, options: QoSOverridingOptions
 ) -> QoSProfile:
-    """Declare the read-only parameters of an endpoint and return the profile as they change it.
+    """Declare the read-only parameters of an endpoint, and return the profile with their overrides.
 
-    `entity`: 'publisher' or 'subscription'; `topic`: fully qualified. Raises InvalidQosOverridesError where
-    the callback refuses the outcome, RuntimeError for a value that no policy has, ValueError for
+    `entity` is 'publisher' or 'subscription', `topic` is fully qualified. Raises InvalidQosOverridesError if
+    the callback refuses the profile, RuntimeError for a value that no policy has, ValueError for
     a profile with UNKNOWN policies, InvalidParameterTypeException.
     """
     qos = profile.to_core()
@@ -118,7 +118,7 @@ def _declare_qos_parameters(
 ) -> None:
     """Declare the parameters of a publisher or subscription, and set their values in `qos`.
 
-    rclpy's own name, which programs call. Raises TypeError for another kind of endpoint, and as `overridden`.
+    Programs call this private name of rclpy. Raises TypeError for another type, and as `overridden`.
     """
     from goalwire.entities.publisher import PublisherCore
     from goalwire.entities.subscription import SubscriptionCore
@@ -133,7 +133,7 @@ def _declare_qos_parameters(
 
 
 def _get_qos_policy_parameter(qos: QoSProfile, policy: QoSPolicyKind) -> rules.OverrideValue:
-    """Return how a parameter spells a policy of `qos`. rclpy's own name, which programs call."""
+    """Return the parameter value for a policy of `qos`. Programs call this private name of rclpy."""
     return rules.value_of(qos.to_core(), PolicyKind(policy))
 
 
@@ -143,7 +143,7 @@ def _declare(
     whose: tuple[str, str, str | None],
     default: rules.OverrideValue,
 ) -> object:
-    """Declare one parameter, or find the one of an endpoint before, and return its value."""
+    """Declare one parameter, unless an earlier endpoint has declared it, and return its value."""
     from rcl_interfaces.msg import ParameterDescriptor
 
     name = rules.override_name(policy, *whose)

@@ -14,7 +14,7 @@ MessageT = TypeVar('MessageT')
 def serialize_message(message: object) -> bytes:
     """Return the message as CDR (little endian, 4 bytes of header).
 
-    Raises AttributeError for what is not a message, EncodeError (a TypeError or ValueError too) where a
+    Raises AttributeError for anything but a message, EncodeError (a TypeError or ValueError, too) if a
     field's value does not fit.
     """
     cls: type = type(message)
@@ -24,8 +24,8 @@ def serialize_message(message: object) -> bytes:
 def deserialize_message(serialized_message: Payload, message_type: type[MessageT]) -> MessageT:
     """Return the message that the bytes hold.
 
-    Raises TypeError for what is no bytes, AttributeError for what is not a message class, and DecodeError (a
-    ValueError too) for bytes that are no message of that class.
+    Raises TypeError for anything but bytes, AttributeError for anything but a message class, and DecodeError
+    (a ValueError, too) for bytes that are not a message of that class.
     """
     if not isinstance(serialized_message, bytes | bytearray | memoryview):
         raise TypeError(

@@ -1,4 +1,4 @@
-"""rclpy.service_introspection: how much of service calls is published."""
+"""rclpy.service_introspection: the parts of service calls that are published."""
 
 from goalwire.entities.service_introspection import ServiceIntrospectionState
 from rclpy._reexports import reexport

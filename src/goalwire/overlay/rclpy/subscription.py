@@ -28,11 +28,11 @@ class Subscription(SubscriptionCore[MsgT], TopicEndpoint):
 
     @property
     def _callback_type(self) -> CallbackType:
-        """rclpy's own name, which programs read."""
+        """The arguments of the callback. Programs read this private name of rclpy."""
         return self.CallbackType(int(self._wants_info))
 
     def get_publisher_count(self) -> int:
-        """How many publishers there are; raises InvalidHandle once destroyed."""
+        """Return how many publishers match; raises InvalidHandle once destroyed."""
         return self.publisher_count()
 
     @property
@@ -47,7 +47,7 @@ class Subscription(SubscriptionCore[MsgT], TopicEndpoint):
     def take_message(self, msg_type: type[MsgT], raw: bool) -> tuple[Any, MessageInfo] | None:
         """Take a message, as rclpy's handle offers it to waitables; None if there is none.
 
-        It is one of this subscription's type, or serialized where that is `raw`.
+        The message has this subscription's type, or is serialized if the subscription is `raw`.
         """
         return self.take()
 

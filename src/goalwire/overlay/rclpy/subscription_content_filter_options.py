@@ -1,4 +1,4 @@
-"""rclpy.subscription_content_filter_options: which messages a subscription wants, by their content."""
+"""rclpy.subscription_content_filter_options: filters messages by their content."""
 
 from __future__ import annotations
 

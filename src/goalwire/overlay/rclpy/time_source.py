@@ -25,11 +25,11 @@ __all__ = ['CLOCK_TOPIC', 'USE_SIM_TIME_NAME', 'TimeSource']
 
 
 class ListedClockSubscription(ClockSubscription, Subscription[Any]):
-    """One of Node.subscriptions, as in rclpy."""
+    """The subscription to /clock, which Node.subscriptions contains, as in rclpy."""
 
 
 class ClockedNode(NodeParameters):
-    """A node that a time source follows; its jump callbacks run in the default callback group."""
+    """A node that a time source can follow; jump callbacks run in its default callback group."""
 
     if TYPE_CHECKING:
 
@@ -48,9 +48,9 @@ class TimeSource(TimeSourceCore):
             self.attach_node(node)
 
     def attach_node(self, node: ClockedNode) -> None:
-        """Follow `node`'s parameter, declared here if it is not yet; a node from before is left.
+        """Follow `node`'s parameter, and declare it if necessary. This detaches an earlier node.
 
-        Raises TypeError for what is not a node.
+        Raises TypeError for anything but a node.
         """
         if not isinstance(node, ClockedNode):
             raise TypeError('Node must be of type rclpy.node.Node')
@@ -73,14 +73,14 @@ class TimeSource(TimeSourceCore):
         self._node = None
 
     def attach_clock(self, clock: ROSClock) -> None:
-        """Set `clock` too. Raises ValueError if it is of another kind than ROS_TIME."""
+        """Set `clock`, too, from now on. Raises ValueError if it is not a clock of ROS_TIME."""
         if not isinstance(clock, ROSClock):
             raise ValueError('Only clocks with type ROS_TIME can be attached.')  # noqa: TRY004 - rclpy's own
         super().attach_clock(clock)
 
     @property
     def _clock_sub(self) -> ClockSubscription | None:
-        """The subscription to /clock, or None, under the name that programs read in rclpy."""
+        """The subscription to /clock, or None. Programs read this private name of rclpy."""
         return self.subscription
 
     def _get_node(self) -> ClockedNode | None:

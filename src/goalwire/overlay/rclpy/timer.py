@@ -1,4 +1,4 @@
-"""rclpy.timer: callbacks at a rhythm, and sleeping at one."""
+"""rclpy.timer: periodic callbacks, and a rate to sleep by."""
 
 from goalwire.execution.timer import Rate, Timer, TimerInfo
 from rclpy._reexports import reexport

@@ -1,4 +1,4 @@
-"""rclpy.topic_endpoint_info: one publisher or subscription as discovery shows it."""
+"""rclpy.topic_endpoint_info: one publisher or subscription in the graph."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class TopicEndpointInfo:
 
     @classmethod
     def from_entity(cls, entity: GraphEntity) -> Self:
-        """Return the information about an endpoint of the graph."""
+        """Return the information about an endpoint in the graph."""
         return cls(
             node_name=entity.node.name,
             node_namespace=entity.node.namespace,

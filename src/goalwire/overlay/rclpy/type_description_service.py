@@ -21,7 +21,7 @@ class _ListsServices(Protocol):
 
 
 class TypeDescriptionService:
-    """Offers `~/get_type_description`, unless the node's parameter says no."""
+    """Offers `~/get_type_description`, unless the node's parameter disables it."""
 
     def __init__(self, node: NodeParameters) -> None:
         descriptions = TypeDescriptions(node)
@@ -38,7 +38,7 @@ class TypeDescriptionService:
             isinstance(self._node, _ListsServices) and self._node.destroy_service(service)
         ):
             return
-        service.destroy()  # a service of an AsyncNode leaves the node's list by itself
+        service.destroy()  # a service of an AsyncNode removes itself from the node's list
 
 
 reexport(__name__)

@@ -9,7 +9,7 @@ _UNSET_VERSION = -1
 
 
 class TypeHash:
-    """The SHA-256 of a type's description; version 1 is RIHS01, anything below means: not known."""
+    """The SHA-256 of a type's description; version 1 is RIHS01, a lower version means: unknown."""
 
     __slots__ = ['_value', '_version']
 

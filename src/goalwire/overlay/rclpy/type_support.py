@@ -1,4 +1,4 @@
-"""rclpy.type_support: tells message classes, service classes and others apart; what annotations call them.
+"""rclpy.type_support: checks for message, service and action classes, and the types for annotations.
 
 The generic names are those of rclpy 9 (ROS 2 Kilted); `MsgType` and its kin are those of rclpy 7.
 """
@@ -75,7 +75,7 @@ class SendGoalServiceRequest(Msg, Protocol[GoalT]):
 
 
 class SendGoalServiceResponse(Msg, Protocol):
-    """The response to a goal: was it accepted?"""
+    """The response to a goal: whether it was accepted."""
 
     accepted: bool
     stamp: 'Time'

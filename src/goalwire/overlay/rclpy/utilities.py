@@ -1,4 +1,4 @@
-"""rclpy.utilities: the default context, and questions about it."""
+"""rclpy.utilities: the default context, its state, and RMW implementations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ g_context_lock = threading.Lock()
 
 
 def get_default_context(*, shutting_down: bool = False) -> Context:
-    """Return the context that programs share unless they make one; a fresh one after shutdown."""
+    """Return the context used by default; after a shutdown it is a new context."""
     global g_default_context  # noqa: PLW0603 - rclpy's own name
     with g_context_lock:
         if g_default_context is None:
@@ -31,7 +31,7 @@ def get_default_context(*, shutting_down: bool = False) -> Context:
 
 
 def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
-    """Return `args` (`sys.argv` where None) without `--ros-args … --`; raises RCLInvalidROSArgsError."""
+    """Return `args` (None: `sys.argv`) without `--ros-args … --`; raises RCLInvalidROSArgsError."""
     return list(node_arguments(sys.argv if args is None else args).rest)
 
 
@@ -58,8 +58,8 @@ def get_rmw_implementation_identifier() -> str:
 def get_available_rmw_implementations() -> set[str]:
     """Return the wires that RMW_IMPLEMENTATION may name and that reach other processes.
 
-    Test suites start processes on each of these, and wait until these hear of each other. So
-    'goalwire_memory' is missing here, although it may be named.
+    Test suites start processes on each of these and wait for their discovery. So 'goalwire_memory' is missing
+    here, although RMW_IMPLEMENTATION may name it.
     """
     return registry.available() - {registry.WITHIN_ONE_PROCESS}
 

@@ -1,4 +1,4 @@
-"""rclpy.validate_full_topic_name: which fully-qualified topic and service names there may be."""
+"""rclpy.validate_full_topic_name: checks fully-qualified topic and service names."""
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.rules import names

@@ -1,4 +1,4 @@
-"""rclpy.validate_namespace: which namespaces a node may live in."""
+"""rclpy.validate_namespace: checks namespaces of nodes."""
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.rules import names
@@ -6,7 +6,7 @@ from rclpy._reexports import reexport
 
 
 def validate_namespace(namespace: str) -> bool:
-    """Return True; raises InvalidNamespaceException, which points at the character that is wrong."""
+    """Return True; raises InvalidNamespaceException, which points at the wrong character."""
     check_is_name(namespace)
     with rclpy_exceptions():
         names.validate_namespace(namespace)

@@ -1,4 +1,4 @@
-"""rclpy.validate_node_name: which names a node may have."""
+"""rclpy.validate_node_name: checks names of nodes."""
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.rules import names
@@ -6,7 +6,7 @@ from rclpy._reexports import reexport
 
 
 def validate_node_name(node_name: str) -> bool:
-    """Return True; raises InvalidNodeNameException, which points at the character that is wrong."""
+    """Return True; raises InvalidNodeNameException, which points at the wrong character."""
     check_is_name(node_name)
     with rclpy_exceptions():
         names.validate_node_name(node_name)

@@ -1,4 +1,4 @@
-"""rclpy.validate_parameter_name: a parameter needs a name."""
+"""rclpy.validate_parameter_name: checks names of parameters."""
 
 from rclpy._reexports import reexport
 from rclpy.exceptions import InvalidParameterException

@@ -1,4 +1,4 @@
-"""rclpy.validate_topic_name: which topic and service names users may write."""
+"""rclpy.validate_topic_name: checks topic and service names as users write them."""
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.rules import names

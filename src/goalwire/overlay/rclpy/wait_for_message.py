@@ -1,4 +1,4 @@
-"""rclpy.wait_for_message: one message of a topic, waited for on the spot."""
+"""rclpy.wait_for_message: waits for one message of a topic."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def wait_for_message(
     qos_profile: QoSProfile | int = 1,
     time_to_wait: float = -1,
 ) -> tuple[Literal[True], MsgT] | tuple[Literal[False], None]:
-    """Block until a message comes: (True, message); (False, None) after `time_to_wait` s or at shutdown.
+    """Wait for a message and return (True, message); (False, None) after `time_to_wait` s or at shutdown.
 
-    A negative time is not a limit. The node need not spin. Raises as Node.create_subscription does.
+    A negative time means no limit. The node need not spin. Raises as Node.create_subscription does.
     """
     profile = QoSProfile.of(qos_profile)
     message = entity.wait_for_message(node.handle, msg_type, topic, profile.to_core(), time_to_wait)

@@ -1,4 +1,4 @@
-"""rclpy.waitable: a source of callbacks of one's own."""
+"""rclpy.waitable: the base of a program's own sources of callbacks."""
 
 from goalwire.execution.waitable import NumberOfEntities, Waitable
 

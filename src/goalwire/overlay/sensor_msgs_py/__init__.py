@@ -1,1 +1,1 @@
-"""sensor_msgs_py: point clouds as numpy arrays, in sensor_msgs_py.point_cloud2."""
+"""sensor_msgs_py: converts point clouds to numpy arrays, in sensor_msgs_py.point_cloud2."""

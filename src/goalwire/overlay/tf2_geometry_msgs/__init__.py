@@ -1,6 +1,6 @@
-"""tf2_geometry_msgs: stamped geometry taken from one frame to another.
+"""tf2_geometry_msgs: transforms stamped geometry from one frame to another.
 
-The messages are names of this package too, as they are in ROS 2's own: programs import them from here.
+As in ROS 2, the package also re-exports the messages: programs import them from here.
 """
 
 from geometry_msgs.msg import (

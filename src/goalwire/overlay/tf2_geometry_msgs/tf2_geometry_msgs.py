@@ -1,6 +1,6 @@
 """The transformations of geometry_msgs, registered with tf2_ros.
 
-None changes its arguments. The results have the transform's header, that is its target frame and time.
+No function changes its arguments. Results have the transform's header: its target frame and time.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ T = TypeVar('T')
 
 
 def do_transform_point(point: PointStamped, transform: TransformStamped) -> PointStamped:
-    """Return a point in the frame that the transform leads to."""
+    """Return a point in the transform's target frame."""
     x, y, z = _rigid(transform).apply((point.point.x, point.point.y, point.point.z))
     return PointStamped(header=transform.header, point=Point(x=x, y=y, z=z))
 
 
 def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -> Vector3Stamped:
-    """Return a free vector in the frame that the transform leads to: turned, not moved."""
+    """Return a vector in the transform's target frame: rotated, not translated."""
     vector = vector3.vector
     x, y, z = rotate(_rigid(transform).rotation, (vector.x, vector.y, vector.z))
     return Vector3Stamped(header=transform.header, vector=Vector3(x=x, y=y, z=z))
 
 
 def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
-    """Return a pose in the frame that the transform leads to; its orientation has w >= 0."""
+    """Return a pose in the transform's target frame; its orientation has w >= 0."""
     position, orientation = pose.position, pose.orientation
     quaternion = normalize((orientation.x, orientation.y, orientation.z, orientation.w))
     inner = Rigid((position.x, position.y, position.z), quaternion)
@@ -58,14 +58,14 @@ def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
 
 
 def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) -> PoseStamped:
-    """Return a stamped pose in the frame that the transform leads to."""
+    """Return a stamped pose in the transform's target frame."""
     return PoseStamped(header=transform.header, pose=do_transform_pose(pose.pose, transform))
 
 
 def do_transform_pose_with_covariance_stamped(
     pose: PoseWithCovarianceStamped, transform: TransformStamped
 ) -> PoseWithCovarianceStamped:
-    """Return a pose and its covariance in the frame that the transform leads to."""
+    """Return a pose and its covariance in the transform's target frame."""
     return PoseWithCovarianceStamped(
         header=transform.header,
         pose=PoseWithCovariance(
@@ -78,23 +78,23 @@ def do_transform_pose_with_covariance_stamped(
 def transform_covariance(
     cov_in: Sequence[float] | NDArray[np.float64], transform: TransformStamped
 ) -> NDArray[np.float64]:
-    """Return a covariance of (x, y, z, turns about x, y, z), 36 numbers by rows, with turned axes."""
+    """Return a covariance of (x, y, z, rotations about x, y, z), 36 numbers by rows, in rotated axes."""
     import numpy as np
 
     rotation = _rigid(transform).rotation
     axes = [rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
-    both = np.kron(np.eye(2), np.array(axes).T)  # turns positions and angles alike
+    both = np.kron(np.eye(2), np.array(axes).T)  # the same rotation for positions and angles
     turned: NDArray[np.float64] = (both @ np.reshape(cov_in, (6, 6)) @ both.T).reshape(36)
     return turned
 
 
 def to_msg_msg(msg: T) -> T:
-    """Return the message itself: it is one."""
+    """Return the message itself: it needs no conversion."""
     return msg
 
 
 def from_msg_msg(msg: T) -> T:
-    """Return the message itself: it is wanted as one."""
+    """Return the message itself: the target type is a message."""
     return msg
 
 

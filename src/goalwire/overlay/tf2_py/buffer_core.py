@@ -1,4 +1,4 @@
-"""tf2_py.BufferCore: the tree of frames, in terms of messages."""
+"""tf2_py.BufferCore: the tree of frames, for transforms given as messages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from goalwire.transforms.tree import Found, FrameReport, TransformTree, Velocity
 __all__ = ['BufferCore']
 
 DEFAULT_CACHE_TIME = Duration(seconds=10)
-_SHORTEST_HISTORY = 100_000  # ns, so that a single transform has a rate too (tf2)
+_SHORTEST_HISTORY = 100_000  # ns: as in tf2, so that a single transform has a rate, too
 
 
 class _Stamp(Protocol):
@@ -33,21 +33,21 @@ Instant: TypeAlias = Time | _Stamp
 
 
 class BufferCore:
-    """Frames and how they lie in each other, for the last `cache_time`."""
+    """Frames and the transforms between them, for the last `cache_time`."""
 
     def __init__(self, cache_time: Duration | None = None) -> None:
         self._tree = TransformTree((DEFAULT_CACHE_TIME if cache_time is None else cache_time).nanoseconds)
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
-        """Store a transform that holds at its stamp. An invalid one is logged and ignored."""
+        """Store a transform for the time of its stamp. Log and ignore an invalid transform."""
         self._insert(transform, authority, static=False)
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Store a transform that holds at all times. An invalid one is logged and ignored."""
+        """Store a transform for all times. Log and ignore an invalid transform."""
         self._insert(transform, authority, static=True)
 
     def clear(self) -> None:
-        """Forget all transforms; the frames stay known."""
+        """Forget all transforms, but not the frames' names."""
         self._tree.clear()
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Instant) -> TransformStamped:
@@ -66,14 +66,14 @@ class BufferCore:
         source_time: Instant,
         fixed_frame: str,
     ) -> TransformStamped:
-        """As lookup_transform_core, from one time to another; the fixed frame does not move between."""
+        """Do as lookup_transform_core from one time to another; the fixed frame must not move meanwhile."""
         found = self._tree.lookup_full(
             target_frame, _nanoseconds(target_time), source_frame, _nanoseconds(source_time), fixed_frame
         )
         return _to_message(found, target_frame, source_frame)
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: Instant) -> tuple[bool, str]:
-        """Return whether lookup_transform_core would succeed, and if not why."""
+        """Return whether lookup_transform_core would succeed, and the reason if not."""
         try:
             self._tree.lookup(target_frame, source_frame, _nanoseconds(time), 'canTransform')
         except TransformException as error:
@@ -88,7 +88,7 @@ class BufferCore:
         source_time: Instant,
         fixed_frame: str,
     ) -> tuple[bool, str]:
-        """Return whether lookup_transform_full_core would succeed, and if not why."""
+        """Return whether lookup_transform_full_core would succeed, and the reason if not."""
         times = _nanoseconds(target_time), _nanoseconds(source_time)
         try:
             self._tree.lookup_full(
@@ -99,9 +99,9 @@ class BufferCore:
         return True, ''
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
-        """Return the newest time that all transforms between two frames know, 0 where all are static.
+        """Return the latest time with all transforms between two frames; 0 if all are static.
 
-        It is of the system clock, as tf2's is. Raises TransformExceptions as lookup_transform_core does.
+        As in tf2, it is a time of the system clock. Raises TransformExceptions as lookup_transform_core does.
         """
         time = self._tree.latest_common_time(target_frame, source_frame, 'get_latest_common_time')
         return Time(nanoseconds=time, clock_type=ClockType.SYSTEM_TIME)
@@ -109,10 +109,10 @@ class BufferCore:
     def lookupVelocityCore(
         self, tracking_frame: str, observation_frame: str, time: Instant, averaging_interval: Duration
     ) -> Velocity:
-        """Return how a frame moves as seen from another: its velocity in m/s, and how it turns in rad/s.
+        """Return the velocity of a frame as seen from another: linear in m/s, angular in rad/s.
 
         Both are averages over an interval around `time` (0: up to the latest), in the observing frame's axes.
-        Raises TransformExceptions as lookup_transform_core does, ValueError for an interval not above 0.
+        Raises TransformExceptions as lookup_transform_core does, ValueError if the interval is not above 0.
         """
         at, span = _nanoseconds(time), averaging_interval.nanoseconds
         return self._tree.velocity(tracking_frame, observation_frame, at, span)
@@ -127,9 +127,9 @@ class BufferCore:
         time: Instant,
         averaging_interval: Duration,
     ) -> Velocity:
-        """As lookupVelocityCore, of a point that moves along with the tracked frame, in other axes.
+        """Do as lookupVelocityCore for a point that moves with the tracked frame.
 
-        The axes are the reference frame's. Raises as lookupVelocityCore does.
+        The result is in the reference frame's axes. Raises as lookupVelocityCore does.
         """
         at, span = _nanoseconds(time), averaging_interval.nanoseconds
         point = reference_point, reference_point_frame
@@ -167,7 +167,7 @@ class BufferCore:
 
 
 def to_rigid(translation: Vector3, rotation: Quaternion) -> Rigid:
-    """Return a motion from the parts of a message."""
+    """Return a rigid transform from translation and rotation of a message."""
     return Rigid(
         (translation.x, translation.y, translation.z), (rotation.x, rotation.y, rotation.z, rotation.w)
     )

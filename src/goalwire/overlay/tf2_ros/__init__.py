@@ -1,7 +1,7 @@
-"""tf2_ros: transforms sent, received and asked for by nodes.
+"""tf2_ros: sends, receives and looks up transforms in nodes.
 
-ROS 2's own hands on whatever its modules import, and programs make use of it: TransformStamped and others are
-names of this package too.
+In ROS 2 the package also re-exports the names that its modules import, and programs use them. So
+TransformStamped and others can be imported from here, too.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """The client of a buffer in another process needs actions, which few programs with transforms do."""
+    """Import BufferClient at its first use: it needs actions, which few programs with transforms use."""
     if name in {'BufferClient', 'buffer_client'}:
         from importlib import import_module
 

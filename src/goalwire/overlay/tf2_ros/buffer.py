@@ -1,4 +1,4 @@
-"""tf2_ros.Buffer: transforms that can be waited for."""
+"""tf2_ros.Buffer: stores transforms and waits for them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Check = Callable[[], tuple[bool, str]]
 class Buffer(BufferCore, BufferInterface):
     """Keeps transforms for `cache_time` (10 s); with a node it offers the service tf2_frames.
 
-    A jump of the node's clock back in time empties it.
+    If the node's clock jumps back in time, the buffer is cleared.
     """
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
@@ -56,17 +56,17 @@ class Buffer(BufferCore, BufferInterface):
         )
 
     def time_jump_callback(self, time_jump: TimeJump) -> None:
-        """Forget the transforms of a time that has not come yet."""
+        """Forget all transforms, since their times may be in the future now."""
         get_logger('tf2_buffer').warning('Detected jump back in time. Clearing tf buffer.')
         self.clear()
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
-        """Store a transform that holds at its stamp, and wake its waiters."""
+        """Store a transform for the time of its stamp, and complete the lookups that wait for it."""
         super().set_transform(transform, authority)
         self._settle_waiting()
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Store a transform that holds at all times, and wake its waiters."""
+        """Store a transform for all times, and complete the lookups that wait for it."""
         super().set_transform_static(transform, authority)
         self._settle_waiting()
 
@@ -75,8 +75,8 @@ class Buffer(BufferCore, BufferInterface):
     ) -> TransformStamped:
         """Return the transform from source to target at a time, 0 being the latest.
 
-        Waits up to `timeout` for it, then raises what lookup_transform_core raises. May wait in a callback:
-        meanwhile this thread takes what the buffer's listeners hear.
+        Waits up to `timeout`, then raises as lookup_transform_core does. A callback may wait here, too: the
+        waiting thread itself then handles the messages of the buffer's listeners.
         """
         lookup = partial(self.lookup_transform_core, target_frame, source_frame, time)
         self._wait(lookup, timeout)
@@ -126,7 +126,7 @@ class Buffer(BufferCore, BufferInterface):
         timeout: Duration = NO_TIME,
         return_debug_tuple: bool = False,
     ) -> bool | tuple[bool, str]:
-        """Return whether there is such a transform, or will be within `timeout`; on request also the
+        """Return whether the transform is available within `timeout`; with `return_debug_tuple` also the
         reason.
         """
         self._wait(partial(self.lookup_transform_core, target_frame, source_frame, time), timeout)
@@ -143,7 +143,7 @@ class Buffer(BufferCore, BufferInterface):
         timeout: Duration = NO_TIME,
         return_debug_tuple: bool = False,
     ) -> bool | tuple[bool, str]:
-        """As can_transform, from one time to another."""
+        """Do as can_transform, from one time to another."""
         times_and_frames = target_frame, target_time, source_frame, source_time, fixed_frame
         self._wait(partial(self.lookup_transform_full_core, *times_and_frames), timeout)
         answer = self.can_transform_full_core(*times_and_frames)
@@ -176,12 +176,12 @@ class Buffer(BufferCore, BufferInterface):
         )
 
     def hear(self, event_queue: EventQueue[Any]) -> None:
-        """Take transforms from a listener's event queue too, while somebody waits for one."""
+        """Register a listener's event queue: a waiting lookup also handles its messages."""
         with self._waiting_lock:
             self._event_queues.add(event_queue)
 
     def _wait(self, lookup: Lookup, timeout: Duration) -> None:
-        """Block until `lookup` succeeds, the time has passed by the buffer's clock, or the context ends."""
+        """Block until `lookup` succeeds, `timeout` has passed on the buffer's clock, or the context ends."""
         if timeout.nanoseconds <= 0:
             return
         future = self._future(lookup)
@@ -212,7 +212,7 @@ class Buffer(BufferCore, BufferInterface):
         try:
             found = lookup()
         except TransformException:
-            return  # the transform is not there yet
+            return  # the transform has not arrived yet
         with self._waiting_lock:
             first = self._waiting.pop(future, None) is not None
         if first:
@@ -234,10 +234,10 @@ def _wait_hearing(
     until_ns: int,
     shutdown_signal: ShutdownSignal,
 ) -> None:
-    """Wait until `future` is settled, `clock` shows `until_ns`, or the end, taking what the listeners hear.
+    """Wait until `future` is done, `clock` shows `until_ns`, or shutdown; handle the listeners' messages.
 
-    Otherwise the very thread that waits may have to take it: a callback under the single-threaded
-    executor. Raises what the subscriptions' callbacks raise.
+    A callback under the single-threaded executor blocks the only thread that would handle these messages. So
+    the waiting thread handles them itself. Raises the errors of the subscriptions' callbacks.
     """
     heard = list(event_queues)
     arrival: Future[None] = Future()
@@ -250,7 +250,7 @@ def _wait_hearing(
     future.add_waker(tell)
     try:
         while True:
-            arrival = Future()  # before looking: a transform that comes from now on completes this future
+            arrival = Future()  # made before the queues are read: a later transform completes this future
             for event_queue in heard:
                 while future.pending() and (event := event_queue.take()) is not None:
                     event_queue.handle(event)

@@ -42,9 +42,9 @@ _EXCEPTIONS: dict[int, type[TransformException]] = {
 
 
 class BufferClient(BufferInterface):
-    """Looks up transforms by the action `ns`. Needs no spinning.
+    """Looks up transforms by the action `ns`. The node need not spin.
 
-    An answer may take as long as the lookup's timeout and `timeout_padding`; nothing is polled, so that
+    An answer may take the lookup's timeout plus `timeout_padding`. The client does not poll, so
     `check_frequency` has no effect.
     """
 
@@ -66,7 +66,7 @@ class BufferClient(BufferInterface):
     ) -> TransformStamped:
         """Return the transform from source to target at a time, 0 being the latest.
 
-        Raises TimeoutException if the server is missing or late, and the exception that it reports.
+        Raises TimeoutException if the server is missing or late, and the exception that the server reports.
         """
         goal = LookupTransform.Goal(
             target_frame=target_frame,
@@ -126,7 +126,7 @@ class BufferClient(BufferInterface):
         return True
 
     def destroy(self) -> None:
-        """Undeclare its action client. Idempotent."""
+        """Destroy the action client. Idempotent."""
         self.action_client.destroy()
 
     def _process(self, goal: LookupTransform.Goal, timeout: Duration) -> TransformStamped:

@@ -1,4 +1,4 @@
-"""tf2_ros.BufferInterface: the common part of all sources of transforms."""
+"""tf2_ros.BufferInterface: the common base of all sources of transforms."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NO_TIME = Duration()
 
 
 class BufferInterface:
-    """Transforms objects by the transforms that a subclass looks up."""
+    """Transforms objects with the transforms that a subclass looks up."""
 
     def __init__(self) -> None:
         self.registration = TransformRegistration()
@@ -38,9 +38,9 @@ class BufferInterface:
         timeout: Duration = NO_TIME,
         new_type: type | None = None,
     ) -> Any:
-        """Return a stamped object in another frame, at its own time, as `new_type` if that is given.
+        """Return a stamped object in another frame at the object's own time, as `new_type` if given.
 
-        Raises TypeException for a type that nobody has registered, and what lookup_transform raises.
+        Raises TypeException for a type that is not registered, and as lookup_transform does.
         """
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
@@ -57,7 +57,7 @@ class BufferInterface:
         timeout: Duration = NO_TIME,
         new_type: type | None = None,
     ) -> Any:
-        """Return a stamped object in another frame at another time, the fixed frame not moving between."""
+        """Return a stamped object in another frame at another time. The fixed frame must not move."""
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
         found = self.lookup_transform_full(

@@ -1,5 +1,5 @@
-"""The types that can be transformed and converted, and their functions: packages like tf2_geometry_msgs
-register them.
+"""Registers functions that transform and convert objects, by type. Packages such as tf2_geometry_msgs
+register their types here.
 """
 
 from __future__ import annotations
@@ -53,26 +53,26 @@ class ConvertRegistration:
         self._to_msg[key] = callback
 
     def add_convert(self, key: tuple[type, type], callback: Converter) -> None:
-        """Convert (from, to) with `callback(object)`, without a message between."""
+        """Convert objects directly with `callback(object)`; `key` is (from, to)."""
         self._direct[key] = callback
 
     def get_from_msg(self, key: type) -> Converter:
-        """Return the function that makes a type; raises TypeException."""
+        """Return the function that makes objects of a type from messages; raises TypeException."""
         return _find_registered(self._from_msg, key)
 
     def get_to_msg(self, key: type) -> Converter:
-        """Return the function that makes messages; raises TypeException."""
+        """Return the function that makes messages from objects of a type; raises TypeException."""
         return _find_registered(self._to_msg, key)
 
     def get_convert(self, key: tuple[type, type]) -> Converter:
-        """Return the direct function; raises TypeException."""
+        """Return the function that converts directly; raises TypeException."""
         return _find_registered(self._direct, key)
 
 
 def convert(a: Any, b_type: type[T]) -> T:
     """Return `a` as another type: directly, as a copy if it has that type, else by way of a message.
 
-    Raises TypeException if nobody has registered how.
+    Raises TypeException if no conversion is registered.
     """
     registration = ConvertRegistration()
     try:

@@ -1,4 +1,4 @@
-"""tf2_ros.StaticTransformBroadcaster: says how frames lie that do not move."""
+"""tf2_ros.StaticTransformBroadcaster: publishes transforms that never change."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ __all__ = ['StaticTransformBroadcaster']
 
 
 class StaticTransformBroadcaster:
-    """Publishes on /tf_static, for those too who come later.
+    """Publishes on /tf_static, also for late subscribers.
 
-    Each message holds all that was sent so far, one transform a child frame: of a publisher that keeps one
-    message, a late subscriber gets the last.
+    Each message has all transforms sent so far, one for each child frame: the publisher keeps one message, so
+    a late subscriber gets only the last.
     """
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
@@ -27,6 +27,6 @@ class StaticTransformBroadcaster:
         self._sent: dict[str, TransformStamped] = {}
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
-        """Send one transform or several, with those sent before."""
+        """Send one transform or several, together with those sent before."""
         self._sent.update({one.child_frame_id: one for one in as_list(transform)})
         self.pub_tf.publish(TFMessage(transforms=list(self._sent.values())))

@@ -26,10 +26,10 @@ AUTHORITY = 'default_authority'
 
 
 class TransformListener:
-    """Listens with a node's subscriptions, or with a node of its own where that is None.
+    """Listens with subscriptions of `node`; if `node` is None, it makes a node of its own.
 
-    With `spin_thread` it listens on a thread of its own, which spins the node too until another executor
-    does. `static_only` leaves /tf alone.
+    With `spin_thread` it listens in its own thread, which also spins the node until another executor does.
+    With `static_only` it does not subscribe to /tf.
     """
 
     def __init__(
@@ -50,15 +50,15 @@ class TransformListener:
             f'transform_listener_impl_{id(self):x}',
             enable_rosout=False,
             start_parameter_services=False,
-            # The listener asks no clock, so it needs no /clock
+            # The listener reads no clock, so it needs no /clock
             parameter_overrides=[Parameter('use_sim_time', value=False)],
         )
-        # Reentrant: a callback of the default group may wait for transforms.
+        # Reentrant: a waiting callback of the default group must not block it.
         self.group = ReentrantCallbackGroup()
         if spin_thread:
             self._thread_home = _ThreadHome()
             self.group.work_queue = self._thread_home.work_queue
-        self._subscriptions: list[Subscription[Any]] = []  # their callbacks keep the listener alive
+        self._subscriptions: list[Subscription[Any]] = []  # they keep the listener alive
         if not static_only:
             moving = QoSProfile(depth=100) if qos is None else qos
             self.tf_sub = self._subscribe(tf_topic, self.callback, moving)
@@ -70,7 +70,7 @@ class TransformListener:
             self._start_thread()
 
     def unregister(self) -> None:
-        """Stop listening; ends the thread, and the node if it is the listener's own. Idempotent."""
+        """Stop listening; end the thread, and destroy the listener's own node. Idempotent."""
         if hasattr(self, 'executor'):
             self.executor.shutdown()
             self.dedicated_listener_thread.join()
@@ -116,7 +116,7 @@ class TransformListener:
 
 
 class _ThreadHome:
-    """The listener's place in its executor. `rclpy.spin(node)` takes the node out of it, but not this."""
+    """Keeps the listener in its executor: `rclpy.spin(node)` removes the node from there, but not this."""
 
     def __init__(self) -> None:
         self.work_queue = NodeWorkQueue()

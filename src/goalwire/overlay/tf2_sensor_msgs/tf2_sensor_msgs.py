@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def transform_points(point_cloud: ArrayLike, transform: Transform | TransformStamped) -> Points:
-    """Return points, an array of shape (N, 3), in the frame that the transform leads to."""
+    """Return points, an array of shape (N, 3), in the transform's target frame."""
     import numpy as np
 
     motion = transform.transform if isinstance(transform, TransformStamped) else transform
@@ -30,10 +30,10 @@ def transform_points(point_cloud: ArrayLike, transform: Transform | TransformSta
 
 
 def do_transform_cloud(cloud: PointCloud2, transform: Transform | TransformStamped) -> PointCloud2:
-    """Return the cloud in the frame that the transform leads to; fields beside x, y and z stay.
+    """Return the cloud in the transform's target frame; fields other than x, y and z are copied.
 
-    The cloud itself is not changed. The result has the transform's header; after a plain Transform, which
-    has none, the cloud's. Raises AssertionError for a cloud without x, y and z.
+    The given cloud is not changed. The result has the transform's header; a plain Transform has no header, so
+    then the result has the cloud's. Raises AssertionError for a cloud without x, y and z.
     """
     import numpy as np
     from numpy.lib.recfunctions import structured_to_unstructured
@@ -51,12 +51,12 @@ def do_transform_cloud(cloud: PointCloud2, transform: Transform | TransformStamp
 
 
 def to_msg_msg(msg: PointCloud2) -> PointCloud2:
-    """Return the message: it is one already."""
+    """Return the message itself: it needs no conversion."""
     return msg
 
 
 def from_msg_msg(msg: PointCloud2) -> PointCloud2:
-    """Return the message."""
+    """Return the message itself: the target type is a message."""
     return msg
 
 

@@ -1,6 +1,6 @@
 """tf_transformations: rotations as quaternions (x, y, z, w), Euler angles (radians) and 4 x 4 matrices.
 
-Axes of Euler angles are written 's' for angles about fixed axes, 'r' about axes that turn along, and then the
+Axes of Euler angles are written as 's' for fixed axes or 'r' for axes that rotate with the body, and then the
 three axes; 'sxyz' is roll, pitch, yaw. Arguments may be any sequences of numbers.
 """
 

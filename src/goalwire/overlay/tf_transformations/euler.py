@@ -1,4 +1,4 @@
-"""Euler angles: three turns, about fixed axes ('s…') or about axes that turn along ('r…')."""
+"""Euler angles: three rotations, about fixed axes ('s…') or about axes that rotate with the body ('r…')."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LOCKED = 4 * np.finfo(np.float64).eps
 
 
 class _Axes(NamedTuple):
-    """The axes of three turns in the order in which fixed axes have them."""
+    """The axes of three rotations, in the order for fixed axes."""
 
     first: int
     second: int
@@ -39,7 +39,7 @@ def _axes_tuples() -> Iterator[tuple[str, tuple[int, int, int, int]]]:
 
 _AXES2TUPLE = dict(_axes_tuples())
 """As in transformations.py: the first axis, whether the next is the one before it in x-y-z order (parity),
-whether the last is the first again (repetition), and whether the axes turn along (frame)."""
+whether the last is the first again (repetition), and whether the axes rotate (frame)."""
 _TUPLE2AXES = {numbers: axes for axes, numbers in _AXES2TUPLE.items()}
 
 
@@ -50,13 +50,13 @@ def _parse(axes: str) -> _Axes:
         raise ValueError(f"axes {axes!r}: write 's' (fixed) or 'r' (turning), then three axes, as in 'sxyz'")
     if any(one == next_one for one, next_one in neighbours):
         raise ValueError(f'axes {axes!r}: two turns in a row about one axis are one turn')
-    order = letters if frame == 's' else letters[::-1]  # turning axes are fixed ones in the other order
+    order = letters if frame == 's' else letters[::-1]  # rotating axes are fixed axes in reverse order
     first, second, third = ('xyz'.index(letter) for letter in order)
     return _Axes(first, second, third, frame == 'r')
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> Array:
-    """Return the rotation that turns by three angles. Raises ValueError for unknown axes."""
+    """Return the quaternion of a rotation by three angles. Raises ValueError for unknown axes."""
     parsed = _parse(axes)
     angles = (ak, aj, ai) if parsed.turning else (ai, aj, ak)
     turns = [
@@ -66,15 +66,15 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = 'sxyz') -
 
 
 def euler_matrix(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> Array:
-    """Return the 4 x 4 matrix that turns by three angles. Raises ValueError for unknown axes."""
+    """Return the 4 x 4 matrix of a rotation by three angles. Raises ValueError for unknown axes."""
     return quaternion_matrix(quaternion_from_euler(ai, aj, ak, axes))
 
 
 def euler_from_matrix(matrix: ArrayLike, axes: str = 'sxyz') -> tuple[float, float, float]:
     """Return the three angles of a rotation. Raises ValueError for unknown axes.
 
-    Where only the sum or difference of the outer two counts (gimbal lock), the last of fixed axes, the first
-    of turning ones, is 0.
+    If only the sum or difference of the outer two angles is determined (gimbal lock), the last angle is 0 for
+    fixed axes, the first for rotating axes.
     """
     m, (i, j, third, turning) = floats(matrix)[:3, :3], _parse(axes)
     k = 3 - i - j

@@ -1,4 +1,4 @@
-"""4 x 4 matrices that move points (x, y, z, 1). Points that are returned have four numbers, the last is 1."""
+"""4 x 4 matrices that move points (x, y, z, 1). Returned points have four numbers; the last is 1."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def translation_matrix(direction: ArrayLike) -> Array:
 
 
 def translation_from_matrix(matrix: ArrayLike) -> Array:
-    """Return the place to which a matrix moves the origin."""
+    """Return the point to which a matrix moves the origin."""
     return floats(matrix)[:3, 3].copy()
 
 
@@ -47,7 +47,7 @@ def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
 
 
 def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
-    """Return the matrix that mirrors at the plane through a point."""
+    """Return the matrix that mirrors at the plane with this point and normal."""
     return scale_matrix(-1.0, point, normal)
 
 
@@ -88,7 +88,7 @@ def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
 
 
 def concatenate_matrices(*matrices: ArrayLike) -> Array:
-    """Return the product of matrices: the last one is done first."""
+    """Return the product of matrices: the last one is applied first."""
     return reduce(np.dot, (floats(matrix) for matrix in matrices), np.identity(4))
 
 
@@ -98,7 +98,7 @@ def inverse_matrix(matrix: ArrayLike) -> Array:
 
 
 def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
-    """Return whether two matrices move points alike."""
+    """Return whether two matrices move points in the same way."""
     first, second = floats(matrix0), floats(matrix1)
     return bool(np.allclose(first / first[3, 3], second / second[3, 3]))
 
@@ -140,7 +140,7 @@ def decompose_matrix(matrix: ArrayLike) -> tuple[Array, list[float], list[float]
         raise ValueError('Matrix is singular')
     turn, upper = np.linalg.qr(affine[:3, :3])
     signs = np.sign(np.diag(upper))
-    turn, upper = turn * signs, signs[:, None] * upper  # factors of scale above 0
+    turn, upper = turn * signs, signs[:, None] * upper  # scale factors above 0
     if np.linalg.det(turn) < 0:
         turn, upper = -turn, -upper
     scale = np.diag(upper).copy()

@@ -1,4 +1,4 @@
-"""Quaternions (x, y, z, w). A rotation is a unit quaternion; q and -q are the same one."""
+"""Quaternions (x, y, z, w). A rotation is a unit quaternion; q and -q are the same rotation."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def quaternion_matrix(quaternion: ArrayLike) -> Array:
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
     """Return the rotation of a matrix, with w >= 0.
 
-    Of a matrix that is not quite a rotation, the closest one (Bar-Itzhack, 2000).
+    For a matrix that is not exactly a rotation, return the closest rotation (Bar-Itzhack, 2000).
     """
     m = floats(matrix)[:3, :3]
     symmetric = np.array(
@@ -59,7 +59,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
 
 
 def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array:
-    """Return the rotation that does `quaternion0`, then `quaternion1`."""
+    """Return the rotation that applies `quaternion0`, then `quaternion1`."""
     x1, y1, z1, w1 = floats(quaternion1)
     x0, y0, z0, w0 = floats(quaternion0)
     return floats(
@@ -73,19 +73,19 @@ def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:
-    """Return the quaternion with its axis turned round."""
+    """Return the conjugate: x, y and z change their sign."""
     return floats(quaternion) * floats((-1, -1, -1, 1))
 
 
 def quaternion_inverse(quaternion: ArrayLike) -> Array:
-    """Return the quaternion that undoes this one; its length is one over this one's."""
+    """Return the inverse quaternion; its length is the reciprocal of the given length."""
     return floats(quaternion_conjugate(quaternion) / np.sum(floats(quaternion) ** 2))
 
 
 def quaternion_slerp(
     quat0: ArrayLike, quat1: ArrayLike, fraction: float, spin: int = 0, shortestpath: bool = True
 ) -> Array:
-    """Return the rotation between two: `quat0` at fraction 0, `quat1` at 1, at a constant speed of turning.
+    """Return the rotation between two: `quat0` at fraction 0, `quat1` at 1, at constant angular speed.
 
     `spin` adds half turns on the way; without `shortestpath` the way may be the longer one.
     """
@@ -102,7 +102,7 @@ def quaternion_slerp(
 
 
 def random_quaternion(rand: ArrayLike | None = None) -> Array:
-    """Return a rotation, each as likely as any other; `rand` is three numbers of [0, 1) (Shoemake, 1992)."""
+    """Return a uniformly random rotation; `rand` is three numbers of [0, 1) (Shoemake, 1992)."""
     a, b, c = np.random.default_rng().random(3) if rand is None else floats(rand)
     small, large = sqrt(1 - a), sqrt(a)
     first, second = 2 * pi * b, 2 * pi * c

@@ -16,7 +16,7 @@ def floats(data: ArrayLike) -> Array:
 
 
 def vector_norm(data: ArrayLike, axis: int | None = None, out: Array | None = None) -> Array | float:
-    """Return the length of a vector, or of those along `axis`; written to `out` where that is given."""
+    """Return the length of a vector, or the lengths along `axis`; with `out`, write them there."""
     lengths = np.sqrt(np.sum(floats(data) ** 2, axis=axis))
     if out is None:
         return float(lengths) if np.ndim(lengths) == 0 else floats(lengths)
@@ -25,7 +25,7 @@ def vector_norm(data: ArrayLike, axis: int | None = None, out: Array | None = No
 
 
 def unit_vector(data: ArrayLike, axis: int | None = None, out: Array | None = None) -> Array:
-    """Return the vector, or those along `axis`, with length 1; written to `out` where that is given."""
+    """Return the vector, or the vectors along `axis`, with length 1; with `out`, write them there."""
     vectors = floats(data)
     lengths = np.sqrt(np.sum(vectors**2, axis=axis, keepdims=axis is not None))
     units: Array = vectors / lengths

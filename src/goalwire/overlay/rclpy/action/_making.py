@@ -1,4 +1,4 @@
-"""The common steps of making an action server and an action client."""
+"""The common steps of constructing action servers and action clients."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def action_qos(
 
 
 def check_node(node: object, what: str) -> None:
-    """Raise AttributeError for what is given in place of the node; `what` is the class that is made."""
+    """Raise AttributeError if the first argument is not a node; `what` is the constructed class."""
     if not hasattr(node, 'handle') or isinstance(node, type):
         given = node.__name__ if isinstance(node, type) else repr(node)
         raise AttributeError(
@@ -33,7 +33,7 @@ def check_node(node: object, what: str) -> None:
 
 @contextmanager
 def refusing_bad_names(what: str, action_name: str) -> Iterator[None]:
-    """Raise rclpy's ValueError, with its words, for a bad name. `what` is 'client' or 'server'."""
+    """Raise a ValueError with rclpy's message for a bad name. `what` is 'client' or 'server'."""
     try:
         yield
     except NameValidationException as error:

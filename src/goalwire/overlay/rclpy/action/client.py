@@ -59,7 +59,7 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         feedback_sub_qos_profile: QoSProfile = _FEEDBACK_QOS,
         status_sub_qos_profile: QoSProfile = qos_profile_action_status_default,
     ) -> None:
-        """Raises ValueError for a bad name."""
+        """Construct the client; raises ValueError for a bad name."""
         check_node(node, 'ActionClient')
         qos = action_qos(
             goal_service_qos_profile,
@@ -73,18 +73,18 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         EventQueueWaitable.__init__(self, group)
         with refusing_bad_names('client', action_name):
             ActionClientCore.__init__(self, node.handle, support, action_name, group, qos)
-        # Made now, for else the first goal would wait for it: 80 ms, since a goal id is an array of numpy's.
+        # Prepared now: otherwise the first goal would take 80 ms longer, since goal ids are numpy arrays.
         _ = support.feedback.decode, support.send_goal.decode_response, support.get_result.decode_response
         self._node = node
         self._action_type = action_type
         node.add_waitable(self)
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Three clients, and subscriptions to feedback and status."""
+        """Return three clients, and two subscriptions, for feedback and status."""
         return NumberOfEntities(num_subs=2, num_clients=3)
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
-        """Have `wait_set` watch for statuses and feedback; replies need no executor."""
+        """Add the subscriptions to status and feedback to `wait_set`; replies need no executor."""
         for event_queue in self.event_queues():
             wait_set.add_subscription(event_queue)
 
@@ -119,22 +119,22 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         """Send a goal, wait for its end and return status and result (the action's GetResult response).
 
         Takes the keyword arguments of send_goal_async. Raises ShutDownError if the context ends before
-        that, InvalidHandle where the client is destroyed.
+        that, InvalidHandle if the client is destroyed.
         """
         handle = self.blocking.wait_for(lambda: self.send_goal_async(goal, **kwargs))
         return None if handle is None else handle.get_result()
 
     def cancel_all_goals_async(self) -> Future[CancelGoal.Response]:
-        """Ask the server to cancel every goal, whoever has sent it.
+        """Ask the server to cancel every goal, also the goals of other clients.
 
-        The future gives the goals that it cancels.
+        The future gives the goals that the server cancels.
         """
         return self.cancel_goal(NO_ID)
 
     def cancel_goals_before_async(self, stamp: Time | StampMessage) -> Future[CancelGoal.Response]:
         """Ask the server to cancel the goals that it accepted at or before a time of its clock.
 
-        Raises TypeError for what is no time, ValueError for one not above 0, which would stand for all goals.
+        Raises TypeError for anything but a time, ValueError for a time not above 0, which means all goals.
         """
         return self.cancel_goal(NO_ID, read_stamp(stamp))
 
@@ -150,7 +150,7 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         )
         return answer
 
-    # rclpy's own names for these, which tf2_ros and smach_ros call
+    # rclpy's private names, which tf2_ros and smach_ros call
 
     def _get_result(
         self, goal_handle: ClientGoalHandle[GoalT, ResultT, FeedbackT]
@@ -177,7 +177,7 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         return self.server_is_there()
 
     def destroy(self) -> None:
-        """Undeclare; futures that are pending stay so. Idempotent."""
+        """Remove the client from the graph; pending futures stay pending. Idempotent."""
         if not self.destroyed:
             self._node.remove_waitable(self)
         ActionClientCore.destroy(self)

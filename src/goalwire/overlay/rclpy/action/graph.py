@@ -1,4 +1,4 @@
-"""rclpy.action.graph: which actions there are, and whose."""
+"""rclpy.action.graph: the actions in the graph, and the nodes that call or serve them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rclpy.action.server: takes goals, runs them, answers."""
+"""rclpy.action.server: accepts goals, executes them, sends results."""
 
 from __future__ import annotations
 
@@ -101,17 +101,19 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         on_failure: _Failed[GoalT, ResultT, FeedbackT] | None = None,
         client_grace: float = 0.0,
     ) -> None:
-        """`result_timeout` in seconds: how long a result is kept; 0 not at all, a negative one for ever.
+        """Construct the server. It keeps results for `result_timeout` s; a negative time means for ever.
 
-        None for one of the callbacks stands for its default. Without an execute callback the program calls
-        `executing()` of an accepted goal's handle, and later `succeed(result)` or its like. The last four
-        are goalwire's own: how many goals run at a time, what becomes of the goals of a client that has
-        gone, who is told of an execute callback that raised (it may return a result to send along), and how
-        many s the goals of a client that has gone have for another one to ask for their results.
+        A callback that is None is its default. Without an execute callback the program calls `executing()` of
+        an accepted goal's handle, and later `succeed(result)` or another method that ends the goal.
+
+        The last four arguments are goalwire's own. `policy` limits the goals that run at a time.
+        `on_client_lost` decides about the goals of a client that has gone; before it does, another client has
+        `client_grace` s to ask for their results. `on_failure` is called if an execute callback raises, and
+        may return a result to send.
 
         Raises TypeError for an execute callback that is not callable or a timeout that is not a number,
-        ValueError for a bad name or an unknown `on_client_lost`. A callback with other parameters is told in
-        the log, and raises TypeError when it is called.
+        ValueError for a bad name or an unknown `on_client_lost`. A callback with wrong parameters gives a
+        warning, and raises TypeError when it is called.
         """
         check_node(node, 'ActionServer')
         logger = node.get_logger()
@@ -155,19 +157,19 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         node.handle.note_callback('action server')
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Three services, and the timer that lets results expire."""
+        """Return three services, and the timer that expires results."""
         return NumberOfEntities(num_timers=1, num_services=3)
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
-        """Have `wait_set` watch for requests."""
+        """Add the services to `wait_set`."""
         for event_queue in self.event_queues():
             wait_set.add_service(event_queue)
 
     @property
     def _goal_handles(self) -> dict[bytes, object]:
-        """The handles of the goals whose results are kept, by their ids; None for a goal that has ended.
+        """The handles of the goals whose results are kept, by goal id; None for a goal that has ended.
 
-        rclpy's own name, which programs read.
+        Programs read this private name of rclpy.
         """
         return {goal_id: goal.handle for goal_id, goal in self.reactor.goals.items()}
 
@@ -179,7 +181,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
     def register_handle_accepted_callback(
         self, handle_accepted_callback: _Accepted[GoalT, ResultT, FeedbackT] | None
     ) -> None:
-        """Call this with each accepted goal instead of executing it at once; None restores the default."""
+        """Set the callback for accepted goals; None restores the default, which executes the goal at once."""
         self.callbacks.accepted = handle_accepted_callback or default_handle_accepted_callback
 
     def register_goal_callback(self, goal_callback: _Decide[GoalT] | None) -> None:
@@ -204,10 +206,10 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         self.start_execution(goal_handle, execute_callback)
 
     def notify_goal_done(self) -> None:
-        """Nothing to do: expiry follows from the end of each goal."""
+        """Do nothing: the end of a goal starts the expiry of its result."""
 
     def destroy(self) -> None:
-        """Answer every open request, abort running goals, undeclare. Idempotent."""
+        """Answer open requests, abort running goals, and remove the server from the graph. Idempotent."""
         if not self.destroyed:
             self._node.remove_waitable(self)
         ActionServerCore.destroy(self)

@@ -16,21 +16,21 @@ class AsyncClient(Adopted, BaseClient[RequestT, ResponseT]):
     calls: AwaitedCalls
 
     async def call(self, request: RequestT) -> ResponseT:  # type: ignore[override]  # rclpy's name for it
-        """Send a request and wait for its response, for ever if nobody answers: use asyncio.timeout.
+        """Send a request and wait for its response without a limit: use asyncio.timeout.
 
-        Raises CancelledError if the client is destroyed meanwhile and RuntimeError if it was before,
-        ShutDownError at shutdown; TypeError and EncodeError for what is no such request.
+        Raises CancelledError if the client is destroyed meanwhile, RuntimeError if it was destroyed before,
+        ShutDownError at shutdown; TypeError and EncodeError for an invalid request.
         """
         return cast('ResponseT', await self.calls.call(request))
 
     async def wait_for_service(self, *, check_interval: float = 0.1) -> None:  # type: ignore[override]
-        """Wait until there is a server; no interval passes in between, the graph's change wakes this.
+        """Wait until there is a server. A change of the graph wakes this, so `check_interval` has no effect.
 
-        Raises InvalidHandle where the client is destroyed, ShutDownError at shutdown.
+        Raises InvalidHandle if the client is destroyed, ShutDownError at shutdown.
         """
         await self.calls.until_served()
 
     def destroy(self) -> None:
-        """Undeclare, and cancel the calls that wait for their responses. Idempotent."""
+        """Remove the client from the graph, and cancel the calls that wait for responses. Idempotent."""
         self.calls.cancel()
         super().destroy()

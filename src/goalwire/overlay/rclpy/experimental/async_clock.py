@@ -1,4 +1,4 @@
-"""rclpy.experimental.async_clock: a clock that coroutines sleep by."""
+"""rclpy.experimental.async_clock: a clock whose `sleep` coroutines await."""
 
 from goalwire.execution.asyncio.clock import AsyncClock
 

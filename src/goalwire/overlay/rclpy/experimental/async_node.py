@@ -35,12 +35,12 @@ ResponseT = TypeVar('ResponseT')
 
 
 class AsyncNode(BaseNode):
-    """A node without executor and without a thread: `async with` it, or await `run()`.
+    """A node without executor and thread: use `async with`, or await `run()`.
 
-    Callbacks, plain or `async def`, run in the loop that entered the node, until its block is left. That
-    cancels the callbacks that run, waits until they have cleaned up and destroys the node. An error in a
-    callback behaves as that of a task in an asyncio.TaskGroup: the body is cancelled, and an ExceptionGroup
-    leaves the block. Only the loop's thread may use it.
+    Callbacks, plain or `async def`, run in the loop that entered the node. The end of the block cancels
+    running callbacks, waits until they have cleaned up, and destroys the node. An error in a callback acts
+    like one in a task of an asyncio.TaskGroup: the body is cancelled, and the block raises an ExceptionGroup.
+    Only the loop's thread may use the node.
     """
 
     _clock: AsyncClock
@@ -52,7 +52,7 @@ class AsyncNode(BaseNode):
     # -- its life ------------------------------------------------------------------------------------------
 
     async def __aenter__(self) -> Self:
-        """Let the running loop run the callbacks. Raises RuntimeError a second time, or once destroyed."""
+        """Let the running loop run the callbacks. Raises RuntimeError if called twice or once destroyed."""
         self._ros_check_alive()
         if self._ros_host.running:
             raise RCLError(f"cannot enter the node '{self.handle.name.qualified}': it is running already")
@@ -68,9 +68,9 @@ class AsyncNode(BaseNode):
             self.destroy_node()
 
     async def run(self) -> None:
-        """Run until the node is destroyed, the context is shut down or this is cancelled.
+        """Run until the node is destroyed, the context is shut down or this task is cancelled.
 
-        Outside the node's block this enters it and, at its end, destroys the node.
+        If the node has not been entered, this enters it and destroys it at the end.
         """
         if self._ros_host.running:
             await self._ros_host.wait()
@@ -79,7 +79,7 @@ class AsyncNode(BaseNode):
             await self._ros_host.wait()
 
     def destroy_node(self) -> None:
-        """Destroy everything the node made, then the node; `run` returns. Idempotent."""
+        """Destroy the node's entities, then the node; `run` returns. Idempotent."""
         try:
             super().destroy_node()
         finally:
@@ -96,7 +96,7 @@ class AsyncNode(BaseNode):
         *,
         check_interval: float = 0.1,
     ) -> None:
-        """Wait until the node is there; no interval passes in between, the graph's change wakes this.
+        """Wait until the node is there. A change of the graph wakes this, so `check_interval` has no effect.
 
         Raises ShutDownError at shutdown.
         """
@@ -114,8 +114,8 @@ class AsyncNode(BaseNode):
     ) -> AsyncPublisher[MsgT]:
         """Create a publisher; `qos_profile` is a profile or a history depth.
 
-        Subscriptions that ask for a QoS which it does not offer are warned of, as with Node. Raises
-        InvalidTopicNameException, TypeError or RuntimeError for a bad type or profile or once destroyed.
+        As with Node, a warning names subscriptions with incompatible QoS. Raises
+        InvalidTopicNameException; TypeError or RuntimeError for a bad type or profile, or once destroyed.
         """
         self._ros_check_alive()
         profile = QoSProfile.of(qos_profile)
@@ -187,8 +187,8 @@ class AsyncNode(BaseNode):
         """Create a subscription; `callback(message)` or `callback(message, info)`, plain or `async def`.
 
         With `raw` the callback gets serialized bytes. Messages are handled one after the other or, with
-        `concurrent`, beside each other. There is no filter by content: a warning says so, and every message
-        is delivered. Raises as create_publisher does.
+        `concurrent`, at the same time. Content filters are not supported: with one, a warning is logged and
+        every message is delivered. Raises as create_publisher does.
         """
         self._ros_check_alive()
         profile = QoSProfile.of(qos_profile)
@@ -220,7 +220,7 @@ class AsyncNode(BaseNode):
     ) -> AsyncService[RequestT, ResponseT]:
         """Create a service; `callback(request, response)` returns the response, plain or `async def`.
 
-        Requests are answered one after the other or, with `concurrent`, beside each other. Raises
+        Requests are answered one after the other or, with `concurrent`, at the same time. Raises
         InvalidServiceNameException, RuntimeError for a bad type or once destroyed.
         """
         self._ros_check_alive()
@@ -266,9 +266,9 @@ class AsyncNode(BaseNode):
     def create_timer(
         self, timer_period_sec: float, callback: Callable[..., object], autostart: bool = True
     ) -> AsyncTimer:
-        """Create a timer of a period in seconds on the node's clock; one that is late skips, in phase.
+        """Create a timer on the node's clock, with a period in seconds. A late timer skips missed calls.
 
-        Raises RCLError below 0 or once destroyed, TypeError or ValueError for what is not a number.
+        Raises RCLError below 0 or once destroyed, TypeError or ValueError if it is not a number.
         """
         self._ros_check_alive()
         period_ns = timer_period_ns(timer_period_sec)
@@ -287,7 +287,7 @@ class AsyncNode(BaseNode):
     def _ros_adopted(
         self, entity: Any, owned: list[Any], work: CallbackSource | None = None
     ) -> Callable[[], None]:
-        """List an entity among the node's own, and return what is to be done when it is destroyed."""
+        """Add an entity to the node's list, and return the function to call when the entity is destroyed."""
         owned.append(entity)
 
         def discard() -> None:
@@ -311,5 +311,5 @@ class AsyncNode(BaseNode):
 
 
 def _group(concurrent: bool) -> CallbackGroup:
-    """Each entity has a group of its own: entities never wait for each other."""
+    """Return a new group: each entity has its own group, so that entities never wait for each other."""
     return ReentrantCallbackGroup() if concurrent else MutuallyExclusiveCallbackGroup()

@@ -8,4 +8,7 @@ from rclpy.publisher import Publisher
 
 
 class AsyncPublisher(Adopted, Publisher[MsgT]):
-    """Made by AsyncNode.create_publisher. `publish` does not wait, so it is not a coroutine."""
+    """Publishes on one topic, without waiting: `publish` is not a coroutine.
+
+    Made by AsyncNode.create_publisher.
+    """

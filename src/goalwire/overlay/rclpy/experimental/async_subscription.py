@@ -12,5 +12,5 @@ class AsyncSubscription(Adopted, Subscription[MsgT]):
 
     @property
     def is_cft_enabled(self) -> bool:
-        """False: no wire of goalwire filters by content."""
+        """Always False: goalwire does not filter by content."""
         return False

@@ -1,4 +1,4 @@
-"""rclpy.experimental.async_timer: callbacks at a rhythm, in an asyncio loop."""
+"""rclpy.experimental.async_timer: periodic callbacks in an asyncio loop."""
 
 from __future__ import annotations
 
@@ -7,4 +7,4 @@ from rclpy.timer import Timer
 
 
 class AsyncTimer(Adopted, Timer):
-    """Calls at a steady rhythm. Made by AsyncNode.create_timer."""
+    """Calls its callback periodically. Made by AsyncNode.create_timer."""

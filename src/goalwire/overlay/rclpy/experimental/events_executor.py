@@ -9,7 +9,7 @@ __all__ = ['EventsExecutor']
 
 
 class EventsExecutor(SingleThreadedExecutor):
-    """The single-threaded executor under the name that rclpy has for one driven by events: here all are."""
+    """The single-threaded executor under rclpy's name for one driven by events; goalwire's all are."""
 
 
 reexport(__name__)

@@ -71,7 +71,7 @@ class BaseNode(NodeGraph, ClockedNode):
         automatically_declare_parameters_from_overrides: bool = False,
         enable_logger_service: bool = False,
     ) -> None:
-        """Raises NotInitializedException before init(), and rclpy's name exceptions."""
+        """Construct the node; raises NotInitializedException before init(), and rclpy's name exceptions."""
         self._context = get_default_context() if context is None else context
         if not self._context.ok():
             raise NotInitializedException('cannot create node')
@@ -100,14 +100,14 @@ class BaseNode(NodeGraph, ClockedNode):
             if automatically_declare_parameters_from_overrides:
                 self._ros_declare_overrides()
             self._ros_make_standing_parts(start_parameter_services, enable_logger_service)
-        except BaseException:  # an override that does not fit, say
+        except BaseException:  # for example an invalid override
             self.handle.destroy()
             raise
 
     def _ros_make_standing_parts(self, parameter_services: bool, logger_services: bool) -> None:
         """Make the entities that every node has.
 
-        The parameters come first, since they decide about some of these.
+        The parameters must be there, since some of them decide which entities are made.
         """
         self._time_source = TimeSource(node=self)
         self._time_source.attach_clock(self._clock)
@@ -117,14 +117,16 @@ class BaseNode(NodeGraph, ClockedNode):
 
     # -- what it is ----------------------------------------------------------------------------------------
 
-    if not TYPE_CHECKING:  # the bases tell its type; read without a call of Python's: each spin asks twice
-        handle = property(attrgetter('_ros_core'), doc='What stands behind the node: there is no C handle.')
+    if not TYPE_CHECKING:  # `attrgetter`, since each spin reads this twice
+        handle = property(
+            attrgetter('_ros_core'), doc='The implementation of the node: there is no C handle.'
+        )
 
         def __getattr__(self, name: str) -> Any:
             """Raise AttributeError. If the node's own part is missing, say that __init__() was not called."""
             kind = type(self).__name__
             if name == '_parameters' and '_ros_parameters' in self.__dict__:
-                return self._ros_parameters  # rclpy's own name: programs read it, and some have their own
+                return self._ros_parameters  # programs read this private name of rclpy, unless they set it
             text = f'{kind!r} object has no attribute {name!r}'
             if '_ros_core' not in self.__dict__ and (name[0] == '_' or hasattr(BaseNode, name)):
                 text = f"{kind} is not a node yet: {kind}.__init__() must call super().__init__('name') first"
@@ -132,12 +134,12 @@ class BaseNode(NodeGraph, ClockedNode):
 
     @property
     def context(self) -> Context:
-        """The context that the node lives in."""
+        """The context that the node belongs to."""
         return self._context
 
     @property
     def default_callback_group(self) -> CallbackGroup:
-        """The exclusive group of every callback that names no group."""
+        """The mutually exclusive group of callbacks without a group of their own."""
         return self._default_callback_group
 
     def get_name(self) -> str:
@@ -164,7 +166,7 @@ class BaseNode(NodeGraph, ClockedNode):
         return self._logger
 
     def _ros_prepare(self) -> None:
-        """Make what entities of the node need, before the first one is made."""
+        """Prepare the node for its entities, before the first is made."""
 
     def _ros_make_clock(self) -> ROSClock:
         """Make the node's clock."""
@@ -197,7 +199,7 @@ class BaseNode(NodeGraph, ClockedNode):
         callback: Callable[..., object],
         qos_profile: QoSProfile,
     ) -> Service[Any, Any]:
-        """Make a service whose classes are made when they are needed."""
+        """Make a service whose request and response classes are made at their first use."""
         raise NotImplementedError
 
     def _ros_make_service(
@@ -228,7 +230,7 @@ class BaseNode(NodeGraph, ClockedNode):
 
     @property
     def subscriptions(self) -> Iterator[Subscription[Any]]:
-        """The subscriptions made by this node, that of /clock among them."""
+        """The subscriptions made by this node, with the subscription to /clock."""
         yield from self._subscriptions
         for owned in self.handle.owned():
             if isinstance(owned, ListedClockSubscription):
@@ -260,7 +262,7 @@ class BaseNode(NodeGraph, ClockedNode):
         yield from self._ros_waitables
 
     def add_waitable(self, waitable: Waitable[Any]) -> None:
-        """Add a waitable, which the node's executor runs, too."""
+        """Add a waitable: the node's executor runs it, too."""
         self._ros_waitables.append(waitable)
         if not isinstance(waitable, SelfDriven):
             from goalwire.execution.waitable import WaitablePoller
@@ -292,11 +294,11 @@ class BaseNode(NodeGraph, ClockedNode):
         ]
 
     def destroy_node(self) -> None:
-        """Destroy everything the node made, then the node. Idempotent."""
+        """Destroy the node's entities, then the node. Idempotent."""
         for waitable in reversed(list(self._ros_waitables)):
             if isinstance(waitable, SelfDriven):
                 waitable.destroy()
-            else:  # the program's own
+            else:  # entities that the program made
                 self.remove_waitable(waitable)
         self.handle.destroy()
         for owned in (self._publishers, self._subscriptions, self._clients, self._services):
@@ -323,7 +325,7 @@ def timer_period_ns(timer_period_sec: float) -> int:
 
 
 def reserve_properties(cls: type) -> None:
-    """Have an assignment to a property of `cls` that cannot be set say which names are free."""
+    """Let an assignment to a read-only property of `cls` raise an error that explains the conflict."""
     for name, value in vars(cls).copy().items():
         if isinstance(value, property) and value.fset is None:
             setattr(cls, name, value.setter(partial(_refuse_value, name=name)))
@@ -334,7 +336,7 @@ def _refuse_value(node: object, _value: object, name: str) -> NoReturn:
 
 
 def refuse_assignment(node: object, name: str) -> NoReturn:
-    """Raise AttributeError for a program's own value under a name that every node has."""
+    """Raise AttributeError if a program sets an attribute whose name every node has."""
     kind = type(node).__name__
     raise AttributeError(
         f"'{name}' is a property of every Node, and cannot be set: give this attribute of {kind} "
@@ -345,7 +347,7 @@ def refuse_assignment(node: object, name: str) -> NoReturn:
 
 
 reserve_properties(BaseNode)
-BaseNode.__init__.__qualname__ = 'Node.__init__'  # as Python names it to who forgets the name
+BaseNode.__init__.__qualname__ = 'Node.__init__'  # for Python's error if the name is missing
 
 
 @contextmanager

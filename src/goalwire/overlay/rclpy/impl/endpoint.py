@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Endpoint:
-    """Mixed into an entity of goalwire.entities, which does the work. Its block ends with its destruction."""
+    """A mixin for entities of goalwire.entities, which do the work. A `with` block destroys them."""
 
     qos_profile: QoSProfile
 
@@ -44,12 +44,12 @@ class Endpoint:
 
     @property
     def handle(self) -> Self:
-        """Its handle, as rclpy's programs use it. A `with` block of it does not destroy the entity."""
+        """The handle, as rclpy's programs use it. Its `with` block does not destroy the entity."""
         return handle_of(self)
 
     @property
     def logger_name(self) -> str:
-        """The name of its node's logger, as in newer rclpy; raises InvalidHandle once destroyed."""
+        """The name of the node's logger, as in newer rclpy; raises InvalidHandle once destroyed."""
         if self.destroyed:
             raise InvalidHandle
         return self.node.logger_name
@@ -64,7 +64,7 @@ class TopicEndpoint(Endpoint):
     """A publisher or a subscription."""
 
     event_handlers: Sequence[EventHandler] = ()
-    """The handlers of its events: the program's own and the default ones."""
+    """The handlers of the endpoint's events: the program's and the default handlers."""
 
     @property
     def topic_name(self) -> str:
@@ -88,7 +88,7 @@ class ServiceEndpoint(Endpoint):
 
     @property
     def srv_name(self) -> str:
-        """The name as it was given."""
+        """The name given to the constructor."""
         return self.name
 
     def configure_introspection(
@@ -99,21 +99,21 @@ class ServiceEndpoint(Endpoint):
     ) -> None:
         """Publish each step of calls on `<service>/_service_event`, or stop that (OFF).
 
-        Raises TypeError for what is not a state, InvalidHandle once destroyed.
+        Raises TypeError for an invalid state, InvalidHandle once destroyed.
         """
         self.introspect(clock, service_event_qos_profile.to_core(), introspection_state)
 
 
 class Adopted:
-    """An entity of an AsyncNode, to be mixed in first.
+    """A mixin for entities of an AsyncNode; it must be the first base class.
 
-    The node learns of its destruction, and cancels its callbacks.
+    The node is notified of the entity's destruction, and cancels the entity's callbacks.
     """
 
     on_destroy: Callable[[], object] | None = None
 
     def destroy(self) -> None:
-        """End it, and cancel the callbacks that run, save one that calls this. Idempotent."""
+        """Destroy the entity and cancel its running callbacks, except the one that calls this. Idempotent."""
         super().destroy()  # type: ignore[misc]  # the entity's
         if self.on_destroy is not None:
             self.on_destroy()

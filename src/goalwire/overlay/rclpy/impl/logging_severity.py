@@ -1,4 +1,4 @@
-"""rclpy.impl.logging_severity: how grave a log message is."""
+"""rclpy.impl.logging_severity: the severity of a log message."""
 
 from goalwire.logging.record import LoggingSeverity
 from rclpy._reexports import reexport

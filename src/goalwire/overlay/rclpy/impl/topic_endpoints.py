@@ -40,7 +40,7 @@ class TopicEndpoints(BaseNode):
         """Create a publisher; `qos_profile` is a profile or a history depth.
 
         Raises InvalidTopicNameException, TypeError or RuntimeError for a bad type or profile,
-        UnsupportedEventTypeError for an event that the wire cannot tell, InvalidQosOverridesError.
+        UnsupportedEventTypeError for an event that the wire cannot detect, InvalidQosOverridesError.
         """
         self.handle.check_open()
         profile = self._ros_overridden(QoSProfile.of(qos_profile), 'publisher', topic, qos_overriding_options)
@@ -123,9 +123,9 @@ class TopicEndpoints(BaseNode):
     ) -> Subscription[MsgT]:
         """Create a subscription; `callback(message)` or `callback(message, info)`, plain or `async def`.
 
-        With `raw` the callback gets serialized bytes. With `views` sequences of numbers are read-only
-        memoryviews, which stay in shared memory where the message came through it; serialized bytes are one,
-        too. They are valid as long as they are held. Raises as create_publisher does.
+        With `raw` the callback gets serialized bytes. With `views`, sequences of numbers and
+        serialized bytes are read-only memoryviews. If the message came through shared memory, they point into
+        it and stay valid as long as they are referenced. Raises as create_publisher does.
         """
         self.handle.check_open()
         profile = self._ros_overridden(
@@ -146,7 +146,7 @@ class TopicEndpoints(BaseNode):
     def _ros_overridden(
         self, profile: QoSProfile, entity: str, topic: str, options: QoSOverridingOptions | None
     ) -> QoSProfile:
-        """Return the profile as the node's parameters change it for this publisher or subscription."""
+        """Return the profile with the overrides in the node's parameters for this endpoint."""
         if options is None:
             return profile
         from rclpy.qos_overriding_options import overridden
@@ -186,7 +186,7 @@ class TopicEndpoints(BaseNode):
 
 
 def destroy_owned(entity: Any, owned: list[Any]) -> bool:
-    """Destroy one of a node's entities and take it off the node's list; False if it is not there."""
+    """Destroy one of a node's entities and remove it from the node's list; False if it is not in the list."""
     if entity not in owned:
         return False
     owned.remove(entity)
@@ -194,7 +194,7 @@ def destroy_owned(entity: Any, owned: list[Any]) -> bool:
     return True
 
 
-# Python's errors name a function by this. Users know these as functions of Node.
+# Python's errors show the qualified name. Users know these functions as methods of Node.
 for _function in (
     TopicEndpoints.create_publisher,
     TopicEndpoints.create_subscription,

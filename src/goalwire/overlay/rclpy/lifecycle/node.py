@@ -30,16 +30,16 @@ MsgT = TypeVar('MsgT')
 
 
 class LifecycleNodeMixin(ManagedEntity):
-    """Makes a Node a managed one: `class Mine(LifecycleNodeMixin, Node)`, both initialized, Node first.
+    """Makes a Node a managed node: `class Mine(LifecycleNodeMixin, Node)`. Initialize Node before the mixin.
 
-    The transition callbacks (on_configure and so on) call those of the managed entities in the order in which
-    these were added, up to the first that does not say SUCCESS. Override them; call super() to extend them.
+    The transition callbacks (on_configure and so on) call those of the managed entities in the order of their
+    addition, until one does not return SUCCESS. Override them; call super() to extend them.
     """
 
     def __init__(
         self, *, enable_communication_interface: bool = True, callback_group: CallbackGroup | None = None
     ) -> None:
-        """Without `enable_communication_interface` there are no services; events are published even so."""
+        """Offer services unless `enable_communication_interface` is false; transition events always."""
         node = self._ros_as_node()
         clock = node.get_clock()
         self._ros_lifecycle = LifecycleCore(node.handle, self, lambda: clock.now().nanoseconds)
@@ -51,7 +51,7 @@ class LifecycleNodeMixin(ManagedEntity):
         return cast('Node', self)
 
     def trigger_configure(self) -> TransitionCallbackReturnType:
-        """Make the node inactive; as all triggers raises RCLError if that is not a transition from here."""
+        """Make the node inactive. Each trigger raises RCLError if its transition is not allowed now."""
         return self._ros_lifecycle.trigger(CONFIGURE)
 
     def trigger_cleanup(self) -> TransitionCallbackReturnType:
@@ -101,9 +101,9 @@ class LifecycleNodeMixin(ManagedEntity):
     def create_lifecycle_publisher(
         self, msg_type: type[MsgT], topic: str, qos_profile: QoSProfile | int, **kwargs: Any
     ) -> LifecyclePublisher[MsgT]:
-        """Create a publisher that publishes while the node is active; takes what create_publisher takes.
+        """Create a publisher that publishes while the node is active. Arguments are as in create_publisher.
 
-        Raises as that does, and TypeError for `publisher_class`.
+        Raises as create_publisher does, and TypeError for `publisher_class`.
         """
         if 'publisher_class' in kwargs:
             raise TypeError("create_publisher() got an unexpected keyword argument 'publisher_class'")
@@ -121,10 +121,10 @@ class LifecycleNodeMixin(ManagedEntity):
 
 
 class LifecycleNode(LifecycleNodeMixin, Node):
-    """A managed node. Takes what Node takes, and `enable_communication_interface`."""
+    """A managed node. Takes the arguments of Node, and `enable_communication_interface`."""
 
     def __init__(self, node_name: str, *, enable_communication_interface: bool = True, **kwargs: Any) -> None:
-        """Raises as Node does."""
+        """Construct the node; raises as Node does."""
         Node.__init__(self, node_name, **kwargs)
         LifecycleNodeMixin.__init__(self, enable_communication_interface=enable_communication_interface)
 
