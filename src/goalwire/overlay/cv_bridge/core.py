@@ -86,7 +86,7 @@ class CvBridge:
         if step < row or len(data) < step * height:
             raise CvBridgeError(
                 f'a picture of {width} x {height} in {img_msg.encoding} has rows of {row} bytes or more, '
-                f'but the message has {len(data)} bytes and a step of {step}'
+                f'but the message has {len(data)} bytes with a step of {step}'
             )
         rows = np.ascontiguousarray(data[: step * height].reshape(height, step)[:, :row])
         shape = (height, width) if channels == 1 else (height, width, channels)
@@ -105,7 +105,7 @@ class CvBridge:
         """
         _check_is_array(cvim)
         if cvim.ndim not in {2, 3}:
-            raise CvBridgeError(f'a picture has 2 or 3 dimensions, but this array has {cvim.ndim}')
+            raise CvBridgeError(f'a picture has 2 or 3 dimensions, and this array {cvim.ndim}')
         channels = 1 if cvim.ndim == 2 else cvim.shape[2]
         own = self.dtype_with_channels_to_cvtype2(cvim.dtype, channels)
         if encoding != 'passthrough':
