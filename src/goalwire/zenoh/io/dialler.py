@@ -150,6 +150,7 @@ class Dial:
             self._slots.take(self._begin_with_slot)
 
     def _begin_with_slot(self) -> None:
+        """Begin a round, or pass the slot on if the dial was closed while it waited."""
         self._awaits_slot, self._has_slot = False, True
         if self.is_over:
             self._give_slot()
@@ -162,6 +163,7 @@ class Dial:
             self._poller.call(self._slots.give)
 
     def _begin_round(self) -> None:
+        """Parse all addresses anew and try the first. A malformed address only sets `error`."""
         self._endpoints, self._addresses = [], []
         for locator in self.locators:
             try:
@@ -190,6 +192,8 @@ class Dial:
                 return
 
     def _look_up(self, endpoint: Endpoint) -> None:
+        """Look a host name up on a thread, and go on with the addresses on the thread that reads."""
+
         def ask() -> None:
             try:
                 found = resolve(endpoint)
@@ -235,6 +239,7 @@ class Dial:
         self._next()
 
     def _on_ready(self, _events: int) -> None:
+        """Hand the connected socket over, or try the next address if the connection has failed."""
         with self._lock:
             sock = self._socket
             if sock is None:
@@ -265,6 +270,7 @@ class Dial:
                 sock.close()
 
     def _pause_after_round(self) -> None:
+        """End a failed round: give the slot up, then wait for the next round or give the dial up."""
         self._give_slot()
         self.failed_rounds += 1
         retry = self._retry

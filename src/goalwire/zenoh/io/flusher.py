@@ -67,6 +67,7 @@ class Flusher:
             link.release()
 
     def _run(self) -> None:
+        """Sleep until a link holds messages back, then follow the flood; the session's thread runs this."""
         while not self._is_closed:
             self._sleeps = True
             if not self.held:

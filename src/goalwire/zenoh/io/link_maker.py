@@ -42,6 +42,7 @@ class LinkMaker:
             self._secured().check_dialling()
 
     def _check_protocol(self, endpoint: Endpoint) -> None:
+        """Refuse addresses without TLS if security is on: certificates identify the other side."""
         if self._identify is not None and endpoint.protocol != 'tls':
             raise TransportError(
                 f'{endpoint.protocol}/{endpoint.host}:{endpoint.port} is not protected, and security is on: '

@@ -32,6 +32,7 @@ class QueryTimer:
             later.cancel()
 
     def _expire(self, queries: PendingQueries) -> None:
+        """End the queries that have timed out, and set the timer for the next timeout."""
         with self._lock:
             timer, self._timer, self._when = self._timer, None, NEVER
         if timer is not None:

@@ -62,6 +62,7 @@ class Relinking:
             self._lost.add(zid)
 
     def _believe_links(self) -> None:
+        """End the doubt after a stop: the remaining links count as alive for another lease."""
         timer, self._timer = self._timer, None
         if timer is not None:
             timer.cancel()

@@ -204,6 +204,7 @@ class TlsStream:
                 self._is_sending = False
 
     def _send(self, data: memoryview) -> int:
+        """Encrypt as long as the socket takes all. So at most JOINED_SIZE bytes wait encrypted."""
         if not self._flush():
             raise BlockingIOError
         taken = 0
@@ -276,6 +277,7 @@ class TlsSocketLink(SocketLink):
         self._shake_hands()
 
     def _shake_hands(self) -> None:
+        """Go on with the handshake of TLS. After it, identify the other side, then start the link."""
         try:
             self._is_secure = self._tls.shake_hands()
         except ssl.SSLEOFError:

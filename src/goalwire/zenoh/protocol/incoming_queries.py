@@ -144,6 +144,7 @@ class RemoteQuery(Query):
         self._transmit(self._response(answer))
 
     def _finish(self) -> None:
+        """Send RESPONSE_FINAL if all other queryables have ended: each request gets one over a link."""
         with self._outgoing.lock:
             self._others.pop()
             if self._others:
@@ -154,6 +155,7 @@ class RemoteQuery(Query):
         self._outgoing.send(2 * (self._qos & 7) + 1, message, not self._qos & BLOCK, is_answer=True)
 
     def _response(self, answer: Answer) -> bytes:
+        """Return the RESPONSE for an answer, or with the error for the query's own key."""
         if type(answer) is Sample:
             head = response_head(self._request, answer.key, self._qos, self._replier)
             payload = answer.payload

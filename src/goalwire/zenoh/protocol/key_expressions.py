@@ -180,6 +180,7 @@ def _chunks_cover(wide: Sequence[str], narrow: Sequence[str]) -> bool:
 
 
 def _chunk_meets(one: str, other: str) -> bool:
+    """Return whether some chunk matches both. A chunk that begins with @ matches only itself."""
     if one == other:
         return True
     if _is_verbatim(one) or _is_verbatim(other):
@@ -192,6 +193,7 @@ def _chunk_meets(one: str, other: str) -> bool:
 
 
 def _chunk_covers(wide: str, narrow: str) -> bool:
+    """Return whether `wide` matches each chunk that `narrow` matches; `wide` is not `**`."""
     if wide == narrow:
         return True
     if narrow == ANY_CHUNKS or _is_verbatim(wide) or _is_verbatim(narrow):

@@ -47,6 +47,7 @@ class Liveliness:
             self._changes.post((watcher, change))
 
     def _deliver(self, change: tuple[Watcher, Sample]) -> None:
+        """Call a watcher. An error of one watcher must not keep the others from being called."""
         watcher, sample = change
         try:
             watcher(sample)

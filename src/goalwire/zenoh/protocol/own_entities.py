@@ -82,6 +82,7 @@ class OwnEntities:
         return True
 
     def _tell_links(self, kind: Kind, number: int, key: str, *, complete: bool = False) -> None:
+        """Declare a new entity on all links whose other side wants it and may learn of it."""
         for link in self._links.up:
             if (link.role is not Role.CLIENT or link.peer.wants(kind, key)) and self._may_learn(
                 link, kind, key

@@ -37,9 +37,10 @@ class SharedPayloads:
         return self._fetch
 
     def _fetch(self, slices: Slices) -> Payload | None:
+        """Return the payload; its priority names the counter that the read lowers."""
         memory = self._memory
         assert memory is not None
         payload = memory.take(slices, self._qos & 7, as_view=self._as_view)
         if payload is None:
-            self._refuse('message in shared memory', 'its sender has used its memory again')
+            self._refuse('message in shared memory', 'its sender has reused the memory')
         return payload

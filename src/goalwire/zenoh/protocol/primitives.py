@@ -53,6 +53,7 @@ def unknown_extension(header: int) -> ZenohProtocolError:
 
 
 def _long_z(number: int) -> bytes:
+    """Encode by the grammar: seven bits in each byte, and eight bits in the ninth."""
     out = bytearray()
     while number > 0x7F and len(out) < 8:
         out.append(number & 0x7F | 0x80)

@@ -69,6 +69,7 @@ class RouterLink(Link):
         self._relay = relay
 
     def _take_push(self, data: bytes, at: int, end: int) -> int:
+        """Read a PUSH only to find its key and end; its body is passed on unread."""
         header = data[at]
         scope, suffix, start = read_wire_key(data, at + 1, header)
         qos, body = read_extensions(data, start) if header & MORE else (DEFAULT_QOS, start)
@@ -79,6 +80,7 @@ class RouterLink(Link):
         return at
 
     def _take_request(self, data: bytes, at: int, end: int) -> int:
+        """Read a REQUEST to find its key, target and end. For an unknown key the query ends at once."""
         header = data[at]
         request, at = read_request_id(data, at + 1)
         scope, suffix, start = read_wire_key(data, at, header)
@@ -93,6 +95,7 @@ class RouterLink(Link):
         return at
 
     def _take_response(self, data: bytes, at: int, end: int) -> int:
+        """Read a RESPONSE to find its key and end. The router finds the asking link by its number."""
         header = data[at]
         request, at = read_request_id(data, at + 1)
         scope, suffix, start = read_wire_key(data, at, header)

@@ -102,6 +102,7 @@ class RouterProtocol(SessionProtocol):
     # ---- declarations
 
     def _add_declared(self, link: Link, declaration: Declaration, key: str) -> None:
+        """Keep an entity, and relay it if it was kept: it may be refused, or beyond the bounds."""
         kind, number = declaration.kind, declaration.number
         is_refused = kind is Kind.TOKEN and link.peer.has(kind, number)
         super()._add_declared(link, declaration, key)

@@ -418,6 +418,7 @@ class Querier:
     def _ask_own(
         self, queryable: Queryable, request: int, query: PendingQuery, message: QueryMessage
     ) -> None:
+        """Ask a queryable of this session, on this thread. Its end counts as the last answer of `_HERE`."""
         session = self._session
         asked = LocalQuery(message, query, lambda: session.queries.take_final(_HERE, request))
         try:

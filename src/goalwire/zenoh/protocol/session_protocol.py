@@ -306,6 +306,7 @@ class SessionProtocol:
             self.routes.note_change()
 
     def _remove_declared(self, link: Link, kind: Kind, number: int) -> None:
+        """Forget an undeclared entity. A number without a key also invalidates the receivers found by it."""
         if kind is Kind.EXPRESSION:
             if link.peer.remove_expression(number):
                 self.routes.forget()

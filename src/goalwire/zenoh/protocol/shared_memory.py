@@ -111,7 +111,7 @@ def encode_pointer(pointer: Pointer) -> bytes:
 
 
 def read_slices(data: bytes, at: int, end: int) -> tuple[Slices, int]:
-    """Return the slices at `at` and the position behind them; raises ZenohProtocolError or IndexError."""
+    """Return the slices at `at` and the position after them. Raises ZenohProtocolError or IndexError."""
     count, at = decode_z(data, at)
     if not 0 < count <= MOST_SLICES:
         raise ZenohProtocolError(f'a payload of {count} slices')
@@ -133,10 +133,11 @@ def read_slices(data: bytes, at: int, end: int) -> tuple[Slices, int]:
 
 
 def _read_pointer(data: bytes, at: int, end: int) -> Pointer:
+    """Read the numbers of a pointer, each within the size that the segments have for it."""
     size, at = decode_z(data, at)
     segment, at = decode_z(data, at)
     header, at = decode_z(data, at)
     generation, at = decode_z(data, at)
     if at != end or not size or segment >> 16 or header >> 16 or generation >> 32:
-        raise ZenohProtocolError('a pointer to shared memory that cannot be')
+        raise ZenohProtocolError('an impossible pointer to shared memory')
     return Pointer(size, segment, header, generation)

@@ -68,6 +68,7 @@ def read_partner(number: int) -> Partner:
 
 
 def _read(segment: ForeignSegment) -> Partner:
+    """Read the older form or the newer one; the version and the size show which it is."""
     data = segment.read(layout.AUTH_SIZE, 0)
     if len(data) < layout.AUTH_HEAD.size or len(data) != segment.size:
         raise ValueError(f'a segment of {segment.size} bytes')

@@ -71,6 +71,7 @@ class Lender:
             del self._probes[number]
 
     def _tell_late(self, probe: _Probe) -> None:
+        """Warn once if the reader has not returned the probe in time."""
         if not probe.is_told and monotonic() - probe.sent_at > PATIENCE_S:
             probe.is_told = True
             self._warn(

@@ -143,6 +143,7 @@ class MemoryPool:
         return found[0] if found else None
 
     def _borrow(self, size: int, found: list[Chunk]) -> None:
+        """Find room, first in returned loans, then in chunks of ended processes, then in a new segment."""
         if not self._is_open:
             return
         self._collect()
@@ -178,13 +179,14 @@ class MemoryPool:
             self._no_growth_before = now + PAUSE_S
             if first:
                 self._warn(
-                    f'no shared memory of {new} bytes can be had ({error.strerror or error}): '
+                    f'no shared memory of {new} bytes is available ({error.strerror or error}): '
                     'large messages go over sockets; make room in /dev/shm, or lower ZENOH_SHM_ALLOC_SIZE'
                 )
             return False
         return True
 
     def _make_metadata(self) -> None:
+        """Make the segment of headers. It names its owner, by which goalwire's readers recognise it."""
         metadata = OwnSegment(layout.METADATA_SIZE, 16)
         layout.OWNER.pack_into(metadata.map, layout.OWNER_AT, layout.MAGIC, self._owner)
         self._counts = memoryview(metadata.map).cast('I')
@@ -272,6 +274,7 @@ class MemoryPool:
     # ---- what comes back
 
     def _end_loan(self, index: int, lent: Lent) -> None:
+        """Make a header free again, and end its hold on the chunk."""
         chunk = lent.chunks.pop(index, None)
         if chunk is not None and self._is_open:
             lent.size -= chunk.size
@@ -310,6 +313,7 @@ class MemoryPool:
         self._section.run(self._close)
 
     def _close(self) -> None:
+        """Forget the readers, then remove the segments. Chunks that are still in use are not freed later."""
         self._is_open = False
         for lent in list(self._readers):
             self._forget(lent)

@@ -126,6 +126,7 @@ class MemoryReader:
             raise
 
     def _take(self, slices: Slices, priority: int, *, as_view: bool) -> bytes | memoryview | None:
+        """Join the slices. Pointers are followed even after a lost slice, to give all headers back."""
         size = sum(each.size if isinstance(each, Pointer) else len(each) for each in slices)
         if size > self._largest:
             raise ZenohProtocolError(f'a message in shared memory has more than {self._largest} bytes')
@@ -155,7 +156,7 @@ class MemoryReader:
             if metadata.is_ours_alone:
                 return self._take_own(metadata, pointer, as_view=as_view)
             if self._make_atomic is None:
-                raise ZenohProtocolError('it sent a pointer, and was told that none can be read')
+                raise ZenohProtocolError('it sent a pointer, although this side cannot read pointers')
             return self._take_foreign(metadata, metadata.atomic(self._make_atomic), pointer)
         except (OSError, ValueError) as error:
             raise ZenohProtocolError(f'its shared memory cannot be read: {error}') from None
@@ -210,6 +211,7 @@ class MemoryReader:
             atomic.fetch_sub_u32(pointer.header * _HEADER.size, 1)
 
     def _open_metadata(self, number: int) -> Metadata:
+        """Return an open metadata segment. A name may be reused by a new file, so it is checked each time."""
         metadata = self._metadata.get(number)
         if metadata is not None and (metadata.is_ours_alone or metadata.file.is_current()):
             return metadata

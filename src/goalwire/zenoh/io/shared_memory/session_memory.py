@@ -100,6 +100,7 @@ class SessionMemory:
         self._odd.add(partner.number)
 
     def _open(self) -> OwnAuth | None:
+        """Make the session's segments for the first link that can use them; sweep orphans before."""
         with self._lock:
             if self._own is None and self._is_on:
                 if not _swept:
@@ -111,7 +112,7 @@ class SessionMemory:
                     own = OwnAuth(os.urandom, reads_all=self._make_atomic is not None)
                 except OSError as error:
                     self._is_on = False
-                    self._warn(f'no shared memory can be had ({error.strerror or error}): it sends bytes')
+                    self._warn(f'no shared memory is available ({error.strerror or error}): it sends bytes')
                     return None
                 self._own = own
                 self.pool = MemoryPool(self._settings.pool_size, self._settings.least, own.number, self._warn)
@@ -120,6 +121,7 @@ class SessionMemory:
     def _make_link(
         self, partner: Partner, counters: tuple[int, ...], send: Callable[[bytes], object]
     ) -> LinkMemory:
+        """Make the memory of one link. Lending needs a reader that can read goalwire's headers."""
         lender = None
         if self.pool is not None and (partner.reads_all or partner.is_goalwire):
             lender = Lender(self.pool, self.pool.add_reader(partner.segment), send, self._warn)
