@@ -350,6 +350,8 @@ class ROSClock(Clock):
         """Switch between the override and system time."""
         if enabled == self.overridden:
             return
+        # The order is that of rcl: pre-callbacks, the switch, post-callbacks. The listeners' remaining times
+        # are read before the switch, since they are in the time of the earlier source.
         change = ClockChange.ROS_TIME_ACTIVATED if enabled else ClockChange.ROS_TIME_DEACTIVATED
         jump = TimeJump(change, Duration())
         told = self._tell_before(jump)

@@ -278,6 +278,8 @@ class Executor(CallbackRunner):
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002
         """End every spin, remove the nodes, and return True. A callback that runs now may end later."""
+        # `closed` comes first: after it no thread falls asleep at the queue, so `wake_all` reaches all
+        # sleepers.
         self._is_shutdown = self._ready.closed = True
         for node in self.get_nodes():
             self.remove_node(node)

@@ -372,6 +372,8 @@ class MultiThreadedExecutor(Executor):
 
     def _await_drain(self, waiter: Waiter, deadline: int | None) -> None:
         """Let the workers run the work that has come by now, but do not wait for callbacks that block."""
+        # The tracker is in `_drains` before it gathers: workers report each change that comes after its look.
+        # A callback may block for ever, so the wait ends if no callback has ended for _PATIENCE.
         drain = DrainTracker(waiter.wake)
         self._drains.append(drain)
         try:
@@ -431,7 +433,8 @@ class MultiThreadedExecutor(Executor):
         taking = self._pool.taking
         active_executors.executors.append(self)
         while not (self._retires() and self._leaves()):
-            taking.add(thread)  # first: see DrainTracker
+            # Before the look at the queues, so that an ending spin knows of this worker: see DrainTracker.
+            taking.add(thread)
             source = handed_over.pop() if handed_over.items else None
             if source is None and self._spins:
                 source = self._next()
@@ -461,6 +464,8 @@ class MultiThreadedExecutor(Executor):
         return bool(self._spins) or self._retires()
 
     def _ensure_polled(self, source: CallbackSource, thread: threading.Thread) -> None:
+        # `busy` first, then `taking`: at each moment the worker is in one of them at least. An error is noted
+        # before the worker leaves `busy`, so a spin that waits for the worker finds it.
         busy = self._pool.busy
         busy[thread] = source
         self._pool.taking.discard(thread)

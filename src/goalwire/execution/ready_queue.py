@@ -405,6 +405,8 @@ class NodeWorkQueue:
 
     def attach(self, queue: ReadyQueue, timer_heap: TimerHeap) -> None:
         """From now on post to `queue`, and let timers follow `timer_heap`."""
+        # `queue` is set before the backlog is flushed. `post` appends to the backlog, then looks at `queue`.
+        # So work that is posted meanwhile is flushed by one of the two.
         if self.queue is not None:
             self.detach()
         self.home.driver = queue.driver
@@ -425,6 +427,8 @@ class NodeWorkQueue:
 
     def detach(self) -> None:
         """Take all pending work back from the executor. Timers keep their due times."""
+        # `queue` is reset before the work is moved out. `post` appends to the queue, then looks whether it is
+        # still the node's queue. So work that is posted meanwhile is moved out by one of the two.
         queue = self.queue
         if queue is None:
             return

@@ -112,6 +112,8 @@ class SignalListener:
     # -- on the listener's thread
 
     def _listen(self) -> None:
+        # Each number first goes to the descriptor that was installed before, then counts as a signal of ours.
+        # The wait on the wire is ended for every signal, since the program may have handlers of its own.
         if sys.platform != 'win32':
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})  # `pass_on` may write to a closed end
         with suppress(OSError):
@@ -197,6 +199,8 @@ class _Handler:
         """The handler that `signal.getsignal` returned; None if no Python code has installed it."""
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
+        # The listener is told first, so that it does not end the contexts in the main thread's place. The
+        # previous handler comes last, since it may raise, as Python's own does for SIGINT.
         for listener in _listeners:
             listener.noticed()
         _end(_ended.alive(), number)

@@ -99,6 +99,8 @@ class SingleThreadedExecutor(Executor):
         return True
 
     def _wait_for_turn(self, waiter: Waiter, deadline: int | None) -> bool:
+        # The waiter is added before the turn is tried. The thread with the turn frees it, then looks for
+        # successors. So either the turn is free by now, or that thread wakes this one.
         self._successors.append(waiter)
         try:
             if self._takes_turn():

@@ -103,6 +103,8 @@ class SpinWatch:
             self._is_first = False
             for look in self._shutdown_signal.early_looks:
                 look()
+        # A suspect without a mark, or with a mark that the look before found, too, is told, and the watch
+        # ends. New suspects are confirmed by a look soon after. Otherwise the pause grows.
         suspects = self._find()
         before, self._marks = self._marks, []
         for suspect in suspects:

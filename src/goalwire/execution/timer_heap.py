@@ -80,6 +80,8 @@ class TimerHeap:
 
     def call_due(self, now: int) -> None:
         """Call every entry that is due at `now`."""
+        # The lock covers one step, and not the call of the entry. So an entry may set entries, and other
+        # threads may set and discard entries meanwhile. `earliest` is read without the lock, as a quick look.
         while (earliest := self.earliest) is not None and earliest <= now:
             with self._lock:
                 heap = self.heap
@@ -200,9 +202,8 @@ class TimerThread:
         timer_heap, shutdown_signal = self._timer_heap, self._shutdown_signal
         try:
             while shutdown_signal.alive:
-                self._awake_at = (
-                    None  # before the look at the heap: an entry that is set later wakes this thread
-                )
+                # None before the look at the heap: an entry that is set after the look wakes this thread.
+                self._awake_at = None
                 self._awake_at = due = timer_heap.earliest
                 shutdown_signal.clock.wait(self._waiter, due)
                 self._awake_at = 0

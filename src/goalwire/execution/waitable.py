@@ -116,9 +116,8 @@ class WaitSet:
         wanted = {entity for entities in self._entities.values() for entity in entities}
         for entity in wanted - self._seen.keys():
             self._seen[entity] = 0
-            watch(
-                entity, self._wake
-            )  # before the count: a later event calls `wake`, an earlier one is counted
+            # `watch` comes before the count: a later event calls `wake`, and an earlier event is counted.
+            watch(entity, self._wake)
         for entity in self._seen.keys() - wanted:
             del self._seen[entity]
             unwatch(entity, self._wake)
@@ -397,6 +396,7 @@ class WaitablePoller(CallbackSource):
                 self.work_queue.post(self)
 
     def _ask(self) -> bool:
+        # An error of the program's methods counts as ready: `run` then raises it on the spinning thread.
         waitable, wait_set = self.waitable, self._wait_set
         try:
             with ExitStack() as held:

@@ -199,6 +199,8 @@ class WireWaiter(Waiter):
             self._shutdown_signal.remove_external_sleeper(self)
 
     def _wait_on_descriptors(self, fd_selector: FdSelector, timeout_ns: int | None) -> bool:
+        # If another thread waits in the selector, `wanted` asks it to hand over. The second try covers the
+        # case that it has left in between. If the selector is still taken, the lock is the place to sleep.
         timeout = None if timeout_ns is None else max(timeout_ns, 0) / 1e9
         try:
             self.interrupt = fd_selector.interrupt
@@ -377,6 +379,8 @@ class ShutdownSignal:
             session.silence()
 
     def _tell(self) -> None:
+        # Signal handlers and several threads may call this at once: `popitem` gives each watch to one of
+        # them.
         while self._watchers:
             try:
                 watch, _ = self._watchers.popitem()

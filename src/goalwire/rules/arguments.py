@@ -1,4 +1,4 @@
-"""Parses ROS arguments: what stands between `--ros-args` and `--` on a command line (rcl/arguments.h)."""
+"""Parses ROS arguments: those between `--ros-args` and `--` on a command line (rcl/arguments.h)."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _LONGEST_SHOWN = 500  # characters of an argument that an error shows
 
 
 class ArgumentError(LocalError, ValueError):
-    """ROS arguments that cannot be read; the text is ROS 2's own.
+    """An error for ROS arguments that cannot be parsed. The text is ROS 2's own.
 
     Programs get RCLError or RCLInvalidROSArgsError.
     """
 
 
 class UnknownArguments(ArgumentError):
-    """ROS arguments that ROS 2 does not know: `arguments`. Programs get UnknownROSArgsError."""
+    """An error for ROS arguments that ROS 2 does not know: `arguments`. Programs get UnknownROSArgsError."""
 
     def __init__(self, arguments: Sequence[str]) -> None:
         self.arguments = tuple(arguments)
@@ -47,7 +47,7 @@ class ParameterOverride:
 
     @property
     def nodes(self) -> NodeValues:
-        """The value, by parameter, by the name of the nodes that take it."""
+        """The value in two dicts: by the name of the nodes that take it, then by the parameter's name."""
         return {self.node or '/**': {self.name: self.value}}
 
 
@@ -66,11 +66,11 @@ class ParameterFile:
 
 @record
 class Arguments:
-    """A command line's ROS arguments, and the `rest` of it in its own order."""
+    """The ROS arguments of a command line, and `rest`, its other arguments in their order."""
 
     remaps: tuple[RemapRule, ...] = ()
     parameters: tuple[ParameterOverride | ParameterFile, ...] = ()
-    """In the order given: a later one wins over an earlier."""
+    """The overrides in the order given. A later override of the same parameter wins."""
     log_levels: tuple[tuple[str, LoggingSeverity], ...] = ()
     """Pairs of logger name and severity; the name '' is the default of all loggers."""
     enclave: str | None = None
@@ -86,8 +86,9 @@ class Arguments:
     def overrides_for(self, full_node_name: str) -> dict[str, ParameterValue]:
         """Return the parameters that `-p` and the files give to the node with this fully qualified name.
 
-        As in rcl the values are collected by the names of nodes that they are for, `-p` without one meaning
-        `/**`. A later name wins over an earlier one, and counts from where it appeared first.
+        As in rcl, the values are first collected by the names of nodes for which they are given; `-p` without
+        a node means `/**`. Then the names apply in the order of their first appearance, and a later name
+        wins.
         """
         nodes: NodeValues = {}
         for item in self.parameters:
@@ -105,15 +106,15 @@ class Arguments:
 
     @property
     def params_files(self) -> tuple[str, ...]:
-        """The paths of all `--params-file`, in order."""
+        """Return the paths of all `--params-file`, in order."""
         return tuple(item.path for item in self.parameters if isinstance(item, ParameterFile))
 
 
 def parse_arguments(arguments: Sequence[str]) -> Arguments:
     """Read a command line, its program name included or not.
 
-    Raises ArgumentError with ROS 2's text for a rule that does not parse, UnknownArguments for ROS arguments
-    that nobody knows, TypeError for what is not a string. Files are named, not read.
+    Raises ArgumentError with ROS 2's text for a rule that does not parse, UnknownArguments for unknown ROS
+    arguments, TypeError for an argument that is not a string. It does not read the files.
     """
     parser = _Parser()
     parser.read(arguments)
@@ -288,7 +289,7 @@ def _require(text: str | None, complaint: str) -> str:
 
 
 def _assignment_hint(flag: str, text: str) -> str:
-    """Say how a rule is written whose `:=` is missing or has nothing behind it."""
+    """Return a hint how to write a rule, if its `:=` or its value is missing; else ''."""
     if text.endswith(':='):
         return f"; what stands behind := is missing (write '{flag} {shown(text, _LONGEST_SHOWN)}…')"
     if ':=' in text:
@@ -300,7 +301,7 @@ def _assignment_hint(flag: str, text: str) -> str:
 
 @contextmanager
 def _saying(what: str, hint: str = '') -> Iterator[None]:
-    """Turn a RuleSyntaxError into an ArgumentError that names the two arguments."""
+    """Turn a RuleSyntaxError into an ArgumentError that names the option and its value."""
     try:
         yield
     except RuleSyntaxError as error:

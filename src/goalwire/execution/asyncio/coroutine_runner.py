@@ -99,6 +99,9 @@ class CoroutineRunner(CallbackSource):
 
     def run(self) -> None:
         """Do one step, and ask for the next one if there is more to do."""
+        # `_posted` is reset first, so a `wake` during the step posts the runner again. `_missed` is set
+        # before the second look at the turn: either the other thread sees it after its step, or the turn is
+        # free.
         self._posted = False
         if not self._turn.acquire(blocking=False):
             self._missed = True
@@ -136,6 +139,7 @@ class CoroutineRunner(CallbackSource):
 
         If a thread is in the middle of a step, that thread closes the loop after the step.
         """
+        # `_closing` is set before the turn is tried, and `run` looks at it after giving the turn back.
         self._closing = True
         self.work_queue.discard_timer_entry(self._timer_entry)
         if self._turn.acquire(blocking=False):
@@ -207,6 +211,8 @@ class RunnerPool:
 
         `ended` is called at its end. After `close` the coroutine is cancelled at its first await.
         """
+        # The runner is chosen and loaded under the lock. So two coroutines do not choose the same idle
+        # runner, and `close` finds every runner that was loaded before it.
         with self._lock:
             runner = self._make() if self._closed else self._runner_for(group)
             runner.start(Start(coroutine, context, ended))

@@ -146,6 +146,7 @@ class AsyncExecutor(CallbackRunner):
             self._on_this_thread.remove(self)
 
     def _turn(self) -> None:
+        # During the turn posts ask for no further turn; `_listen` at the end asks for one if work is left.
         if self._is_shutdown:
             return
         self._ready.unlisten(self._ask)

@@ -193,6 +193,8 @@ class SteppedLoop(asyncio.SelectorEventLoop):
 
         Raises the KeyboardInterrupt or SystemExit of a task.
         """
+        # While `_stepping` has this thread's ident, callbacks that the step itself queues call no `wake`: the
+        # caller looks at `more` and `whens` after the step. Other threads' callbacks still call `wake`.
         outer = _leave_outer() if _get_running_loop() is not None else None
         self._stepping = get_ident()
         try:

@@ -1,4 +1,4 @@
-"""Which goals a cancel request means, and what the server answers (action_msgs/srv/CancelGoal).
+"""Cancel requests: the goals that they ask for, and the server's answers (action_msgs/srv/CancelGoal).
 
 | goal id | stamp | asks for                                  |
 |---------|-------|-------------------------------------------|
@@ -39,11 +39,11 @@ class CancelCode(IntEnum):
 
 
 class Candidate(Protocol):
-    """The facts about a goal on which the choice depends."""
+    """A goal as `choose` sees it."""
 
     @property
     def stamp_ns(self) -> int:
-        """When it was accepted (ROS time)."""
+        """The time of its acceptance (ROS time)."""
 
     @property
     def status(self) -> GoalStatus:
@@ -62,7 +62,7 @@ class Cancellation(Generic[RequestT]):
         """True if a single goal was asked for, only by its id."""
         self.undecided = set(goals)
         self.canceling: dict[GoalId, int] = {}
-        """Those that went to CANCELING, with the stamps of their acceptance."""
+        """The goals that went to CANCELING, with the stamps of their acceptance."""
         self.came_too_late = False
         """True once the user has decided about a goal that could no longer be cancelled."""
 
@@ -78,7 +78,7 @@ class Cancellation(Generic[RequestT]):
 
 
 class Cancellations(Generic[RequestT]):
-    """The cancel requests of one server about whose goals the user is being asked."""
+    """The cancel requests of one server for which decisions of the user are still awaited."""
 
     def __init__(self) -> None:
         self.open: dict[int, Cancellation[RequestT]] = {}
@@ -86,16 +86,16 @@ class Cancellations(Generic[RequestT]):
         self._next = 0
 
     def add(self, cancellation: Cancellation[RequestT]) -> int:
-        """Number one more request, and return the number."""
+        """Add a request, and return its number."""
         number = self._next
         self._next += 1
         self.open[number] = cancellation
         return number
 
     def take_decision(self, number: int, goal_id: GoalId) -> Cancellation[RequestT] | None:
-        """Take the user's decision about one goal off a request, and return that.
+        """Note that the user has decided about a goal, and return the cancel request.
 
-        None if no decision about the goal is awaited.
+        Returns None if the request does not await a decision about that goal.
         """
         cancellation = self.open.get(number)
         if cancellation is None or goal_id not in cancellation.undecided:
@@ -107,8 +107,8 @@ class Cancellations(Generic[RequestT]):
 def read_stamp(stamp: object) -> int:
     """Return the time of a cancel request in ns.
 
-    Raises TypeError for anything but a Time or a builtin_interfaces/msg/Time, ValueError for one that is not
-    above 0, which would stand for all goals.
+    Raises TypeError for anything but a Time or a builtin_interfaces/msg/Time, ValueError for a time that is
+    not above 0: such a request would cancel all goals.
     """
     nanoseconds: object = getattr(stamp, 'nanoseconds', None)
     if nanoseconds is None and hasattr(stamp, 'nanosec'):

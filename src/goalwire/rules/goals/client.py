@@ -1,4 +1,4 @@
-"""The action client as a pure reactor: which goals it has sent, their states, and who waits for a result.
+"""The action client as a reactor without I/O: the goals that it has sent, their states, and their waiters.
 
     on_send ─► on_goal_reply ─► GoalAccepted or GoalRejected
     on_status ─► StatusChanged…              (forward only, never out of a terminal state)
@@ -45,11 +45,11 @@ if TYPE_CHECKING:
     from goalwire.rules.goals.ids import GoalId
 
 REMEMBERED = 128
-"""How many goals that have ended, or whose server was lost, still get late feedback and statuses."""
+"""The number of goals that are kept for late feedback and statuses, after their end or their server's."""
 
 
 class FeedbackQueue(Protocol):
-    """Where the feedback of one goal waits to be used."""
+    """The queue in which the feedback of one goal waits."""
 
     def deliver(self, event: Any, /) -> object:
         """Queue a message as it came from the wire. Any thread."""
@@ -59,7 +59,7 @@ class FeedbackQueue(Protocol):
 
     @property
     def dropped(self) -> int:
-        """How many messages found it full."""
+        """The number of messages that found the queue full."""
 
 
 class ClientGoal(Generic[WaiterT]):
@@ -80,32 +80,34 @@ class ClientGoal(Generic[WaiterT]):
     def __init__(self, goal_id: GoalId, feedback: FeedbackQueue | None = None, sent_at: int = 0) -> None:
         self.goal_id = goal_id
         self.feedback = feedback
-        """The queue of its feedback; None if nobody wants it."""
+        """The queue of its feedback; None if the user takes none."""
         self.sent_at = sent_at
-        """When, in ns since the UNIX epoch; 0 if another client has sent it."""
+        """The time of sending, in ns since the UNIX epoch; 0 if another client has sent it."""
         self.answered = False
         """True once a server has accepted or refused it."""
         self.status = GoalStatus.UNKNOWN
-        """The last that was heard of it: it only moves forward, and a terminal one is final."""
+        """The latest known status. It only moves forward, and a terminal status is final."""
         self.waiters: list[WaiterT] = []
-        """Those that wait for its result."""
+        """The waiters for its result, as the caller passed them."""
         self.request: Any = None
-        """The caller's: the request for its result that is on its way."""
+        """Belongs to the caller: the request for the result that is not answered yet."""
         self.reason = ''
-        """The caller's: why it was aborted, in the words of a server that knows goalwire."""
+        """Belongs to the caller: why the goal was aborted, if the server is goalwire's and has
+        sent a reason.
+        """
         self.heard: Callable[[], object] | None = None
-        """The caller's: called at each sign of life, feedback and every change of the status."""
+        """Belongs to the caller: a function to be called at each feedback and each change of the status."""
 
 
 @record
 class SentGoals:
-    """How much a client holds at the moment, and how many goals it has had."""
+    """The numbers of goals that a client has now, and has had so far."""
 
     unanswered: int
     active: int
-    """Accepted, and not known to have ended."""
+    """Goals that were accepted, and are not known to have ended."""
     remembered: int
-    """How many have ended and still take late messages."""
+    """Goals that have ended, and still take late messages."""
     waiting_for_results: int
     sent: int
     accepted: int
@@ -116,19 +118,19 @@ class SentGoals:
 
 
 class GoalClient(Generic[WaiterT, ResultT]):
-    """Every goal that one action client has under way. The caller completes each waiter in the end."""
+    """The goals of one action client. The caller completes each waiter in the end."""
 
     def __init__(self) -> None:
         self.active: dict[GoalId, ClientGoal[WaiterT]] = {}
-        """Goals that are under way, or whose results somebody waits for."""
+        """Goals that have not ended, or for whose results a waiter waits."""
         self.ended: OrderedDict[GoalId, ClientGoal[WaiterT]] = OrderedDict()
-        """The latest that were put away."""
+        """The latest goals that left `active`, the oldest first."""
         self._lost: set[GoalId] = set()
-        """Those of `ended` of which no end is known."""
+        """The goals in `ended` of which no terminal status has come."""
         self._feedback_dropped = 0
         self._sent = self._accepted = self._refused = 0
         self._reached = [0] * len(GoalStatus)
-        """How many goals have reached each status."""
+        """The number of goals that have reached each status."""
 
     def find(self, goal_id: GoalId) -> ClientGoal[WaiterT] | None:
         """Return the record of a goal; None if there is none."""
@@ -146,7 +148,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
 
     @property
     def feedback_dropped(self) -> int:
-        """How many feedback messages found their queue full."""
+        """The number of feedback messages that found their queue full."""
         return self._feedback_dropped + sum(queue.dropped for queue in self.feedback_queues())
 
     def statistics(self) -> SentGoals:
@@ -170,7 +172,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
     def on_send(
         self, goal_id: GoalId, feedback: FeedbackQueue | None = None, sent_at: int = 0
     ) -> ClientGoal[WaiterT]:
-        """A goal is about to be sent; raises GoalIdTaken. Call it before the request goes out."""
+        """Record a goal. To be called before its request is sent; raises GoalIdTaken."""
         if goal_id in self.active:
             raise GoalIdTaken(goal_id)
         goal: ClientGoal[WaiterT] = ClientGoal(goal_id, feedback, sent_at)
@@ -181,14 +183,14 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return goal
 
     def on_goal_reply(self, goal_id: GoalId, accepted: bool) -> list[ClientEffect[WaiterT, ResultT]]:
-        """The server has answered: [GoalAccepted], [GoalRejected], or [UnexpectedReply]."""
+        """Handle the server's answer to a goal: [GoalAccepted], [GoalRejected], or [UnexpectedReply]."""
         goal = self.active.get(goal_id)
         if goal is None or goal.answered:
             return [UnexpectedReply(goal_id)]
         goal.answered = True
         if not accepted:
             self._refused += 1
-            if not goal.waiters:  # otherwise the holder of an older goal of this id has asked for it already
+            if not goal.waiters:  # a user of an earlier goal with this id may wait for its result
                 del self.active[goal_id]
             return [GoalRejected(goal_id)]
         self._accepted += 1
@@ -197,12 +199,12 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return [GoalAccepted(goal_id, goal.status)]
 
     def on_send_failed(self, goal_id: GoalId, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
-        """Forget a goal that gets no answer, or that nobody waits for any more: [FailResult…]."""
+        """Forget a goal that gets no answer, or whose answer is not awaited any more: [FailResult…]."""
         goal = self.active.pop(goal_id, None)
         return [] if goal is None else self._fail_waiters(goal, error)
 
     def on_crowd(self) -> bool:
-        """Put the oldest accepted goal away whose end nobody asks for; False if there is none."""
+        """Move the oldest accepted goal without waiters to `ended`; False if there is none."""
         for goal in self.active.values():
             if goal.answered and not goal.waiters:
                 self._put_away(goal)
@@ -212,9 +214,9 @@ class GoalClient(Generic[WaiterT, ResultT]):
     # ---- goals that were sent before ----
 
     def on_follow(self, goal_id: GoalId, feedback: FeedbackQueue) -> ClientGoal[WaiterT]:
-        """Somebody follows a goal that was sent before, by whichever client. Nothing is sent.
+        """Record a goal that this or another client has sent before. Nothing is sent.
 
-        Raises GoalIdTaken if this client follows it, or is sending it.
+        Raises GoalIdTaken if this client follows the goal already, or awaits the answer to it.
         """
         goal = self.active.get(goal_id)
         if goal is not None and (goal.feedback is not None or not goal.answered):
@@ -224,16 +226,16 @@ class GoalClient(Generic[WaiterT, ResultT]):
             self._feedback_dropped += goal.feedback.dropped
         goal.feedback = feedback
         goal.answered = True
-        self.active[goal_id] = goal  # first: records are looked up under no lock, here or there
+        self.active[goal_id] = goal  # before it leaves `ended`: readers without the lock always find it
         self._recall(goal_id)
         return goal
 
     # ---- what the server tells on its own ----
 
     def on_status(self, payload: bytes) -> list[ClientEffect[WaiterT, ResultT]]:
-        """A status array has come: [StatusChanged…] for those of our goals that have moved on.
+        """Handle a status array: [StatusChanged…] for the goals of this client whose status has changed.
 
-        Raises RemoteError for one that cannot be read.
+        Raises RemoteError for an array that cannot be read.
         """
         effects: list[ClientEffect[WaiterT, ResultT]] = []
         followed = self._lost.union(self.active) if self._lost else self.active
@@ -249,7 +251,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
     # ---- results ----
 
     def on_result_request(self, goal_id: GoalId, waiter: WaiterT) -> list[ClientEffect[WaiterT, ResultT]]:
-        """Somebody wants the result: [RequestResult], or nothing if the request is under way already."""
+        """Add a waiter for the result: [RequestResult], or [] if the request was sent already."""
         goal = self.active.get(goal_id)
         if goal is None:
             goal = self.ended.get(goal_id) or ClientGoal(goal_id)
@@ -262,7 +264,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
     def on_result(
         self, goal_id: GoalId, status: GoalStatus, result: ResultT
     ) -> list[ClientEffect[WaiterT, ResultT]]:
-        """The result has come: ([StatusChanged],) [DeliverResult…].
+        """Handle the result: [DeliverResult…], after [StatusChanged] if the status is new.
 
         A status of UNKNOWN means that the server no longer knows the goal.
         """
@@ -279,9 +281,10 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return effects
 
     def on_result_failed(self, goal_id: GoalId, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
-        """The request for the result has failed: [FailResult…].
+        """Handle the failure of the request for the result: [FailResult…].
 
-        The goal itself may well go on; but if its server was killed, nothing ever tells its end.
+        The goal itself may go on. But if its server was killed, no message tells its end, so it goes to
+        `ended`.
         """
         goal = self.active.get(goal_id)
         if goal is None:
@@ -293,7 +296,9 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return effects
 
     def on_result_cancelled(self, goal_id: GoalId, waiter: WaiterT) -> Any:
-        """One waiter has stopped waiting for the result: return the request if it was the last one."""
+        """Remove a waiter. If it was the last, return the request for the result, which the
+        caller cancels.
+        """
         goal = self.active.get(goal_id)
         if goal is None or waiter not in goal.waiters:
             return None
@@ -316,7 +321,8 @@ class GoalClient(Generic[WaiterT, ResultT]):
     # ---- what they share ----
 
     def _advance(self, goal: ClientGoal[WaiterT], status: GoalStatus) -> list[ClientEffect[WaiterT, ResultT]]:
-        # The numbers grow along every path of the table, up to the first terminal state.
+        # Along every path of the table the numbers of the states grow, up to the first terminal state. So a
+        # status that comes late has a lower number than the present one.
         if goal.status.is_terminal or status <= goal.status:
             return []
         goal.status = status
@@ -331,12 +337,12 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return [FailResult(waiter, error) for waiter in waiters]
 
     def _put_away(self, goal: ClientGoal[WaiterT]) -> None:
-        """Keep a goal that has ended or was lost, for messages that come late.
+        """Move a goal that has ended or was lost to `ended`, where it still takes late messages.
 
-        Only the latest few are kept.
+        Only the latest REMEMBERED goals are kept there.
         """
         goal_id = goal.goal_id
-        self.ended[goal_id] = goal  # first: records are looked up under no lock, here or there
+        self.ended[goal_id] = goal  # before it leaves `active`: readers without the lock always find it
         del self.active[goal_id]
         if not goal.status.is_terminal:
             self._lost.add(goal_id)
@@ -347,6 +353,6 @@ class GoalClient(Generic[WaiterT, ResultT]):
                 self._feedback_dropped += discarded.feedback.dropped
 
     def _recall(self, goal_id: GoalId) -> None:
-        """Take a goal off the list of ended ones."""
+        """Remove a goal from `ended`."""
         self.ended.pop(goal_id, None)
         self._lost.discard(goal_id)

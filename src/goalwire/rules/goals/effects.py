@@ -48,9 +48,10 @@ class Accepted:
 
 @record
 class Execute:
-    """Start the user's execute callback; hand what it returns to `on_result`.
+    """Start the user's execute callback, and pass its return value to `on_result`.
 
-    With a policy its turn may come by the end of another goal. `execution` is what came with `on_execute`.
+    Under a policy this may be an effect of the end of another goal. `execution` is the object that the caller
+    passed to `on_execute`.
     """
 
     goal_id: GoalId
@@ -59,7 +60,7 @@ class Execute:
 
 @record
 class StoppedByServer:
-    """Tell the program that the goal is CANCELING, or ABORTED, though no client has asked for that."""
+    """Tell the program that the server itself has made the goal CANCELING or ABORTED, without a request."""
 
     goal_id: GoalId
 
@@ -74,7 +75,9 @@ class AskCancel:
 
 @record
 class ReplyCancel(Generic[RequestT]):
-    """Answer a cancel_goal request; `goals`: ids and acceptance stamps of those that are CANCELING now."""
+    """Answer a cancel_goal request. `goals`: ids and acceptance stamps of the goals that are
+    CANCELING now.
+    """
 
     request: RequestT
     code: CancelCode
@@ -92,7 +95,7 @@ class ReplyResult(Generic[RequestT, ResultT]):
 
 @record
 class PublishStatus:
-    """Publish the result of `take_status()`; None means that an earlier array has said it all."""
+    """Publish the result of `take_status()`, unless it is None: then an earlier array told every change."""
 
 
 @record
@@ -129,7 +132,7 @@ ServerEffects: TypeAlias = list[ServerEffect[RequestT, ResultT]]
 
 @record
 class GoalAccepted:
-    """Tell the sender that its goal was accepted; `status` is the goal's latest on the status topic."""
+    """Tell the sender that its goal was accepted. `status` is the latest status from the status topic."""
 
     goal_id: GoalId
     status: GoalStatus
@@ -144,7 +147,7 @@ class GoalRejected:
 
 @record
 class UnexpectedReply:
-    """Warn of an answer to a goal that waits for none: more than one server may serve the action."""
+    """Warn of an answer to a goal that awaits none. There may be more than one server of the action."""
 
     goal_id: GoalId
 

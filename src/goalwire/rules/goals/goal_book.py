@@ -19,11 +19,13 @@ if TYPE_CHECKING:
     from goalwire.rules.goals.ids import GoalId
 
 RESULT_TIMEOUT_NS = 10_000_000_000
-"""How long results are kept (rcl_action's default)."""
+"""The time for which results are kept, in ns (rcl_action's default)."""
 
 
 class ServerGoal(Generic[RequestT, ResultT]):
-    """One goal of a server. Only the reactor changes it; a user's handle may outlive its place there."""
+    """One goal of a server. Only the reactor changes it. A user's handle may refer to it after
+    its removal.
+    """
 
     __slots__ = (
         'client',
@@ -45,36 +47,36 @@ class ServerGoal(Generic[RequestT, ResultT]):
         self.client = client
         """The client that has sent it, as on_client_lost knows it."""
         self.request = request
-        """The request for it, until that is answered."""
+        """The send_goal request, until it is answered."""
         self.status = GoalStatus.UNKNOWN
         """UNKNOWN until it is accepted, and once it is discarded."""
         self.stamp_ns = 0
-        """When it was accepted (ROS time)."""
+        """The time of its acceptance (ROS time)."""
         self.started = False
         """True once it has been handed to the execute callback."""
         self.ended = False
         """True once status and result are both final."""
         self.result: ResultT | None = None
         self.waiting: list[RequestT] = []
-        """The requests for its result that are to be answered."""
+        """The requests for its result that are not answered yet."""
         self.followers: set[bytes] = set()
-        """The clients that asked for its result and are there, if the server gives them a grace."""
+        """The living clients that have asked for its result, if goals of lost clients have a grace period."""
         self.handle: Any = None
-        """The caller's handle of the goal, for its callbacks; None once the goal has ended."""
+        """The caller's goal handle, which its callbacks get; None once the goal has ended."""
         self.execution: Any = None
-        """The caller's execution, until the goal's turn has come; None before and after that."""
+        """The caller's execution, while the goal waits for its turn; else None."""
 
 
 @record
 class ServedGoals:
-    """How much a server holds at the moment, and how many goals it has had."""
+    """The numbers of goals that a server has now, and has had so far."""
 
     deciding: int
     active: int
     running: int
-    """Handed to the execute callback, which has not returned yet."""
+    """Goals whose execute callback has not returned yet."""
     waiting: int
-    """Accepted, and waiting for their turn."""
+    """Accepted goals that wait for their turn."""
     retained: int
     cancellations: int
     waiting_for_results: int
@@ -88,26 +90,26 @@ class ServedGoals:
 class GoalBook(Generic[RequestT, ResultT]):
     """Every goal of one action server, from its request until its result is discarded.
 
-    `result_timeout_ns` after its end a goal is discarded: at once for 0 (clients that wait already get the
-    result), never for a negative one.
+    A goal is discarded `result_timeout_ns` after its end. With 0 that is at once, after the waiting clients
+    got the result. With a negative value it is never discarded.
     """
 
     def __init__(self, result_timeout_ns: int, policy: GoalPolicy) -> None:
         self._result_timeout_ns = result_timeout_ns
         self.places: Places[ServerGoal[RequestT, ResultT]] = Places(policy)
-        """Which of the accepted goals run, and which wait for their turn."""
+        """The accepted goals that run, and those that wait for their turn."""
         self.deciding: dict[GoalId, ServerGoal[RequestT, ResultT]] = {}
-        """Goals about which the user has been asked."""
+        """Goals about which the user has not decided yet."""
         self.goals: dict[GoalId, ServerGoal[RequestT, ResultT]] = {}
-        """Those that were accepted, in this order, until their results expire."""
+        """The accepted goals in the order of acceptance, until their results expire."""
         self._reached = [0] * len(GoalStatus)
-        """How many goals have reached each status; UNKNOWN counts those refused."""
+        """The number of goals that have reached each status; UNKNOWN counts the refused goals."""
         self._statuses = StatusArray()
         self.take_status = self._statuses.take
         """Return the serialised status array to publish; None if nothing has changed since the last."""
         self.expiring: list[tuple[int, GoalId]] = []
-        """When each result is discarded. It is a heap: simulated time may go back, so the oldest result need
-        not be the first to go."""
+        """The times at which the results expire. It is a heap, since simulated time may go back: then a newer
+        result expires before an older one."""
 
     def status(self, goal_id: GoalId) -> GoalStatus:
         """Return a goal's status; UNKNOWN if it is not retained."""
@@ -119,7 +121,7 @@ class GoalBook(Generic[RequestT, ResultT]):
         self._reached[GoalStatus.UNKNOWN] += 1
 
     def accept(self, goal: ServerGoal[RequestT, ResultT], stamp_ns: int, handle: object) -> None:
-        """Hold a goal that was accepted at a time (ROS time); `handle` is the caller's."""
+        """Record that a goal was accepted, with its time (ROS time) and the caller's goal handle."""
         self._statuses.add(goal.goal_id, stamp_ns, GoalStatus.ACCEPTED)
         goal.status, goal.stamp_ns, goal.handle = GoalStatus.ACCEPTED, stamp_ns, handle
         self.places.unfinished[goal.goal_id] = goal
@@ -127,21 +129,21 @@ class GoalBook(Generic[RequestT, ResultT]):
         self._reached[GoalStatus.ACCEPTED] += 1
 
     def move(self, goal: ServerGoal[RequestT, ResultT], event: GoalEvent) -> None:
-        """Change a goal's state. Raises InvalidTransition if the table does not allow that."""
+        """Change a goal's state by an event. Raises InvalidTransition if the table does not allow it."""
         goal.status = status = after(goal.status, event)
         self._reached[status] += 1
         self._statuses.update(goal.goal_id, status)
 
     def abort(self, goal: ServerGoal[RequestT, ResultT]) -> None:
         """Move a goal that has not ended to ABORTED."""
-        if goal.status is GoalStatus.ACCEPTED:  # the table knows no shorter way
+        if goal.status is GoalStatus.ACCEPTED:  # the table has no shorter path
             self.move(goal, GoalEvent.EXECUTE)
         self.move(goal, GoalEvent.ABORT)
 
     def finish(self, goal: ServerGoal[RequestT, ResultT], result: ResultT | None, now: int) -> int | None:
         """Keep the final result, and free the goal's place.
 
-        Returns when to call `expire`, if that is earlier than was said before; else None.
+        Returns the time at which to call `expire`, if it is earlier than the time returned before; else None.
         """
         places = self.places
         places.unfinished.pop(goal.goal_id, None)
@@ -165,12 +167,14 @@ class GoalBook(Generic[RequestT, ResultT]):
             self.discard(self.goals[heappop(self.expiring)[1]])
 
     def unfollow(self, client: bytes) -> None:
-        """Note that a client has gone, whose goals have their grace: it follows no goal."""
+        """Note that a client has gone, so it follows no goal any longer. Its goals have a grace period."""
         for goal in self.places.unfinished.values():
             goal.followers.discard(client)
 
     def orphans(self, client: bytes) -> list[ServerGoal[RequestT, ResultT]]:
-        """Return the goals of a lost client that nobody follows; the others now belong to who does."""
+        """Return the goals of a lost client that no other client follows. The others now belong to a
+        follower.
+        """
         found = []
         for goal in self.places.unfinished.values():
             if goal.client == client and goal.followers:
@@ -180,13 +184,13 @@ class GoalBook(Generic[RequestT, ResultT]):
         return found
 
     def discard(self, goal: ServerGoal[RequestT, ResultT]) -> None:
-        """Remove a goal: a handle of it that is left then has the status UNKNOWN."""
+        """Remove a goal. A handle that still refers to it then has the status UNKNOWN."""
         del self.goals[goal.goal_id]
         self._statuses.remove(goal.goal_id)
         goal.status, goal.handle, goal.execution = GoalStatus.UNKNOWN, None, None
 
     def statistics(self, cancellations: int) -> ServedGoals:
-        """Count the goals; the caller knows how many cancel requests are open."""
+        """Return the numbers of goals. The caller passes the number of open cancel requests."""
         goals = self.goals.values()
         reached = self._reached
         return ServedGoals(

@@ -12,7 +12,7 @@ GoalId = bytes
 
 ID_LENGTH = 16
 NO_ID: GoalId = bytes(ID_LENGTH)
-"""In a cancel request: no goal in particular."""
+"""The id in a cancel request that names no single goal."""
 
 
 def new_goal_id(random: bytes | None = None) -> GoalId:

@@ -25,21 +25,21 @@ if TYPE_CHECKING:
 GoalT = TypeVar('GoalT')
 
 OnClientLost: TypeAlias = Literal['keep', 'cancel', 'abort']
-"""The fate of the goals of a client that has gone; ROS 2 keeps them."""
+"""The possible treatments of the goals of a lost client. ROS 2 keeps them."""
 
 ON_CLIENT_LOST: tuple[str, ...] = get_args(OnClientLost)
 
 
 @record
 class GoalPolicy:
-    """Made by the functions below. Raises TypeError for non-numbers, ValueError for impossible ones."""
+    """A policy, made by the functions below. Raises TypeError for non-numbers, ValueError for bad numbers."""
 
     at_once: int | None = None
-    """How many goals run; None: any number."""
+    """The most goals that run at a time; None: any number."""
     waiting: int = 0
-    """How many more are accepted, and wait."""
+    """The most goals that wait for their turn beside them."""
     preempts: bool = False
-    """True if a new goal cancels those before it instead of waiting behind them."""
+    """True if a new goal cancels the earlier goals instead of waiting for their end."""
 
     def __post_init__(self) -> None:
         for number in (self.at_once, self.waiting):
@@ -61,11 +61,11 @@ def check_policies(policy: GoalPolicy, on_client_lost: OnClientLost) -> None:
 
 
 UNLIMITED = GoalPolicy()
-"""ROS 2's own: every goal runs at once."""
+"""ROS 2's own policy: every goal runs at once."""
 
 
 def parallel(n: int) -> GoalPolicy:
-    """Run up to `n` goals beside each other; refuse more."""
+    """Run up to `n` goals at the same time; refuse more."""
     return GoalPolicy(n)
 
 
@@ -75,7 +75,7 @@ def single() -> GoalPolicy:
 
 
 def preempt() -> GoalPolicy:
-    """Run the latest goal: it cancels the one that runs, and starts when that has ended."""
+    """Run the latest goal. It cancels the running goal, and starts when that has ended."""
     return GoalPolicy(1, 1, preempts=True)
 
 
@@ -85,7 +85,7 @@ def queue(n: int) -> GoalPolicy:
 
 
 class Places(Generic[GoalT]):
-    """Which goals run and which wait, under one policy."""
+    """The goals that run, and those that wait, under one policy."""
 
     def __init__(self, policy: GoalPolicy) -> None:
         self.policy = policy
@@ -93,11 +93,11 @@ class Places(Generic[GoalT]):
         """Goals from their acceptance to the end of their execution, in the order of acceptance."""
         self.running = 0
         self.waiting: dict[GoalId, GoalT] = {}
-        """In the order of their turns."""
+        """The waiting goals in the order of their turns."""
 
     @property
     def are_taken(self) -> bool:
-        """True if one more goal is refused."""
+        """True if a further goal would be refused."""
         policy = self.policy
         if policy.at_once is None or policy.preempts:
             return False
@@ -105,11 +105,11 @@ class Places(Generic[GoalT]):
 
     @property
     def has_room(self) -> bool:
-        """True if one more goal may run."""
+        """True if a further goal may run now."""
         return self.policy.at_once is None or self.running < self.policy.at_once
 
     def next(self) -> GoalT | None:
-        """Take the goal whose turn it is; None if no goal waits, or too many run."""
+        """Take the goal whose turn it is out of the waiting goals; None if none waits, or too many run."""
         if not self.waiting or not self.has_room:
             return None
         return self.waiting.pop(next(iter(self.waiting)))

@@ -1,4 +1,4 @@
-"""The action server as a pure reactor: events in, effects out. No I/O, no threads, no clock.
+"""The action server as a reactor: events go in, effects come out. It has no I/O, no threads, and no clock.
 
     send_goal ─► on_goal_request ─► AskGoal ─► on_goal_decision ─► ReplyGoal, Accepted
     execute() ─► on_execute ─► PublishStatus, Execute ─► on_result ─► PublishStatus, ReplyResult…, WakeAt
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from goalwire.rules.goals.policy import OnClientLost
 
 _EXECUTABLE = (GoalStatus.ACCEPTED, GoalStatus.CANCELING)
-"""Where a goal may be that is executed for the first time."""
+"""The states in which the first execution of a goal may begin."""
 
 
 class GoalServer(Generic[RequestT, ResultT]):
@@ -66,19 +66,20 @@ class GoalServer(Generic[RequestT, ResultT]):
         on_client_lost: OnClientLost = 'keep',
         client_grace_ns: int = 0,
     ) -> None:
-        """See GoalBook for `result_timeout_ns`, check_policies for what is raised.
+        """Make a server. GoalBook explains `result_timeout_ns`; check_policies has the errors.
 
-        With `client_grace_ns` the caller tells `on_client_gone` at once, `on_client_lost` that much later.
+        If a client goes, the caller calls `on_client_gone` at once, and `on_client_lost` after
+        `client_grace_ns`.
         """
         check_policies(policy, on_client_lost)
         self._lost = on_client_lost
         self.client_grace_ns = client_grace_ns if on_client_lost != 'keep' else 0
-        """How long the goals of a lost client have for somebody to take them over; 0: they end at once."""
+        """The time for which another client may take over the goals of a lost client; 0: they end at once."""
         self._book: GoalBook[RequestT, ResultT] = GoalBook(result_timeout_ns, policy)
         self._places = self._book.places
         self.policy = policy
-        """How many goals run at a time."""
-        # The caller reads these, and changes nothing in them.
+        """The policy, which limits the goals that run at a time."""
+        # The caller may read these, but not change them.
         self.deciding, self.goals = self._book.deciding, self._book.goals
         self.status, self.take_status = self._book.status, self._book.take_status
         self.on_client_gone = self._book.unfollow
@@ -93,7 +94,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return self._lost != 'keep'
 
     def statistics(self) -> ServedGoals:
-        """Count the goals and the open requests."""
+        """Return the numbers of goals and of open requests."""
         return self._book.statistics(cancellations=len(self._cancellations.open))
 
     # ---- goals ----
@@ -101,9 +102,9 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_goal_request(
         self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
     ) -> ServerEffects[RequestT, ResultT]:
-        """A client sends a goal: [AskGoal], or [ReplyGoal] if its id, or every place, is taken.
+        """Handle a send_goal request: [AskGoal], or [ReplyGoal] if the id or every place is taken.
 
-        `client` is what on_client_lost will know it by.
+        `client` identifies the sender; on_client_lost gets the same value.
         """
         if self._book.expiring:
             self._book.expire(now)
@@ -116,10 +117,10 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_goal_decision(
         self, goal_id: GoalId, accepted: bool, stamp_ns: int, handle: object = None
     ) -> ServerEffects[RequestT, ResultT]:
-        """The user has decided (a failed callback has refused): [ReplyGoal, Accepted], or [ReplyGoal].
+        """Handle the user's decision: [ReplyGoal, Accepted], or [ReplyGoal] if the goal is refused.
 
-        The goal is refused as well if others have taken the last place meanwhile. `handle` goes into its
-        record.
+        A callback that raised counts as a refusal. The goal is also refused if other goals have taken the
+        last place meanwhile. `handle` goes into the goal's record.
         """
         goal = self.deciding.pop(goal_id, None)
         if goal is None:
@@ -138,12 +139,12 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_execute(
         self, goal_id: GoalId, now: int, execution: object = None
     ) -> ServerEffects[RequestT, ResultT]:
-        """The user wants the goal executed: [PublishStatus, Execute]; [PublishStatus] if it has to wait.
+        """Execute a goal: [PublishStatus, Execute], or [PublishStatus] if it has to wait for its turn.
 
-        `execution` comes back with Execute. Under preempt() the goals before it are cancelled:
-        [PublishStatus, StoppedByServer]. A goal whose cancellation was accepted before stays CANCELING:
-        [Execute]; if it had to wait it ends. One that waits already goes on waiting: []. Raises
-        InvalidTransition for one that was executed before or has ended.
+        `execution` comes back with Execute. Under preempt() the earlier goals are cancelled: [PublishStatus,
+        StoppedByServer]. A goal that is CANCELING already keeps that state: [Execute]; if it would have to
+        wait, it ends. For a goal that waits already, nothing changes: []. Raises InvalidTransition for a goal
+        that was executed before or has ended.
         """
         goal = self.goals.get(goal_id)
         if goal is None or goal_id in self._places.waiting:
@@ -177,10 +178,10 @@ class GoalServer(Generic[RequestT, ResultT]):
         return effects
 
     def on_event(self, goal_id: GoalId, event: GoalEvent, now: int) -> ServerEffects[RequestT, ResultT]:
-        """The user ends the goal by SUCCEED, ABORT or CANCELED: [PublishStatus].
+        """End a goal by the user's SUCCEED, ABORT or CANCELED: [PublishStatus].
 
-        The result follows with `on_result`. A goal that was never executed has none to wait for and gets the
-        default: [PublishStatus, ReplyResult…, WakeAt]. Raises InvalidTransition.
+        The result follows by `on_result`. A goal that was never executed has no result to come, so it gets
+        the default result: [PublishStatus, ReplyResult…, WakeAt]. Raises InvalidTransition.
         """
         goal = self.goals.get(goal_id)
         if goal is None:
@@ -191,9 +192,9 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_result(
         self, goal_id: GoalId, result: ResultT | None, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """The execution has ended with a result (None: the default): [ReplyResult…, WakeAt].
+        """Handle the end of the execution and its result (None: the default): [ReplyResult…, WakeAt].
 
-        Where the user set no terminal state the goal is aborted: [AssumedAborted, PublishStatus,
+        If the user has set no terminal state, the goal is aborted: [AssumedAborted, PublishStatus,
         ReplyResult…, WakeAt].
         """
         goal = self.goals.get(goal_id)
@@ -210,7 +211,9 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_cancel_request(
         self, goal_id: GoalId, stamp_ns: int, request: RequestT, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """A client asks to cancel: [AskCancel…], one for each goal; [ReplyCancel] if it means no goal."""
+        """Handle a cancel_goal request: [AskCancel…], one for each goal; [ReplyCancel] if
+        there is no goal.
+        """
         if self._book.expiring:
             self._book.expire(now)
         code, chosen = choose(self.goals, goal_id, stamp_ns)
@@ -223,11 +226,11 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_cancel_decision(
         self, cancellation: int, goal_id: GoalId, accepted: bool, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """The user has decided about one goal (a callback that failed has refused).
+        """Handle the user's decision about one goal. A callback that raised counts as a refusal.
 
-        The goal is CANCELING at once, or CANCELED if it waits for its turn: [PublishStatus, ReplyResult…,
-        WakeAt]. With the last decision: [PublishStatus, ReplyCancel], or [ReplyCancel] if no goal is
-        cancelled.
+        An accepted cancellation makes the goal CANCELING at once, or CANCELED if it waits for its turn:
+        [PublishStatus, ReplyResult…, WakeAt]. The last decision of the request adds [PublishStatus,
+        ReplyCancel], or [ReplyCancel] if no goal is cancelled.
         """
         open_one = self._cancellations.take_decision(cancellation, goal_id)
         if open_one is None:
@@ -249,7 +252,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return [*([PublishStatus()] if granted else []), ReplyCancel(done.request, done.code, granted)]
 
     def _cancel(self, goal: ServerGoal[RequestT, ResultT], now: int) -> ServerEffects[RequestT, ResultT]:
-        """Cancel a goal though no client has asked for that; nothing if it is being cancelled."""
+        """Cancel a goal without a client's request. Does nothing if it is being cancelled already."""
         if not goal.status.is_cancelable:
             return []
         self._book.move(goal, GoalEvent.CANCEL_GOAL)
@@ -258,17 +261,17 @@ class GoalServer(Generic[RequestT, ResultT]):
         return [PublishStatus(), StoppedByServer(goal.goal_id)]
 
     def _end_waiting(self, goal: ServerGoal[RequestT, ResultT], now: int) -> ServerEffects[RequestT, ResultT]:
-        """End a goal that is CANCELING before its turn has come."""
+        """End a goal that became CANCELING while it waited for its turn."""
         self._book.move(goal, GoalEvent.CANCELED)
         return [PublishStatus(), *self._end(goal, None, now)]
 
     # ---- clients ----
 
     def on_client_lost(self, client: bytes, now: int) -> ServerEffects[RequestT, ResultT]:
-        """A client has gone: its goals are kept, cancelled or aborted.
+        """Keep, cancel or abort the goals of a client that has gone.
 
-        Those that are still being decided are refused: [ReplyGoal…]. The others: [PublishStatus,
-        StoppedByServer…], or their end if they do not run.
+        Goals that the user has not decided about are refused: [ReplyGoal…]. The others give [PublishStatus,
+        StoppedByServer…], or the effects of their end if they do not run.
         """
         effects: ServerEffects[RequestT, ResultT] = []
         if self._lost == 'keep':
@@ -282,7 +285,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return effects
 
     def _abort(self, goal: ServerGoal[RequestT, ResultT], now: int) -> ServerEffects[RequestT, ResultT]:
-        """Abort a goal, whatever it is doing; nothing if it has ended."""
+        """Abort a goal in any active state. Does nothing if it has ended."""
         if goal.status.is_terminal:
             return []
         self._book.abort(goal)
@@ -295,7 +298,9 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_result_request(
         self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
     ) -> ServerEffects[RequestT, ResultT]:
-        """A client, as on_client_gone knows it, asks for a result: [ReplyResult], or [] until the end."""
+        """Handle a get_result request: [ReplyResult] if the goal has ended, else []. `client`
+        is its sender.
+        """
         if self._book.expiring:
             self._book.expire(now)
         goal = self.goals.get(goal_id)
@@ -309,7 +314,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return []
 
     def on_time(self, now: int) -> ServerEffects[RequestT, ResultT]:
-        """The time of a WakeAt has come: discard the expired results; [WakeAt] if others are left."""
+        """Discard the expired results at the time of a WakeAt; [WakeAt] if other results are left."""
         book = self._book
         book.expire(now)
         return [WakeAt(book.expiring[0][0])] if book.expiring else []
@@ -317,10 +322,9 @@ class GoalServer(Generic[RequestT, ResultT]):
     # ---- the end ----
 
     def on_close(self) -> ServerEffects[RequestT, ResultT]:
-        """The server goes away: every open request is answered, every active goal aborted.
+        """Answer every open request and abort every active goal, since the server goes away.
 
-        [ReplyGoal…, (PublishStatus,) ReplyCancel…, PublishStatus, ReplyResult…]; afterwards goals are
-        refused.
+        [ReplyGoal…, (PublishStatus,) ReplyCancel…, PublishStatus, ReplyResult…]. Later goals are refused.
         """
         self._closed = True
         self._places.clear()
@@ -344,7 +348,9 @@ class GoalServer(Generic[RequestT, ResultT]):
     def _end(
         self, goal: ServerGoal[RequestT, ResultT], result: ResultT | None, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """Status and result are final: answer the waiting requests, keep the result, start waiting goals."""
+        """Answer the waiting requests with the final status and result, keep these, and start
+        waiting goals.
+        """
         effects: ServerEffects[RequestT, ResultT] = [
             ReplyResult(request, goal.status, result) for request in goal.waiting
         ]

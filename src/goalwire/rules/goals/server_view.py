@@ -1,4 +1,4 @@
-"""What a client sees of an action's server, to compare one moment with another."""
+"""A client's view of an action's server, which shows whether the server has changed since."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ _NO_GOALS = bytes(4)
 
 @record
 class ServerView:
-    """What a client sees of an action's server."""
+    """A client's view of an action's server."""
 
     servers: frozenset[str]
-    """The gids of the servers of that name: a server that was restarted has another one."""
+    """The gids of the action's servers. A server has another gid after a restart."""
     statuses: str
-    """A hash of the latest status array; '' before the first, or if it names no goal."""
+    """A hash of the latest status array; '' before the first array, or if it names no goal."""
 
 
 def hash_of_statuses(payload: bytes) -> str:

@@ -4,9 +4,9 @@ Its payload is CDR (action_msgs/msg/GoalStatusArray, little endian): a length, t
 the stamp's int32 seconds and uint32 nanoseconds, one byte of status. The stamp is aligned to 4. So every
 entry but the first has three bytes of padding behind its id and is 28 bytes long.
 
-An array is sent with every transition. With thousands of goals, a loop over all of them would be most of a
-transition's cost (0.4 ms for 1000). So neither side loops: the server patches the bytes it has sent before,
-and the client searches the bytes for the goals it has sent.
+An array is sent with every transition. With thousands of goals, a loop over all of them would take most of
+the time of a transition (0.4 ms for 1000). So neither side loops: the server changes single bytes of the
+previous array, and the client searches the bytes for the ids of its own goals.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ _PADDING = bytes(3)
 _ENTRY = ID_LENGTH + len(_PADDING) + _STAMP.size + 1
 _PREFIX = len(_HEADER) + _COUNT.size
 _START = _PREFIX - len(_PADDING)
-"""Where the first entry would begin if it were padded too."""
+"""The offset at which the first entry would begin if it were padded like the others."""
 _ID_AND_STATUS = struct.Struct(f'{ID_LENGTH}s{_ENTRY - ID_LENGTH - 1}xB')
 _STATUSES = tuple(GoalStatus)
 _STATUS_BYTES = bytes(_STATUSES)
 _FEW = 16
-"""So many goals are found one by one, in less time than it takes to walk over all entries once."""
+"""Up to this number of goals, a search for each id is faster than one loop over all entries."""
 
 
 class StatusArray:
-    """The retained goals' entries, and which of them have changed since the array was last taken."""
+    """The entries of the retained goals, with a mark of those that have changed since the last `take`."""
 
     def __init__(self) -> None:
         self._entries = bytearray()
-        """All padded alike: the first one's padding is left out when the array is encoded."""
+        """The entries, all with padding. `encode` leaves the padding of the first entry out."""
         self._numbers: list[int] = []
         """The goals' numbers, ascending, in the order of their entries."""
         self._number_of: dict[GoalId, int] = {}
@@ -77,7 +77,7 @@ class StatusArray:
         self._untaken.add(goal_id)
 
     def remove(self, goal_id: GoalId) -> None:
-        """Discard a goal that has ended, but not before its end has been taken once."""
+        """Remove a goal that has ended, but only after one `take` has told its end."""
         if goal_id in self._untaken:
             self._leaving.add(goal_id)
         else:
@@ -95,7 +95,7 @@ class StatusArray:
         return payload
 
     def encode(self) -> bytes:
-        """Return the array as it stands, as a serialised GoalStatusArray."""
+        """Return the present array as a serialised GoalStatusArray."""
         with memoryview(self._entries) as entries:
             first, rest = entries[:ID_LENGTH], entries[ID_LENGTH + len(_PADDING) :]
             with first, rest:
@@ -121,7 +121,7 @@ def decode_status_array(payload: bytes) -> list[tuple[GoalId, GoalStatus]]:
 
 
 def statuses_of(goals: Collection[GoalId], payload: bytes) -> list[tuple[GoalId, GoalStatus]]:
-    """Read the statuses of these goals only, in the order of the array; raises as decode_status_array."""
+    """Read the statuses of these goals only, in the order of the array. Raises like decode_status_array."""
     if len(goals) > _FEW:
         return [entry for entry in decode_status_array(payload) if entry[0] in goals]
     end = _START + _ENTRY * _count_entries(payload)
@@ -137,7 +137,7 @@ def statuses_of(goals: Collection[GoalId], payload: bytes) -> list[tuple[GoalId,
 
 
 def _count_entries(payload: bytes) -> int:
-    """Return how many entries an array has, once its length and its statuses have been found right."""
+    """Check the length and the statuses of an array, and return the number of its entries."""
     order = payload[:2]
     if len(payload) < _PREFIX or order not in {_LITTLE_ENDIAN, _BIG_ENDIAN}:
         raise RemoteError(f'GoalStatusArray of {len(payload)} bytes has no CDR header: {payload[:8].hex()}')

@@ -1,4 +1,5 @@
-"""The life of a goal: one table, which the server, the client, the documents and the tests all read.
+"""The life of a goal: one table of transitions, which the server, the client, the documents and the tests
+use.
 
     ACCEPTED ──EXECUTE──► EXECUTING ──SUCCEED──► SUCCEEDED
         │                  │     └────ABORT────► ABORTED
@@ -8,8 +9,8 @@
                            │ └───────SUCCEED───► SUCCEEDED
                            └─────────ABORT─────► ABORTED
 
-ACCEPTED, EXECUTING and CANCELING are active; the other three are terminal: nothing leaves them. Numbers are
-those of action_msgs/msg/GoalStatus and rcl_action_goal_event_t.
+ACCEPTED, EXECUTING and CANCELING are active. The other three are terminal: a goal stays in them. The numbers
+are those of action_msgs/msg/GoalStatus and rcl_action_goal_event_t.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class GoalStatus(IntEnum):
-    """Where a goal stands; UNKNOWN if nobody can tell."""
+    """The state of a goal. UNKNOWN: the goal was not accepted yet, or is not known any more."""
 
     UNKNOWN = 0
     ACCEPTED = 1

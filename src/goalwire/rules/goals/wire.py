@@ -1,7 +1,7 @@
 """The payloads of an action whose layout does not depend on the action's type (CDR, action_msgs).
 
-A goal id is sixteen plain bytes in front of everything else, so what follows it is aligned as if it stood
-alone. So a goal or a feedback is cut out of its wrapper, or put into it, and neither is decoded.
+A goal id is sixteen plain bytes at the beginning, so the data after it have the same alignment as without it.
+So a goal or a feedback is cut out of its wrapper, or put into it, without decoding it.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ _HEADER = b'\x00\x01\x00\x00'
 _START = len(_HEADER)
 _INNER = _START + ID_LENGTH
 _STATUSES = tuple(GoalStatus)
-"""By their numbers; an enum's own look-up takes two calls."""
+"""The statuses by their numbers. The look-up of an enum would take two calls."""
 _ACCEPTANCE = struct.Struct('<4s?3xiI')
 _REASON_MARK = b'\x00goalwire-why\x00'
 _REASON_LENGTH = struct.Struct('<H')
 _REASON_TAIL = _REASON_LENGTH.size + len(_REASON_MARK)
 _ALIGNMENT = 4
-"""Of what DDS sends: it would add bytes behind the mark."""
+"""The alignment of messages on DDS. Without it, DDS would add bytes after the mark."""
 REASON_LIMIT = 1000
-"""Bytes of a reason that are sent; the rest is cut off."""
+"""The most bytes of a reason that are sent. The rest is cut off."""
 _CANCEL_HEAD = struct.Struct('<4sb3xI')
 _STAMP = {1: struct.Struct('<iI'), 0: struct.Struct('>iI')}
 
@@ -68,7 +68,7 @@ def encode_acceptance(accepted: bool, stamp_ns: int) -> bytes:
 
 
 def is_acceptance(payload: Payload) -> bool:
-    """Return whether a send_goal reply says yes; one cut short says no."""
+    """Tell whether a send_goal reply accepts the goal. A reply that is too short does not."""
     return len(payload) > _START and payload[_START] != 0
 
 
@@ -88,8 +88,8 @@ def with_status(payload: bytes, status: GoalStatus) -> bytes:
 def with_reason(payload: bytes, reason: str) -> bytes:
     """Add to a get_result reply the reason why the goal was aborted.
 
-    What follows a message is ignored by the deserializers of ROS 2 (Fast CDR; Cyclone DDS under its rmw), so
-    that a client which does not know of this reads the reply as ever.
+    The deserializers of ROS 2 (Fast CDR; Cyclone DDS under its rmw) ignore bytes after a message. So a client
+    of ROS 2 reads the reply as usual.
     """
     text = reason.encode(errors='replace')[:REASON_LIMIT]
     text += bytes(-(len(payload) + len(text) + _REASON_TAIL) % _ALIGNMENT)
@@ -97,7 +97,7 @@ def with_reason(payload: bytes, reason: str) -> bytes:
 
 
 def split_reason(payload: Payload) -> tuple[Payload, str]:
-    """Return ROS 2's part of a get_result reply, and why the goal was aborted if the server says so."""
+    """Split a get_result reply into ROS 2's part and the reason why the goal was aborted ('' without one)."""
     if payload[-len(_REASON_MARK) :] != _REASON_MARK:
         return payload, ''
     end = len(payload) - _REASON_TAIL
