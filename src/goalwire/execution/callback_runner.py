@@ -27,7 +27,7 @@ class CallbackRunner(CallbackChooser):
 
     _spread_runners = False
     has_spun = False
-    """Whether a thread has ever run callbacks with it."""
+    """True if a thread has ever run callbacks with it."""
 
     def __init__(self, shutdown_signal: ShutdownSignal) -> None:
         super().__init__(shutdown_signal)

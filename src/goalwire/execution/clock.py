@@ -56,7 +56,7 @@ class JumpThreshold:
         self.on_clock_change = on_clock_change
 
     def is_met_by(self, jump: TimeJump) -> bool:
-        """Whether `jump` is large enough."""
+        """Tell whether `jump` is large enough."""
         if jump.clock_change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED):
             return self.on_clock_change
         forward, backward = self.min_forward, self.min_backward

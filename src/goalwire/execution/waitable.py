@@ -293,7 +293,7 @@ class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
         raise NotImplementedError
 
     def is_ready(self, wait_set: WaitSet) -> bool:  # noqa: ARG002
-        """Whether an event waits."""
+        """Tell whether an event waits."""
         return any(event_queue.events for event_queue in self.event_queues())
 
     def take_data(self) -> tuple[EventQueue[Any], Any] | None:

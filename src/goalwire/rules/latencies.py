@@ -12,21 +12,23 @@ _BUCKETS = 65
 
 
 class Latencies:
-    """Durations in ns, below 2**64. Of those that threads add at the very same moment one may be lost."""
+    """Counts of durations in ns, below 2**64. If two threads add one at the same moment, one may be lost."""
 
     __slots__ = ('counts',)
 
     def __init__(self) -> None:
         self.counts = [0] * _BUCKETS
-        """By the number of bits of the duration. Hot paths count up here themselves, to save a call."""
+        """The counts, by the number of bits of the duration. Hot paths increment them directly, to save a
+        call.
+        """
 
     def add(self, ns: int) -> None:
-        """Note one. Clocks are set back now and then: a negative one counts as 0."""
+        """Count a duration. A negative one, from a clock that was set back, counts as 0."""
         self.counts[ns.bit_length() if ns > 0 else 0] += 1
 
     @property
     def count(self) -> int:
-        """How many were added."""
+        """The number of counted durations."""
         return sum(self.counts)
 
     def histogram(self) -> LatencyHistogram:

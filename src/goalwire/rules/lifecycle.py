@@ -1,4 +1,4 @@
-"""The life of a managed node: its states, the transitions between them, and what a callback's outcome does.
+"""The life of a managed node: its states, its transitions, and the effect of a callback's outcome.
 
 States, ids, labels and their order are those of rcl_lifecycle's default state machine:
 
@@ -9,7 +9,7 @@ States, ids, labels and their order are those of rcl_lifecycle's default state m
     these three  --shutdown---> shuttingdown -success--> finalized      failure: finalized, too
     an error in any of these:   errorprocessing -success-> unconfigured failure, error: finalized
 
-A node rests in the primary states. During a transition it is in one of the others, and its callback runs.
+A node rests in the primary states. In the others a transition is under way, and its callback runs.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from typing import NamedTuple
 
 
 class TransitionCallbackReturnType(Enum):
-    """How a transition callback ended. The numbers are lifecycle_msgs' TRANSITION_CALLBACK_…"""
+    """The outcome of a transition callback. The numbers are lifecycle_msgs' TRANSITION_CALLBACK_…"""
 
     SUCCESS = 97
     FAILURE = 98
     ERROR = 99
 
     def to_label(self) -> str:
-        """The label of the transition that follows: 'transition_success' and so on."""
+        """Return the label of the transition that follows: 'transition_success' and so on."""
         return f'transition_{self.name.lower()}'
 
     def __int__(self) -> int:
@@ -85,7 +85,7 @@ class Transition(NamedTuple):
 
     @property
     def callback(self) -> str | None:
-        """The name of the callback that decides how it goes on; None if the node now rests."""
+        """The name of the callback whose outcome chooses the next transition; None if the node rests."""
         return _CALLBACKS.get(self.goal)
 
 
@@ -106,7 +106,7 @@ def _outcomes(
     failure: LifecycleState,
     error: LifecycleState,
 ) -> list[Transition]:
-    """The three ways out of a state whose callback has returned; ids count from `first_id`."""
+    """Return the transitions for the three outcomes of a state's callback. The ids count from `first_id`."""
     goals = (success, failure, error)
     return [
         Transition(number, outcome.to_label(), start, goal)
@@ -117,7 +117,7 @@ def _outcomes(
 
 
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = 1, 2, 3, 4
-"""Ids to ask for. To shut down has one for each state: ask for the label."""
+"""The ids that users request. For a shutdown they use the label, since each state has another id for it."""
 
 SHUTDOWN = 'shutdown'
 
@@ -139,10 +139,10 @@ TRANSITIONS = (
 
 
 class LifecycleMachine:
-    """Where one node is in its life. Pure: no lock, no I/O.
+    """The present state of one node. It has no lock and no I/O.
 
-    `begin` a transition, run the callback that it names, `end` it with the outcome; that may name a callback
-    again (on_error), until the node rests.
+    The caller begins a transition by `begin`, runs the callback that it names, and passes the outcome to
+    `end`. That may name another callback (on_error). So this repeats until the node rests.
     """
 
     def __init__(self) -> None:
@@ -150,7 +150,7 @@ class LifecycleMachine:
 
     @property
     def current_state(self) -> tuple[int, str]:
-        """Id and label, as rclpy's machine has them: programs read it, as a node has no public one."""
+        """The id and label of the state. Programs read this name of rclpy, since a node has no public one."""
         return self.state.state_id, self.state.label
 
     @property
@@ -159,9 +159,9 @@ class LifecycleMachine:
         return [transition for transition in TRANSITIONS if transition.start == self.state]
 
     def begin(self, wanted: int | str) -> Transition | None:
-        """Start the transition of this id or label; None if there is none from here.
+        """Start the transition with this id or label; None if the present state has no such transition.
 
-        During a transition there is none: how that ends is for its callback to say, not for a peer.
+        During a transition this returns None, too, since only the callback's outcome may end a transition.
         """
         if not self.state.is_primary:
             return None
@@ -171,7 +171,7 @@ class LifecycleMachine:
         return None
 
     def end(self, outcome: TransitionCallbackReturnType) -> Transition:
-        """Go on as the callback said. To be called between `begin` and rest only."""
+        """Follow the outcome of the callback. Only to be called while a transition is under way."""
         label = outcome.to_label()
         return self._go(next(found for found in self.possible if found.label == label))
 

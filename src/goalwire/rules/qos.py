@@ -22,7 +22,7 @@ BEST_AVAILABLE_NS = INFINITE_NS - 1
 
 
 class QoSPolicyEnum(IntEnum):
-    """A policy's values, also reachable by their lower-case short keys."""
+    """The base of the enums of policies. Each value also has a short key, its name in lower case."""
 
     @classmethod
     def short_keys(cls) -> list[str]:
@@ -31,22 +31,22 @@ class QoSPolicyEnum(IntEnum):
 
     @classmethod
     def get_from_short_key(cls, name: str) -> int:
-        """Return the number behind a short key; raises KeyError for an unknown one."""
+        """Return the number of the value with a short key; raises KeyError for an unknown key."""
         return cls[name.upper()].value
 
     @property
     def short_key(self) -> str:
-        """The value's name in lower case, as parameters and command lines spell it."""
+        """The value's name in lower case, which parameters and command lines use."""
         return self.name.lower()
 
     @classmethod
     def of(cls, value: int) -> Self:
-        """Return the member of a number; raises ValueError as ROS 2 does."""
+        """Return the value with a number; raises ValueError as ROS 2 does."""
         return cls(value)
 
 
 class HistoryPolicy(QoSPolicyEnum):
-    """How many messages a queue keeps."""
+    """The rule by which a queue keeps messages: the last few, or all."""
 
     SYSTEM_DEFAULT = 0
     KEEP_LAST = 1
@@ -55,7 +55,7 @@ class HistoryPolicy(QoSPolicyEnum):
 
 
 class ReliabilityPolicy(QoSPolicyEnum):
-    """Whether messages are sent again until they arrive."""
+    """The rule for lost messages: whether they are sent again until they arrive."""
 
     SYSTEM_DEFAULT = 0
     RELIABLE = 1
@@ -65,7 +65,7 @@ class ReliabilityPolicy(QoSPolicyEnum):
 
 
 class DurabilityPolicy(QoSPolicyEnum):
-    """Whether late subscribers get messages from before they came."""
+    """The rule for late subscribers: whether they get earlier messages."""
 
     SYSTEM_DEFAULT = 0
     TRANSIENT_LOCAL = 1
@@ -75,7 +75,7 @@ class DurabilityPolicy(QoSPolicyEnum):
 
 
 class LivelinessPolicy(QoSPolicyEnum):
-    """How it is asserted that a publisher is alive."""
+    """The way in which a publisher shows that it is alive."""
 
     SYSTEM_DEFAULT = 0
     AUTOMATIC = 1
@@ -85,7 +85,7 @@ class LivelinessPolicy(QoSPolicyEnum):
 
 
 class PolicyKind(IntEnum):
-    """The policy in a record of an event (rmw_qos_policy_kind_t)."""
+    """The numbers of policies in the records of events (rmw_qos_policy_kind_t)."""
 
     RMW_QOS_POLICY_INVALID = 1 << 0
     RMW_QOS_POLICY_DURABILITY = 1 << 1
@@ -100,7 +100,7 @@ class PolicyKind(IntEnum):
 
     @property
     def policy(self) -> str:
-        """The policy's own name, 'RELIABILITY' and so on."""
+        """The name of the policy without a prefix: 'RELIABILITY' and so on."""
         return self.name.split('_', 3)[-1]
 
 
@@ -136,21 +136,24 @@ class QoS:
 
     @property
     def keeps_all(self) -> bool:
-        """True if the queue has no bound of its own."""
+        """True if the queue has no limit."""
         return self.history is HistoryPolicy.KEEP_ALL
 
     @property
     def is_transient_local(self) -> bool:
-        """True if late subscribers are served from the publisher's history."""
+        """True if late subscribers get messages from the publisher's history."""
         return self.durability is DurabilityPolicy.TRANSIENT_LOCAL
 
     @property
     def is_reliable(self) -> bool:
-        """True for any reliability but best effort."""
+        """True for every reliability except best effort."""
         return self.reliability is not ReliabilityPolicy.BEST_EFFORT
 
     def stated(self) -> QoS:
-        """The policies that a peer sees if none was given: reliable, volatile, automatic, no time limits."""
+        """Return the profile with the values that a peer sees for policies that were not given.
+
+        They are: reliable, volatile, automatic liveliness, no time limits.
+        """
         return replace(
             self,
             history=self.history or HistoryPolicy.KEEP_LAST,
@@ -193,9 +196,10 @@ BEST_AVAILABLE = QoS(
 
 
 def suiting(offered: Collection[QoS], depth: int) -> QoS:
-    """Return a subscription's QoS that goes together with publishers that offer these.
+    """Return the QoS of a subscription that is compatible with publishers of these QoS.
 
-    As ROS 2's `topic echo` has it: reliable, and with history, if there are any and each offers that.
+    The rule is that of ROS 2's `topic echo`: the subscription is reliable if there are publishers and all of
+    them are, and it is transient local by the same rule.
     """
     reliable = bool(offered) and all(each.stated().is_reliable for each in offered)
     latched = bool(offered) and all(each.is_transient_local for each in offered)

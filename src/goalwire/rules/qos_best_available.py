@@ -1,8 +1,8 @@
-"""Turns BEST_AVAILABLE into concrete policies, by the endpoints that are there (rmw_dds_common, qos.cpp).
+"""Turns BEST_AVAILABLE into concrete policies, by the present endpoints (rmw_dds_common, qos.cpp).
 
-A subscription asks for the most that every publisher offers; a publisher offers the most there is. One rule
-differs from rmw_dds_common: a subscription that finds no publisher asks only for what an ordinary publisher
-offers.
+A subscription requests the strictest policies that all publishers offer. A publisher offers the strictest
+policies. One rule differs from rmw_dds_common: without publishers a subscription requests only the policies
+that an ordinary publisher offers.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _UNSET = frozenset({UNSPECIFIED_NS, INFINITE_NS, BEST_AVAILABLE_NS})
 
 
 def is_open(qos: QoS) -> bool:
-    """True if a policy is left to the endpoints on the other side."""
+    """Tell whether the endpoints on the other side decide about some policy."""
     return (
         qos.reliability is ReliabilityPolicy.BEST_AVAILABLE
         or qos.durability is DurabilityPolicy.BEST_AVAILABLE
@@ -55,7 +55,7 @@ def for_subscription(qos: QoS, publishers: Sequence[QoS]) -> QoS:
 
 
 def for_publisher(qos: QoS, subscriptions: Sequence[QoS]) -> QoS:
-    """Return the QoS of a publisher that all of these subscriptions can hear."""
+    """Return the QoS of a publisher from which all of these subscriptions can receive."""
     manual = any(each.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC for each in subscriptions)
     request = QoS(
         reliability=ReliabilityPolicy.RELIABLE,
@@ -73,7 +73,7 @@ def for_service(qos: QoS) -> QoS:
 
 
 def _choose_duration(choose: Callable[[Iterable[int]], int], durations: Iterable[int]) -> int:
-    """Return the greatest or smallest of the durations that somebody has set."""
+    """Return the greatest or smallest of the durations that were set."""
     stated = [each for each in durations if each not in _UNSET]
     return choose(stated) if stated else UNSPECIFIED_NS
 

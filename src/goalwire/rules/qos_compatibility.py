@@ -1,7 +1,7 @@
-"""Whether a subscription can receive from a publisher (rmw_dds_common, qos_profile_check_compatible).
+"""Checks whether a subscription can receive from a publisher (rmw_dds_common, qos_profile_check_compatible).
 
-On the wire of rmw_zenoh messages arrive in any case. There the answer says what would happen on DDS. The
-texts are ROS 2's own, "durabilty" included.
+On the wire of rmw_zenoh messages arrive in any case. There the verdict says what would happen on DDS. The
+texts are ROS 2's own, also "durabilty".
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from goalwire.rules.qos import (
 
 
 class QoSCompatibility(IntEnum):
-    """A verdict. WARNING: it depends on how the middleware fills an open policy."""
+    """A verdict. WARNING: it depends on the value that the middleware chooses for an open policy."""
 
     OK = 0
     WARNING = 1
@@ -41,7 +41,7 @@ _OPEN = frozenset({'SYSTEM_DEFAULT', 'UNKNOWN'})
 
 @record
 class _OrderedPolicy:
-    """A policy where an endpoint offers or asks for less (`weak`) or more (`strong`), and what to say."""
+    """A policy with a weaker and a stronger value, and the texts for publishers that offer too little."""
 
     attribute: str
     kind: PolicyKind
@@ -88,7 +88,7 @@ _POLICIES = (
 
 
 def check_compatible(publisher: QoS, subscription: QoS) -> tuple[QoSCompatibility, str]:
-    """Return the verdict and ROS 2's reasons, each ending in ';'. Warnings are given only without errors."""
+    """Return the verdict and ROS 2's reasons, each with ';' at its end. Warnings come only without errors."""
     errors = list(_errors(publisher, subscription))
     if errors:
         return QoSCompatibility.ERROR, ''.join(f'ERROR: {reason};' for _, reason in errors)
@@ -99,10 +99,10 @@ def check_compatible(publisher: QoS, subscription: QoS) -> tuple[QoSCompatibilit
 
 
 def incompatible_policy(publisher: QoS, subscription: QoS) -> PolicyKind | None:
-    """Return the policy for which two endpoints do not go together under DDS, None if they do.
+    """Return the policy that makes two endpoints incompatible on DDS; None if they are compatible.
 
-    Of several it is the one that DDS numbers highest, as its implementations report it. A policy that nobody
-    set counts with the value that the wire gives it.
+    Of several policies it returns that with the highest number on DDS, as implementations of DDS report it. A
+    policy that was not set counts with the value that the wire gives it.
     """
     return max((kind for kind, _ in _errors(publisher.stated(), subscription.stated())), default=None)
 

@@ -1,8 +1,8 @@
 """QoS events of publishers and subscriptions: their kinds, and their status records.
 
-Names and numbers are those of rcl/event.h (rcl_publisher_event_type_t, rcl_subscription_event_type_t), the
-records those of rmw/events_statuses. A source of events only keeps totals. A reader computes what is new as
-the difference of two records (`changes_between`), so any number of readers share one source.
+Names and numbers are those of rcl/event.h (rcl_publisher_event_type_t, rcl_subscription_event_type_t). The
+records are those of rmw/events_statuses. A source of events only keeps totals. A reader computes the changes
+as the difference of two records (`changes_between`), so any number of readers may share one source.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from goalwire.rules.qos import PolicyKind
 
 
 class _EventType(Enum):
-    """A kind of event; int() gives rcl's number."""
+    """The base of the kinds of events; int() returns rcl's number."""
 
     __hash__ = object.__hash__  # members are unique; Enum's own hash is a Python function
 
@@ -49,7 +49,7 @@ EventType: TypeAlias = PublisherEvent | SubscriptionEvent
 
 
 class EventStatus:
-    """The totals of one event so far. Two with equal fields are equal."""
+    """The totals of one kind of event so far. Records with equal fields are equal."""
 
     __slots__: Sequence[str] = ()
 
@@ -76,27 +76,27 @@ class _Count(EventStatus):
 
 
 class OfferedDeadlineMissed(_Count):
-    """How often a publisher was later than it had promised."""
+    """The number of times that a publisher was later than it had promised."""
 
 
 class RequestedDeadlineMissed(_Count):
-    """How often a message came later than asked for."""
+    """The number of times that a message came later than the subscription had requested."""
 
 
 class LivelinessLost(_Count):
-    """How often a publisher failed to show that it is alive."""
+    """The number of times that a publisher failed to show that it is alive."""
 
 
 class MessageLost(_Count):
-    """How many messages did not arrive."""
+    """The number of messages that did not arrive."""
 
 
 class IncompatibleType(_Count):
-    """How many endpoints of another type were met under the same name."""
+    """The number of endpoints with the same name and another type."""
 
 
 class LivelinessChanged(EventStatus):
-    """How many publishers are alive, and how many have ceased to be."""
+    """The numbers of publishers that are alive, and that are alive no longer."""
 
     __slots__ = ('alive_count', 'alive_count_change', 'not_alive_count', 'not_alive_count_change')
 
@@ -114,7 +114,7 @@ class LivelinessChanged(EventStatus):
 
 
 class Matched(EventStatus):
-    """How many counterparts there have been, and how many there are."""
+    """The numbers of matching endpoints: so far, and at present."""
 
     __slots__ = ('current_count', 'current_count_change', 'total_count', 'total_count_change')
 
@@ -132,7 +132,7 @@ class Matched(EventStatus):
 
 
 class IncompatibleQoS(EventStatus):
-    """How many counterparts had a QoS that does not go together, and for which policy the last one."""
+    """The number of endpoints with an incompatible QoS, and the policy that the last of them failed."""
 
     __slots__ = ('last_policy_kind', 'total_count', 'total_count_change')
 
@@ -153,7 +153,7 @@ _CHANGE = '_change'
 
 
 def changes_between(earlier: StatusT, later: StatusT) -> StatusT:
-    """Return the later record with the changes since an earlier one of the same kind."""
+    """Return the later record, with its changes since an earlier record of the same kind."""
     return with_fields(
         later,
         **{
@@ -182,7 +182,7 @@ NOTHING_YET: dict[EventType, EventStatus] = {
     SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: IncompatibleType(),
     SubscriptionEvent.RCL_SUBSCRIPTION_MATCHED: Matched(),
 }
-"""The record of each kind of event before the first one."""
+"""The record of each kind before its first event."""
 
 
 _REMEDIES = {
@@ -198,9 +198,9 @@ _REMEDIES = {
 
 
 def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *, wire: str | None) -> str:
-    """Return ROS 2's words for an endpoint whose QoS does not go together with ours.
+    """Return ROS 2's text for an endpoint whose QoS is incompatible with this one's.
 
-    `wire` names one that delivers all the same: then they would not be true alone.
+    `wire` names a wire that delivers messages all the same; then the text says so, too.
     """
     if isinstance(event, PublisherEvent):
         found = f"New subscription discovered on topic '{topic}', requesting incompatible QoS. "
@@ -217,17 +217,17 @@ def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *
 
 
 class SequenceGaps:
-    """Counts the missing messages of publishers that number theirs from 1 on without a gap.
+    """Counts the missing messages of publishers that number their messages from 1 on without gaps.
 
-    A message that comes late or twice is not lost, and of a publisher met under way nothing counts before its
-    first message (rmw_zenoh counts the distance in either direction).
+    A message that comes late or twice does not count as lost. The messages of a publisher before the first
+    one received do not count, either. (rmw_zenoh counts the distance in both directions.)
     """
 
     def __init__(self) -> None:
         self._newest: dict[bytes, int] = {}
 
     def count_missed(self, publisher: bytes, sequence: int) -> int:
-        """Note a message of the publisher with that gid; return how many before it never came."""
+        """Note a message of a publisher, and return the number of missing messages just before it."""
         newest = self._newest.get(publisher)
         if newest is not None and sequence <= newest:
             return 0

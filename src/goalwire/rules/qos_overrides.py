@@ -17,7 +17,7 @@ from goalwire.rules.qos import (
 )
 
 OverrideValue: TypeAlias = str | int | bool
-"""How a parameter spells a policy: its short key, its number (nanoseconds for durations), or yes and no."""
+"""The value of a parameter for a policy: a short key, a number (nanoseconds for durations), or a bool."""
 
 _FIELDS = {
     PolicyKind.RMW_QOS_POLICY_DURABILITY: 'durability',
@@ -46,17 +46,17 @@ def override_name(policy: PolicyKind, topic: str, entity: str, entity_id: str | 
 
 
 def override_description(what: str, topic: str, entity: str, entity_id: str | None) -> str:
-    """Return the parameter's description, in ROS 2's words; `what` is the policy's name."""
+    """Return the parameter's description, with ROS 2's text; `what` is the policy's name."""
     return f'{what} for {entity} `{topic}` with id `{entity_id}`'
 
 
 def may_override(policy: PolicyKind, entity: str) -> bool:
-    """Whether that kind of endpoint has the policy: messages have a lifespan where they are published."""
+    """Tell whether a kind of endpoint has a policy. Only publishers have a lifespan."""
     return policy is not PolicyKind.RMW_QOS_POLICY_LIFESPAN or entity == 'publisher'
 
 
 def value_of(qos: QoS, policy: PolicyKind) -> OverrideValue:
-    """Return how a parameter spells the policy of `qos`; raises UnknownPolicyError."""
+    """Return the value of a parameter for a policy of `qos`; raises UnknownPolicyError."""
     if policy not in _FIELDS:
         raise UnknownPolicyError(f'{policy.name} is not a policy that a QoS profile has')
     value: OverrideValue = getattr(qos, _FIELDS[policy])
@@ -70,7 +70,7 @@ def value_of(qos: QoS, policy: PolicyKind) -> OverrideValue:
 
 
 def with_value(qos: QoS, policy: PolicyKind, value: object) -> QoS:
-    """Return `qos` with the policy that a parameter spells; raises UnexpectedOverrideError."""
+    """Return `qos` with a policy set to the value of a parameter; raises UnexpectedOverrideError."""
     choices = _CHOICES.get(policy)
     if choices is not None:
         try:

@@ -1,7 +1,7 @@
-"""Why a server leaves a request unanswered: the text that it sends, and the error that the client raises.
+"""The reasons why a server gives no answer: the text that it sends, and the error that the client raises.
 
-The text travels if both ends are goalwire: in an error reply on Zenoh, in a refusal on DDS.
-ROS 2's own clients ignore it.
+The text is sent if both ends are goalwire: in an error reply on Zenoh, in a refusal on DDS. ROS 2's own
+clients ignore it.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from goalwire.errors import (
 CLOSING = 'the server is closing'
 STOPPED = 'its callback was stopped'
 TIMEOUT = 'Timeout'
-"""Zenoh's own word, when it gives a query up: after ten minutes, as under rmw_zenoh."""
+"""Zenoh's own text when it gives up a query: after ten minutes, as under rmw_zenoh."""
 _REFUSED = 'refused: '
 _REJECTED = 'rejected: '
 _DENIED = 'denied: '
 
 
 def refused(problem: str) -> str:
-    """The server has too much to do."""
+    """Return the reason for a request to a server that has too much to do."""
     return peer_text(_REFUSED + problem)
 
 
@@ -36,25 +36,25 @@ def rejected(error: Exception) -> str:
 
 
 def denied(rule: str) -> str:
-    """The server's policy does not allow it; `rule` says which line, to whom and what."""
+    """Return the reason for a request that the server's policy denies; `rule` is the line of the policy."""
     return peer_text(_DENIED + rule)
 
 
 def failed(error: BaseException) -> str:
-    """The server's callback ended in `error`: its type and text, no traceback."""
+    """Return the reason for a request whose callback raised `error`: its type and text, no traceback."""
     if not isinstance(error, Exception):
         return STOPPED
     return peer_text(f'its callback failed: {described(error)}')
 
 
 def described(error: BaseException) -> str:
-    """Return an error in one line: its type and its text."""
+    """Return the type and the text of an error in one line."""
     kind, text = type(error).__name__, str(error)
     return f'{kind}: {text}' if text else kind
 
 
 def meaning(reason: str) -> type[CallError]:
-    """Return the error of a client that gets no answer, for `reason` ('': none was given)."""
+    """Return the error that a client raises for a `reason` ('' if the server gave none)."""
     if not reason or reason == CLOSING:
         return ServerLostError
     if reason == TIMEOUT:

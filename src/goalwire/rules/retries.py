@@ -1,4 +1,4 @@
-"""Retry policies: whether and when a failed request is sent again. The rules follow gRPC's proposal A6."""
+"""Retry policies: they say when a failed request is sent again. The rules follow gRPC's proposal A6."""
 
 from __future__ import annotations
 
@@ -16,48 +16,50 @@ class CallAttempt:
     name: str
     """The fully-qualified name of the service."""
     peers: tuple[str, ...]
-    """The nodes that served it when the request went out."""
+    """The nodes that offered the service when the request was sent."""
     number: int
     """The number of the attempt, 1 for the first."""
     began: float
-    """s after the beginning of the call."""
+    """The time of its beginning, in s after the beginning of the call."""
     lasted: float
-    """How long it lasted, in s."""
+    """Its duration in s."""
     error: CallError | None
-    """Why it failed; None if it was answered."""
+    """The error with which it failed; None if it was answered."""
     retry_in: float | None
-    """s until the request is sent again; None if it is not."""
+    """The time in s until the request is sent again; None if it is not sent again."""
 
 
 @record
 class Retry:
-    """How a client's requests are sent again, within the deadline of the call.
+    """A policy by which a client sends failed requests again, within the deadline of the call.
 
-    To give it to a client is to say that its service is idempotent: a server may handle a request twice, of
-    which one answer was lost. After `attempts` the call ends with the error of the last.
+    Only use it for an idempotent service: if an answer is lost, the server handles the same request twice.
+    After `attempts` attempts the call ends with the error of the last attempt.
     """
 
     attempts: int = 3
-    """The number of attempts, with the first one."""
+    """The most attempts, the first one included."""
     timeout: float | None = None
-    """s that each attempt may take; None: as long as the call."""
+    """The time in s that each attempt may take; None: as long as the call."""
     first_delay: float = 0.1
-    """s before the second attempt; then `factor` times as many each time, `longest_delay` at most."""
+    """The delay in s before the second attempt. Each later delay is `factor` times as long, up to
+    `longest_delay`."""
     factor: float = 2.0
     longest_delay: float = 2.0
     jitter: float = 0.2
-    """Each delay is longer or shorter by up to this part of it, so that clients do not come back at once."""
+    """Each delay is changed at random by up to this part of it, so that clients do not retry all at once."""
     on: tuple[type[CallError], ...] = (ServerLostError, DeadlineError)
-    """The errors after which a request is sent again; one like ServerFailedError would mostly come again."""
+    """The errors after which a request is sent again. ServerFailedError, for example, would mostly recur."""
     budget: float = 10.0
-    """How many attempts in a row may fail, of all calls of the client, before half of that stops retries."""
+    """The size of the retry budget of all calls of a client. Each failed attempt takes 1 from it. Retries
+    stop while half of it or less is left."""
     refund: float = 0.1
-    """How much an answer gives back to the budget: with 0.1, one retry in ten calls can go on for ever."""
+    """The amount that an answer gives back to the budget. With 0.1, one retry in ten calls is sustainable."""
     on_attempt: Callable[[CallAttempt], object] | None = None
     """Called with each attempt after its end, on the node's executor or loop."""
 
     def __post_init__(self) -> None:
-        """Raises ValueError for impossible numbers, TypeError for values of another type."""
+        """Check the values. Raises ValueError for impossible numbers, TypeError for wrong types."""
         self._check_types()
         if self.attempts < 1:
             raise ValueError(f'attempts={self.attempts}: a call has one attempt at least')
@@ -86,9 +88,7 @@ class Retry:
             raise TypeError(f'on_attempt={self.on_attempt!r}: give a function that takes a CallAttempt')
 
     def delay(self, failures: int, chance: float) -> float:
-        """Return the wait in s after `failures` failed attempts; `chance` is a random number from 0 up to
-        1.
-        """
+        """Return the delay in s after `failures` failed attempts; `chance` is a random number in 0..1."""
         try:
             steady = min(self.first_delay * self.factor ** (failures - 1), self.longest_delay)
         except OverflowError:
@@ -101,9 +101,10 @@ def _is_call_error(kind: object) -> bool:
 
 
 class RetryBudget:
-    """A budget that keeps retries from overloading a server in trouble: retries stop while it is half empty.
+    """A budget for all calls of one client. It keeps retries from overloading a server in trouble.
 
-    For all calls of one client. Threads may lose an update of each other's: it is a brake, not a count.
+    Retries stop while half of the budget or less is left. Two threads may lose an update, which does not
+    matter here, since the budget need not be exact.
     """
 
     def __init__(self, policy: Retry) -> None:
@@ -120,7 +121,7 @@ class RetryBudget:
 
     @property
     def allows(self) -> bool:
-        """Whether requests may be sent again."""
+        """True if requests may be sent again."""
         return self.tokens > self._policy.budget / 2
 
 
@@ -130,7 +131,7 @@ class Attempts:
     __slots__ = ('_budget', '_chance', 'began', 'number', 'policy')
 
     def __init__(self, policy: Retry, budget: RetryBudget, chance: Callable[[], float]) -> None:
-        """`chance` gives random numbers from 0 up to 1."""
+        """Make the record of one call. `chance` returns random numbers from 0 up to 1."""
         self.policy = policy
         self._budget = budget
         self._chance = chance
@@ -138,7 +139,7 @@ class Attempts:
         self.began = 0
 
     def begin(self, now: int) -> None:
-        """The request goes out, again or for the first time."""
+        """Note that an attempt begins."""
         self.number += 1
         self.began = now
 
@@ -147,9 +148,10 @@ class Attempts:
         self._budget.on_answer()
 
     def on_failure(self, error: CallError, now: int, deadline: int | None) -> int | None:
-        """The attempt has failed: return the ns until the next one, or None if the call is to end.
+        """Note that the attempt has failed. Return the ns until the next attempt, or None to end the call.
 
-        It ends if the policy, its count, the budget or the call's deadline leave no room for another.
+        The call ends if the policy does not cover the error, or its attempts, the budget or the deadline are
+        used up.
         """
         self._budget.on_failure()
         policy = self.policy

@@ -1,6 +1,6 @@
-"""The records that `statistics()` returns: frozen, counted since the entity was made.
+"""The frozen records that `statistics()` returns. They count from the creation of the entity on.
 
-Imported when they are first asked for. Durations are in seconds.
+This module is imported at the first call of `statistics()`. Durations are in seconds.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 @record
 class LatencyHistogram:
-    """Counts of durations by size: `counts[n]` has those of at least 2**(n-1) and less than 2**n ns."""
+    """Counts of durations by size. `counts[n]` counts durations of at least 2**(n-1) and less
+    than 2**n ns.
+    """
 
     counts: tuple[int, ...]
 
@@ -25,14 +27,14 @@ class LatencyHistogram:
 
     @property
     def count(self) -> int:
-        """How many durations were counted."""
+        """The number of counted durations."""
         return sum(self.counts)
 
     def quantile(self, share: float) -> float:
-        """Return what that share of them did not exceed, in s, as far as the buckets tell; 0 for none.
+        """Return the duration in s that a share of the durations did not exceed; 0 without durations.
 
-        Within a bucket they are taken for evenly spread: the answer is off by less than a factor of 2.
-        Raises ValueError for a share that is not from 0 to 1.
+        It is an estimate, since only buckets are known: it is wrong by less than a factor of 2. Raises
+        ValueError for a share that is not from 0 to 1.
         """
         if not 0 <= share <= 1:
             raise ValueError(f'a share is from 0 to 1, not {share}')
@@ -51,7 +53,7 @@ class LatencyHistogram:
 
     @property
     def p99(self) -> float:
-        """The time in s that 99 of 100 did not exceed."""
+        """The duration in s that 99 % of the durations did not exceed."""
         return self.quantile(0.99)
 
 
@@ -62,8 +64,8 @@ class PublisherStatistics:
     name: str
     published: int
     dropped: int = 0
-    """How many of the published messages this end dropped, as far as the wire tells; a message that two peers
-    did not get may count twice."""
+    """The number of published messages that this end dropped, if the wire counts them. A message that two
+    peers did not get may count twice."""
 
 
 @record
@@ -81,7 +83,7 @@ class SubscriptionStatistics:
 
     @property
     def received(self) -> int:
-        """All messages or requests that came."""
+        """The number of all received messages or requests."""
         return self.taken + self.waiting + self.dropped + self.rejected
 
 
@@ -91,17 +93,17 @@ class ClientStatistics:
 
     name: str
     sent: int
-    """Requests, each attempt of a call that is retried."""
+    """Requests that were sent. Each attempt of a retried call counts."""
     answered: int
     unanswered: int
-    """Requests that no server answered: there was none, it went away, or it gave them up."""
+    """Requests without an answer: there was no server, or it went away, or it gave them up."""
     in_flight: int
     latency: LatencyHistogram
-    """From a request to its response."""
+    """The durations from a request to its response."""
 
     @property
     def given_up(self) -> int:
-        """Requests whose caller did not wait for the end: a deadline, or a cancelled future."""
+        """Requests whose caller stopped waiting, because of a deadline or a cancelled future."""
         return self.sent - self.answered - self.unanswered - self.in_flight
 
 
@@ -112,20 +114,20 @@ class ServiceStatistics:
     name: str
     answered: int
     failed: int
-    """Requests that the callback gave up."""
+    """Requests whose callback ended without an answer."""
     in_flight: int
-    """Requests that the callback works on."""
+    """Requests whose callback has not ended yet."""
     waiting: int
     refused: int
     """Requests that found the queue full."""
     rejected: int
     """Requests that could not be decoded."""
     latency: LatencyHistogram
-    """From a request's arrival to its response."""
+    """The durations from the arrival of a request to its response."""
 
     @property
     def received(self) -> int:
-        """All messages or requests that came."""
+        """The number of all received messages or requests."""
         return self.answered + self.failed + self.in_flight + self.waiting + self.refused + self.rejected
 
 
@@ -136,12 +138,12 @@ class ActionClientStatistics:
     name: str
     goals: SentGoals
     feedback: int
-    """Messages for goals of this client."""
+    """Feedback messages for goals of this client."""
     feedback_dropped: int
     acceptance: LatencyHistogram
-    """From a goal to its acceptance or refusal."""
+    """The durations from sending a goal to its acceptance or refusal."""
     duration: LatencyHistogram
-    """From a goal to its result."""
+    """The durations from sending a goal to its result."""
     rejected: int = 0
     """Feedback and status messages that could not be decoded."""
 
@@ -153,17 +155,17 @@ class ActionServerStatistics:
     name: str
     goals: ServedGoals
     feedback: int
-    """Messages that were published."""
+    """Feedback messages that were published."""
     failed: int
-    """Goals whose execution raised."""
+    """Goals whose execute callback raised an error."""
     waiting: int
-    """Requests, of all three services, that wait for the executor."""
+    """Requests of all three services that wait for the executor."""
     refused: int
     """Requests that found the queue full."""
     rejected: int
     """Requests that could not be decoded."""
     execution: LatencyHistogram
-    """From the beginning to the end of the execute callback."""
+    """The durations of the execute callback."""
 
 
 @record
@@ -174,9 +176,9 @@ class TimerStatistics:
     """The period in seconds."""
     calls: int
     missed: int
-    """Periods that went by without a call, since an earlier one was late."""
+    """Periods without a call, because an earlier call was late."""
     lateness: LatencyHistogram
-    """How late calls came."""
+    """The delays of the calls after their due times."""
 
 
 @record

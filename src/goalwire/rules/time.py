@@ -1,7 +1,7 @@
 """Instants and durations in whole nanoseconds, with the behaviour of rclpy's Time and Duration.
 
-A Time belongs to a kind of clock and is never negative; a Duration is signed. Both fit an int64, the storage
-of rcl, and raise an error if they would not. They cannot be changed, yet are unhashable, as in ROS 2.
+A Time belongs to a kind of clock and is never negative. A Duration may be negative. Both are limited to an
+int64, as in rcl: a larger value raises an error. They are immutable, but not hashable, as in ROS 2.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ S_TO_NS = 1_000_000_000
 _INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
 
 LATEST_STAMP = 2**31 * S_TO_NS - 1
-"""The last instant that a builtin_interfaces/Time can tell, in ns: its seconds are an int32, up to January
-2038. What the library stamps itself is held below: so nothing ends half-way after that."""
+"""The last instant that fits into a builtin_interfaces/Time, in ns: its seconds are an int32, up to January
+2038. The library's own stamps do not go beyond it, so that programs still run after that date."""
 
 
 class ClockType(IntEnum):
-    """Which clock an instant was read from (rcl_clock_type_t)."""
+    """The kind of clock from which an instant was read (rcl_clock_type_t)."""
 
     UNINITIALIZED = 0
     ROS_TIME = 1
@@ -33,15 +33,15 @@ class ClockType(IntEnum):
 
 
 class DurationType(Protocol):
-    """Any object that tells a span in nanoseconds."""
+    """Any object with a span of time in `nanoseconds`."""
 
     @property
     def nanoseconds(self) -> int: ...
 
 
 def _total(seconds: float | str, nanoseconds: float) -> int:
-    """Return both parts in whole nanoseconds; a fraction of one is cut off towards zero."""
-    # A string times a billion is a gigabyte before it is an error.
+    """Return the sum of both parts in whole nanoseconds. A fraction of a nanosecond is cut off."""
+    # Checked here, since Python would repeat a string a billion times before the error.
     if isinstance(seconds, str):
         raise ValueError(f'seconds must be a number, got {seconds!r}')  # noqa: TRY004 - rclpy's own type
     return int(seconds * S_TO_NS) + int(nanoseconds)
@@ -54,7 +54,7 @@ class Duration:
     __slots__ = ('__dict__', '__weakref__', '_nanoseconds')  # programs keep things of their own there
 
     def __init__(self, *, seconds: float = 0, nanoseconds: float = 0) -> None:
-        """Add the two parts up. Raises OverflowError past an int64, ValueError for NaN."""
+        """Make the sum of the two parts. Raises OverflowError beyond an int64, ValueError for NaN."""
         total = _total(seconds, nanoseconds)
         if not _INT64_MIN <= total <= _INT64_MAX:
             raise OverflowError('Total nanoseconds value is too large to store in C duration.')
@@ -94,7 +94,7 @@ class Duration:
         return Duration(nanoseconds=self._nanoseconds - other._nanoseconds)
 
     def __mul__(self, factor: float) -> Duration:
-        """Times infinity it is Infinite. Raises ValueError for nan, OverflowError past an int64."""
+        """Return the product. Infinity gives Infinite; nan raises ValueError, an overflow OverflowError."""
         if isinstance(factor, int):
             return Duration(nanoseconds=self._nanoseconds * factor)
         if not isinstance(factor, float):
@@ -115,7 +115,7 @@ class Duration:
 
     @classmethod
     def from_msg(cls, msg: DurationMessage) -> Self:
-        """Return the span a builtin_interfaces/Duration tells; raises TypeError for anything else."""
+        """Return the Duration of a builtin_interfaces/Duration; raises TypeError for anything else."""
         from builtin_interfaces.msg import Duration as DurationMessage
 
         if not isinstance(msg, DurationMessage):
@@ -133,14 +133,16 @@ Infinite = Duration(nanoseconds=_INT64_MAX)
 
 @total_ordering
 class Time:
-    """An instant on one kind of clock. Instants of different clocks are not comparable: TypeError."""
+    """An instant on one kind of clock. Comparing instants of different clocks raises TypeError."""
 
     __slots__ = ('__dict__', '__weakref__', '_clock_type', '_nanoseconds')
 
     def __init__(
         self, *, seconds: float = 0, nanoseconds: float = 0, clock_type: ClockType = ClockType.SYSTEM_TIME
     ) -> None:
-        """Add the two parts up. Raises ValueError if one is negative, OverflowError past an int64."""
+        """Make the sum of the two parts. Raises ValueError if one is negative, OverflowError
+        beyond an int64.
+        """
         if not isinstance(clock_type, ClockType):
             raise TypeError('Clock type must be a ClockType enum')
         if seconds < 0:
@@ -218,7 +220,7 @@ class Time:
             raise error
 
     def to_msg(self) -> TimeMessage:
-        """Return a builtin_interfaces/Time; the kind of clock is lost."""
+        """Return a builtin_interfaces/Time, which does not have the kind of clock."""
         from builtin_interfaces.msg import Time as TimeMessage
 
         message = TimeMessage()
@@ -226,12 +228,12 @@ class Time:
         return message
 
     def to_stamp(self) -> TimeMessage:
-        """Return a builtin_interfaces/Time that goes on the wire; a later instant is the last it can tell."""
+        """Return a builtin_interfaces/Time for the wire. An instant after 2038 becomes the last that fits."""
         return Time(nanoseconds=min(self.nanoseconds, LATEST_STAMP)).to_msg()
 
     @classmethod
     def from_msg(cls, msg: TimeMessage, clock_type: ClockType = ClockType.ROS_TIME) -> Self:
-        """Return the instant a builtin_interfaces/Time tells; raises TypeError for anything else."""
+        """Return the Time of a builtin_interfaces/Time; raises TypeError for anything else."""
         from builtin_interfaces.msg import Time as TimeMessage
 
         if not isinstance(msg, TimeMessage):

@@ -75,7 +75,7 @@ class CoroutineRunner(CallbackSource):
 
     @property
     def driven(self) -> bool:
-        """Whether a thread is in the middle of a step."""
+        """True if a thread is in the middle of a step."""
         return self._turn.locked()
 
     @property

@@ -68,8 +68,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     ) -> None:
         """Make a server. GoalBook explains `result_timeout_ns`; check_policies has the errors.
 
-        If a client goes, the caller calls `on_client_gone` at once, and `on_client_lost` after
-        `client_grace_ns`.
+        The caller calls `on_client_gone` at once, and `on_client_lost` after `client_grace_ns`.
         """
         check_policies(policy, on_client_lost)
         self._lost = on_client_lost
@@ -119,8 +118,8 @@ class GoalServer(Generic[RequestT, ResultT]):
     ) -> ServerEffects[RequestT, ResultT]:
         """Handle the user's decision: [ReplyGoal, Accepted], or [ReplyGoal] if the goal is refused.
 
-        A callback that raised counts as a refusal. The goal is also refused if other goals have taken the
-        last place meanwhile. `handle` goes into the goal's record.
+        A callback that raised counts as a refusal. The goal is also refused if no place is left. `handle`
+        goes into the goal's record.
         """
         goal = self.deciding.pop(goal_id, None)
         if goal is None:
@@ -142,9 +141,8 @@ class GoalServer(Generic[RequestT, ResultT]):
         """Execute a goal: [PublishStatus, Execute], or [PublishStatus] if it has to wait for its turn.
 
         `execution` comes back with Execute. Under preempt() the earlier goals are cancelled: [PublishStatus,
-        StoppedByServer]. A goal that is CANCELING already keeps that state: [Execute]; if it would have to
-        wait, it ends. For a goal that waits already, nothing changes: []. Raises InvalidTransition for a goal
-        that was executed before or has ended.
+        StoppedByServer]. A goal that is CANCELING keeps that state: [Execute]; if it would have to wait, it
+        ends. A goal that waits already goes on waiting: []. Raises InvalidTransition after the first time.
         """
         goal = self.goals.get(goal_id)
         if goal is None or goal_id in self._places.waiting:
@@ -211,9 +209,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_cancel_request(
         self, goal_id: GoalId, stamp_ns: int, request: RequestT, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """Handle a cancel_goal request: [AskCancel…], one for each goal; [ReplyCancel] if
-        there is no goal.
-        """
+        """Handle a cancel_goal request: [AskCancel…], one for each goal, or [ReplyCancel] without a goal."""
         if self._book.expiring:
             self._book.expire(now)
         code, chosen = choose(self.goals, goal_id, stamp_ns)
@@ -298,9 +294,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_result_request(
         self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
     ) -> ServerEffects[RequestT, ResultT]:
-        """Handle a get_result request: [ReplyResult] if the goal has ended, else []. `client`
-        is its sender.
-        """
+        """Handle a get_result request of `client`: [ReplyResult] if the goal has ended, else []."""
         if self._book.expiring:
             self._book.expire(now)
         goal = self.goals.get(goal_id)
@@ -348,9 +342,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def _end(
         self, goal: ServerGoal[RequestT, ResultT], result: ResultT | None, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """Answer the waiting requests with the final status and result, keep these, and start
-        waiting goals.
-        """
+        """Answer the waiting requests with the final status and result, and start waiting goals."""
         effects: ServerEffects[RequestT, ResultT] = [
             ReplyResult(request, goal.status, result) for request in goal.waiting
         ]

@@ -1,1 +1,1 @@
-"""The rules of durable missions, pure: a journal goes in, decisions come out. No file, no wire, no clock."""
+"""The rules of durable missions, without files, wire or clock: they read a journal and return decisions."""

@@ -1,4 +1,4 @@
-"""What a mission's journal is made of: steps with their keys, and entries that say what became of them."""
+"""The parts of a mission's journal: steps with their keys, and entries that tell the course of each step."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ from uuid import UUID, uuid5
 from goalwire.records import record
 
 Json: TypeAlias = 'Mapping[str, Json] | Sequence[Json] | str | int | float | bool | None'
-"""A value that a journal keeps as text."""
+"""A value that a journal stores as JSON text."""
 
 
 class MissionState(StrEnum):
-    """Where a mission stands, as `goalwire mission list` shows it."""
+    """The state of a mission, as `goalwire mission list` shows it."""
 
     RUNNING = 'running'
     PAUSED = 'paused'
-    """No further step begins until somebody resumes it; a step that has begun goes on."""
+    """Paused: no further step begins until a person resumes the mission. A step that has begun goes on."""
     HELD = 'held'
-    """It waits for somebody to say, after a restart, that the robot may move."""
+    """After a restart, the mission waits until a person confirms that the robot may move."""
     LOST = 'lost step'
-    """A step may have happened, or not: somebody has to look and decide."""
+    """A step may have happened or not, and a person has to look and decide."""
     APPROVAL = 'approval'
-    """It waits for the answer to a question of its own."""
+    """The mission has asked a person for approval, and waits for the answer."""
     STUCK = 'stuck'
-    """Its code does not fit its journal."""
+    """The mission's code does not fit its journal."""
     SUCCEEDED = 'succeeded'
     FAILED = 'failed'
     CANCELED = 'canceled'
 
     @property
     def is_open(self) -> bool:
-        """True if a runner takes the mission up at its start."""
+        """True if a runner continues the mission when the runner starts."""
         return self not in {MissionState.SUCCEEDED, MissionState.FAILED, MissionState.CANCELED}
 
     @property
     def waits_for_somebody(self) -> bool:
-        """True if the mission goes on only when a person says something."""
+        """True if the mission goes on only after a person has decided or answered."""
         return self in _FOR_PEOPLE
 
 
@@ -53,32 +53,32 @@ _FOR_PEOPLE = {
 
 
 class Decision(StrEnum):
-    """What a person, or a mission's `if_lost`, says about a step that may have happened."""
+    """The decision of a person, or of a mission's `if_lost`, about a step that may have happened."""
 
     DONE = 'done'
-    """It happened: the mission goes on, with an empty result."""
+    """The step has happened: the mission goes on, with an empty result."""
     AGAIN = 'again'
-    """Do it again, under a new goal id."""
+    """Do the step again, under a new goal id."""
     FAIL = 'fail'
-    """The step fails with StepLost, and what the mission does about failures begins."""
+    """The step fails with StepLost, which the mission's own error handling may catch."""
 
 
 class EntryKind(StrEnum):
-    """What an entry of a journal says."""
+    """The kind of an entry in a journal."""
 
     INTENT = 'intent'
-    """A step is about to begin. Nothing was sent yet that is not in the journal."""
+    """A step is about to begin. The journal has this entry before anything of the step is sent."""
     CANCEL = 'cancel'
-    """Its goal is about to be cancelled, by the mission itself."""
+    """The mission itself is about to cancel the goal of the step."""
     ASKED = 'asked'
-    """A person is asked, by a lost step or an approval."""
+    """A person was asked, because a step was lost or needs an approval."""
     ANSWERED = 'answered'
     ENDED = 'ended'
-    """The step has ended; a mission that is started again takes its outcome from here."""
+    """The step has ended. After a restart the mission takes the outcome of the step from this entry."""
     STOP = 'stop'
-    """The mission is to be stopped: somebody cancels it, or its time is over."""
+    """The mission is to be stopped, because it was cancelled or its time is over."""
     NOTE = 'note'
-    """For people alone: held, paused, resumed, stuck."""
+    """An entry that only people read: held, paused, resumed, stuck."""
 
 
 @record
@@ -87,17 +87,17 @@ class Entry:
 
     kind: EntryKind
     step: int
-    """The step that it is about, counted from 0; -1 if it is about the mission as a whole."""
+    """The number of the step, counted from 0; -1 if the entry concerns the mission as a whole."""
     body: Mapping[str, Json]
     data: bytes = b''
-    """A message in CDR: of the request with an intent, of the result with an end."""
+    """A message in CDR: the request in an intent, the result in an end."""
     at: float = 0.0
-    """When it was written, by the system's clock, in s since 1970."""
+    """The time of writing, by the system's clock, in s since 1970."""
 
 
 @record
 class StepKey:
-    """What a mission's code asks for at one step."""
+    """The action that a mission's code requests at one step, with a hash of its arguments."""
 
     kind: str
     """'goal', 'call', 'wait', 'sleep', 'approve', 'run', …"""
@@ -111,7 +111,7 @@ class StepKey:
 
     @property
     def facts(self) -> dict[str, Json]:
-        """What the entries that begin or end the step say of it."""
+        """The fields with which the journal's entries describe the step."""
         return {'kind': self.kind, 'target': self.target, 'digest': self.digest}
 
 
@@ -125,9 +125,9 @@ def digest_of(*parts: bytes | str) -> str:
 
 
 def goal_id_of(journal: str, mission: str, step: int, attempt: int) -> UUID:
-    """Return the id of a goal: the same each time that it is asked for, and no other goal's.
+    """Return the id of a step's goal. It is the same at each call, and no other goal has it.
 
-    `journal` is the UUID of the journal's file: a mission that is begun anew in another file is not
-    mistaken for the earlier one by a server that still knows its goals. Each 'again' counts `attempt` up.
+    `journal` is the UUID of the journal's file. So a server that still knows the goals of an earlier journal
+    does not take a new mission's goals for them. Each decision 'again' increments `attempt`.
     """
     return uuid5(UUID(journal), f'{mission}\0{step}\0{attempt}')

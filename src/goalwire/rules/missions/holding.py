@@ -1,4 +1,6 @@
-"""May a mission go on by itself after its runner was away? Power that returns must not start a machine."""
+"""Decides whether a mission may go on by itself after its runner was away.
+
+The return of power alone must not start a machine."""
 
 from __future__ import annotations
 
@@ -7,14 +9,14 @@ from typing import Literal
 from goalwire.records import record
 
 DOWN_S = 60.0
-"""How long a runner may be away before a person has to say that the robot may move."""
+"""The longest absence of a runner, in s, after which missions go on without a person's confirmation."""
 
 Resume = Literal['ask', 'auto']
 
 
 @record
 class Sighting:
-    """When a runner was alive: the boot of its machine, and that machine's steady clock in s."""
+    """A time at which a runner was alive: the boot id of its machine, and the machine's steady clock in s."""
 
     boot: str
     steady: float

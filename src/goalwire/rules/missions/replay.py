@@ -1,9 +1,9 @@
-"""Replaying a mission: its code runs anew, and each step that is in the journal answers from there.
+"""Replays a mission: its code runs again, and each step that is in the journal returns its recorded outcome.
 
-A mission does one thing after the other, so a step is known by its number. The code has to ask for the same
-steps in the same order, with the same arguments. If it asks for anything else it was changed, or it depends
-on something that the journal does not know, such as the time: then nothing may be guessed, and the mission is
-stuck until somebody has looked.
+A mission does its steps one after the other, so the number of a step identifies it. The code has to request
+the same steps in the same order, with the same arguments. If it requests another step, the code was changed,
+or it depends on data outside the journal, such as the time. Then goalwire guesses nothing: the mission is
+stuck until a person has looked at it.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from goalwire.rules.missions.entries import Entry, EntryKind, StepKey
 class DoesNotFit(BaseException):
     """The code does not fit the journal; the text names the step and both sides.
 
-    No Exception, so that a mission's `except Exception` does not take it for a failed step.
+    It does not derive from Exception, so a mission's `except Exception` does not take it for a failed step.
     """
 
 
 @record
 class StepHistory:
-    """What the journal knows of one step."""
+    """The entries of one step in the journal."""
 
     number: int
-    """Counted from 0."""
+    """The number of the step, counted from 0."""
     key: StepKey
     entries: tuple[Entry, ...]
 
     @property
     def intent(self) -> Entry | None:
-        """The newest intent: a step that was sent again has more of them."""
+        """The newest intent. A step that was sent again has several."""
         intents = [entry for entry in self.entries if entry.kind is EntryKind.INTENT]
         return intents[-1] if intents else None
 
@@ -42,7 +42,7 @@ class StepHistory:
         return next((entry for entry in self.entries if entry.kind is EntryKind.ENDED), None)
 
     def since_intent(self, kind: EntryKind) -> Entry | None:
-        """Return the newest entry of a kind, if it is of the newest intent."""
+        """Return the newest entry of a kind after the newest intent; None if there is none."""
         for entry in reversed(self.entries):
             if entry.kind is kind:
                 return entry
@@ -52,12 +52,12 @@ class StepHistory:
 
     @property
     def attempts(self) -> int:
-        """How many intents there are."""
+        """The number of intents."""
         return sum(entry.kind is EntryKind.INTENT for entry in self.entries)
 
 
 class Replay:
-    """A place in a journal. The mission's code moves it on, step by step."""
+    """A position in a journal. Each step that the mission's code requests moves it forward."""
 
     def __init__(self, entries: Iterable[Entry]) -> None:
         self._steps: dict[int, list[Entry]] = {}
@@ -68,12 +68,12 @@ class Replay:
 
     @property
     def is_over(self) -> bool:
-        """True if the next step is not in the journal, or has not ended there: from here on things happen."""
+        """True if the journal has no outcome of the next step: from here on the steps really happen."""
         recorded = self._steps.get(self._next)
         return recorded is None or not any(entry.kind is EntryKind.ENDED for entry in recorded)
 
     def begin(self, key: StepKey) -> StepHistory:
-        """Return what is known of the step that the code asks for now. Raises DoesNotFit."""
+        """Return the history of the step that the code requests now. Raises DoesNotFit."""
         number = self._next
         recorded = tuple(self._steps.get(number, ()))
         if recorded:
@@ -82,14 +82,14 @@ class Replay:
         return StepHistory(number, key, recorded)
 
     def finish(self) -> None:
-        """The code has come to its end. Raises DoesNotFit if the journal has further steps."""
+        """Check the journal at the end of the code. Raises DoesNotFit if it has further steps."""
         if self._next in self._steps:
             left = _key_of(self._steps[self._next][0])
             raise DoesNotFit(f'step {self._next + 1} was {left}, and the code ends before it')
 
 
 def check_key(number: int, recorded: StepKey, asked: StepKey) -> None:
-    """Raise DoesNotFit unless the code asks for the step that is in the journal."""
+    """Raise DoesNotFit unless the code requests the step that is in the journal."""
     if recorded == asked:
         return
     step = f'step {number + 1}'

@@ -1,8 +1,8 @@
-"""A goal that its server does not have: did it never arrive, or was it forgotten?
+"""Judges whether a goal that its server does not know never arrived, or was forgotten.
 
-The server itself does not tell these apart. What helps is what the server showed when the goal was about to
-be sent, since every goal that ends changes the server's status array, and a server keeps results for a while.
-The rules and their sources (rcl, rclpy, rclcpp) are in docs/explanation/missions.md.
+The server itself does not tell these apart. But every goal that ends changes the server's status array, and a
+server keeps results for a while. So the array from before the sending is compared with the present one. The
+rules and their sources (rcl, rclpy, rclcpp) are in docs/explanation/missions.md.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from enum import Enum
 from goalwire.rules.goals.server_view import ServerView
 
 KEPT_S = 10.0
-"""For how long servers keep results at least: rcl's default from Iron on."""
+"""The time in s for which servers keep results at least: rcl's default since Iron."""
 NEWCOMER_S = 5.0
-"""How long a new client may wait for an earlier status array: 0.5 to 3 s were measured on Fast DDS."""
+"""The time in s after which a new client has got an earlier status array. Fast DDS took 0.5 to 3 s."""
 
 
 class Whereabouts(Enum):
-    """What became of a goal that the server does not have."""
+    """The fate of a goal that the server does not know."""
 
     NEVER_ARRIVED = 'never arrived'
-    """Or it was refused. It did not run: it may be sent, with the same id."""
+    """The goal did not run: it never arrived, or it was refused. It may be sent again with the same id."""
     LOST = 'lost'
-    """It may have run, wholly or in part."""
+    """The goal may have run, wholly or in part."""
     TOO_EARLY = 'too early'
     """The server's status array may still be on its way: ask again."""
 
@@ -31,11 +31,11 @@ class Whereabouts(Enum):
 def judge(
     sent: ServerView | None, now: ServerView, *, listened: float, age: float | None, kept: float = KEPT_S
 ) -> tuple[Whereabouts, str]:
-    """Say what became of a goal that the server does not have, and why, in a sentence.
+    """Return the fate of a goal that the server does not know, and the reason in a sentence.
 
-    `sent` is what was seen when the goal was about to be sent. `listened` says for how many s this client
-    hears the server, `age` how many s ago the goal was about to be sent, by a clock that did not jump; None
-    if the machine was restarted since. `kept` says how many s the server keeps results after a goal's end.
+    `sent` is the view of the server just before the goal was sent. All times are in s. `listened`: the time
+    for which this client has heard the server. `age`: the time since the sending, by a clock that does not
+    jump; None if the machine was restarted since. `kept`: the time for which the server keeps results.
     """
     if sent is None or not sent.servers or sent.servers != now.servers:
         return Whereabouts.LOST, 'the server was restarted since, and has forgotten its goals'

@@ -1,4 +1,4 @@
-"""ROS 2's rules for names: which are allowed, what they expand to, what they are remapped to."""
+"""ROS 2's rules for names: validation, expansion and remapping."""
 
 from goalwire.rules.names.actions import ActionNames
 from goalwire.rules.names.expansion import (

@@ -7,7 +7,7 @@ from goalwire.records import record
 
 @record
 class ActionNames:
-    """The parts of the action `name`; they are remapped one by one, as in ROS 2."""
+    """The names of the action `name` on the wire. They are remapped one by one, as in ROS 2."""
 
     name: str
 
@@ -28,10 +28,10 @@ class ActionNames:
 
     @property
     def feedback(self) -> str:
-        """The topic of all goals' feedback."""
+        """The topic with the feedback of all goals."""
         return f'{self.name}/_action/feedback'
 
     @property
     def status(self) -> str:
-        """The topic of the status array, transient local."""
+        """The topic with the status array, which is transient local."""
         return f'{self.name}/_action/status'

@@ -22,15 +22,16 @@ def join(namespace: str, name: str) -> str:
 
 
 def absolute_namespace(namespace: str) -> str:
-    """Return a namespace as nodes use it: a missing `/` is put in front."""
+    """Return a namespace with a `/` in front, as nodes use it."""
     return namespace if namespace.startswith('/') else f'/{namespace}'
 
 
 def expand_topic_name(name: str, node_name: str, namespace: str, *, is_service: bool = False) -> str:
-    """Return the absolute form of `name` as the node `node_name` in `namespace` means it.
+    """Return the absolute name that `name` stands for in the node `node_name` in `namespace`.
 
     Raises InvalidName for a name, node name or namespace that ROS 2 forbids, and for an unknown substitution.
-    The result may still break the rules of full names, as `a//b` does: `qualify_topic_name` judges these too.
+    The result may still break the rules of full names, such as `a//b`. `qualify_topic_name` checks these,
+    too.
     """
     validate_topic_name(name, is_service=is_service)
     validate_node_name(node_name)
@@ -50,7 +51,7 @@ def expand_topic_name(name: str, node_name: str, namespace: str, *, is_service: 
 
 
 def qualify_topic_name(name: str, node_name: str, namespace: str, *, is_service: bool = False) -> str:
-    """Expand `name` and hold the result against the rules of full names; raises InvalidName."""
+    """Expand `name`, and check the result by the rules of full names; raises InvalidName."""
     full = expand_topic_name(name, node_name, namespace, is_service=is_service)
     validate_full_topic_name(full, is_service=is_service)
     return full

@@ -36,9 +36,9 @@ class Lexeme(IntEnum):
 
 
 class RuleSyntaxError(LocalError, ValueError):
-    """A rule given on the command line that ROS 2 cannot read; the text is ROS 2's own.
+    """An error for a rule on the command line that does not parse. The text is ROS 2's own.
 
-    Programs get an error of arguments or of a parameter file that quotes it.
+    Programs get another error, about arguments or a parameter file, that quotes this text.
     """
 
 
@@ -62,7 +62,7 @@ _NEXT = Pattern('|'.join(f'(?P<{lexeme.name}>{pattern})' for lexeme, pattern in 
 
 
 class Lexer:
-    """Reads `text` lexeme by lexeme; `index` is the start of the next one."""
+    """Reads `text` lexeme by lexeme. `index` is the start of the next lexeme."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -81,7 +81,7 @@ class Lexer:
         return first, second
 
     def accept(self, kinds: Container[Lexeme]) -> str:
-        """Read on over the next lexeme if it is one of `kinds` and return its text, else return ''."""
+        """Consume the next lexeme and return its text, if it is of one of `kinds`; else return ''."""
         kind, end = self._next()
         if kind not in kinds:
             return ''
@@ -89,7 +89,7 @@ class Lexer:
         return text
 
     def expect(self, kind: Lexeme) -> str:
-        """Read on over a lexeme of this `kind` and return its text; raises RuleSyntaxError for any other."""
+        """Consume a lexeme of this `kind` and return its text; raises RuleSyntaxError for another kind."""
         found, end = self._next()
         if found is not kind:
             ended = found in {Lexeme.NONE, Lexeme.EOF}
@@ -112,7 +112,7 @@ class Lexer:
 
 
 def node_prefix(lexer: Lexer) -> str | None:
-    """Read the `node:` that narrows a rule to one node; None if there is none."""
+    """Consume the prefix `node:`, which limits a rule to one node; None if there is none."""
     if lexer.peek_two() != (Lexeme.TOKEN, Lexeme.COLON):
         return None
     name = lexer.expect(Lexeme.TOKEN)
@@ -121,6 +121,6 @@ def node_prefix(lexer: Lexer) -> str | None:
 
 
 def refuse_wildcard(lexer: Lexer) -> None:
-    """Raise RuleSyntaxError if the next lexeme is a wildcard: no ROS 2 has them in rules."""
+    """Raise RuleSyntaxError if the next lexeme is a wildcard, which ROS 2 does not allow in rules."""
     if wildcard := lexer.accept({Lexeme.WILD_ONE, Lexeme.WILD_MULTI}):
         raise RuleSyntaxError(f"Wildcard '{wildcard}' is not implemented")

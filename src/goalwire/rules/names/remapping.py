@@ -1,7 +1,7 @@
 """Remap rules: `from:=to`, `node:from:=to`, `__node:=name`, `__ns:=/namespace` (rcl/remap.h).
 
-The first rule that matches wins and its result is not remapped again. A node's name is remapped first; the
-rules for its namespace and for its topics and services then see the new name.
+The first rule that matches wins, and its result is not remapped again. A node's name is remapped first. The
+rules for its namespace, topics and services are then chosen by the new name.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Remaps(Flag):
 
 @record
 class RemapRule:
-    """One rule. `match` is '' for nodes and namespaces; `node` narrows the rule to the node of that name."""
+    """One rule. `match` is '' for nodes and namespaces. `node` limits the rule to the node of that name."""
 
     remaps: Remaps
     match: str
@@ -37,7 +37,7 @@ class RemapRule:
 
 
 class RemapRules:
-    """The rules for one node, its own before those of the process."""
+    """The rules for one node. Its own rules come before those of the process."""
 
     def __init__(self, rules: Iterable[RemapRule] = ()) -> None:
         self._rules = tuple(rules)
@@ -51,11 +51,11 @@ class RemapRules:
         return self._whole(Remaps.NAMESPACE, node_name) or namespace
 
     def topic(self, full_name: str, node_name: str, namespace: str) -> str:
-        """Return the absolute name that takes the place of the topic `full_name` in this node."""
+        """Return the absolute name that replaces the topic `full_name` in this node."""
         return self._name(Remaps.TOPIC, full_name, node_name, namespace)
 
     def service(self, full_name: str, node_name: str, namespace: str) -> str:
-        """Return the absolute name that takes the place of the service `full_name` in this node."""
+        """Return the absolute name that replaces the service `full_name` in this node."""
         return self._name(Remaps.SERVICE, full_name, node_name, namespace)
 
     def _whole(self, remaps: Remaps, node_name: str) -> str | None:
@@ -137,6 +137,6 @@ def _replacement_token(lexer: Lexer) -> str:
     if lexer.accept({Lexeme.BACKREFERENCE}):
         raise RuleSyntaxError('Backreferences are not implemented')
     if not (token := lexer.accept({Lexeme.TOKEN})):
-        # ROS 2 has no text of its own for this one and prints "error not set".
+        # ROS 2 sets no text for this error, and prints "error not set".
         raise RuleSyntaxError('error not set')
     return token

@@ -1,4 +1,4 @@
-"""Which names ROS 2 allows. A refusal has ROS 2's own words and the index of the first fault.
+"""Checks names by the rules of ROS 2. An error has ROS 2's own text and the index of the first fault.
 
 The rules are those of rmw (node names, namespaces, fully qualified names) and rcl (names as users write them,
 with `~` and `{substitutions}`). Indices count characters.
@@ -39,9 +39,9 @@ Fault = tuple[str, int]
 
 
 class InvalidName(LocalError, ValueError):
-    """A name that ROS 2 forbids: `kind` and `name`, the `reason` in its words, the `index` of the fault.
+    """An error for a name that ROS 2 forbids, with ROS 2's `reason` and the `index` of the fault.
 
-    Programs get what rclpy raises instead: a NameValidationException, or TopicExpansionError.
+    Programs get the error of rclpy instead: a NameValidationException or a TopicExpansionError.
     """
 
     def __init__(self, kind: str, name: str, reason: str, index: int) -> None:
@@ -53,7 +53,7 @@ class InvalidName(LocalError, ValueError):
 
 
 class UnknownSubstitution(InvalidName):
-    """A `{substitution}` that ROS 2 does not know, in a name. Programs get TopicExpansionError."""
+    """An error for a name with an unknown `{substitution}`. Programs get TopicExpansionError instead."""
 
 
 def validate_node_name(name: str) -> None:
@@ -67,7 +67,7 @@ def validate_namespace(namespace: str) -> None:
 
 
 def validate_topic_name(name: str, *, is_service: bool = False) -> None:
-    """Raise InvalidName unless `name` is one that users may write, relative or with substitutions."""
+    """Raise InvalidName unless users may write `name`, which may be relative and have substitutions."""
     _raise_first('service name' if is_service else 'topic name', name, _topic_faults)
 
 
@@ -82,7 +82,7 @@ def validate_enclave(enclave: str) -> None:
 
 
 def is_hidden_name(name: str) -> bool:
-    """True if tools leave the name out unless asked: a token starts with `_`."""
+    """Tell whether a token of the name starts with `_`. Tools show such names only on request."""
     return any(token.startswith('_') for token in name.split('/'))
 
 
@@ -159,7 +159,7 @@ def _topic_faults(name: str) -> Iterator[Fault]:
 
 
 def _piece_faults(piece: re.Match[str]) -> Iterator[Fault]:
-    """Judge one `{substitution}`, or one character other than letters, digits, `_` and `/`."""
+    """Yield the faults of one `{substitution}`, or of one character of another kind."""
     start, text = piece.start(), piece[0]
     if text[0] == '{':
         yield from _substitution_faults(piece)

@@ -1,8 +1,8 @@
 """The callbacks of a node that run before, while and after parameters are set (rclpy.node).
 
-The one added last is called first. A callback before the set gets the parameters and returns those that are
-set instead. A callback on the set may refuse it; nothing has changed by then. A callback after the set gets
-the parameters that were set.
+The callback that was added last is called first. A callback before the set gets the parameters, and returns
+the parameters to be set in their place. A callback on the set may refuse it, before any value changes. A
+callback after the set gets the parameters that were set.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ class Verdict(Protocol):
 
     @property
     def successful(self) -> bool:
-        """Whether the parameters may be set."""
+        """True if the parameters may be set."""
 
     @property
     def reason(self) -> str:
-        """Why the change is refused."""
+        """The reason of a refusal."""
 
 
 Before: TypeAlias = Callable[[list[Parameter]], Iterable[Parameter]]
@@ -40,7 +40,7 @@ NOTHING_LEFT = refused(
 
 
 NO_ANSWER = 'Callback returned an invalid type'
-"""How the reason begins where a callback returned no SetParametersResult."""
+"""The beginning of the reason if a callback returned anything but a SetParametersResult."""
 
 
 class SetCallbacks:
@@ -58,7 +58,7 @@ class SetCallbacks:
         return [wanted for callback in tuple(self.before) for wanted in _choose(callback, parameters)]
 
     def judge(self, parameters: list[Parameter]) -> Outcome:
-        """Ask until one refuses, or returns something else than an answer."""
+        """Call the callbacks on the set, until one of them refuses or returns no SetParametersResult."""
         for callback in tuple(self.on):
             outcome = _outcome(callback, parameters)
             if not outcome.successful:
@@ -94,7 +94,7 @@ def _outcome(callback: On, parameters: list[Parameter]) -> Outcome:
 
 
 def _tell_no_answer(callback: On, verdict: object) -> None:
-    """Warn at the line where the callback is written: it is to be changed there."""
+    """Warn about a callback without a result, with the line at which the callback is written."""
     text = (
         f'{NO_ANSWER}: {_name(callback)}() returned {verdict!r}, so nothing is set; '
         "write 'return SetParametersResult(successful=True)', from rcl_interfaces.msg"

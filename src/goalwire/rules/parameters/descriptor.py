@@ -1,4 +1,4 @@
-"""Descriptors: which values a parameter may take (rcl_interfaces/msg/ParameterDescriptor).
+"""Descriptors: they limit the values of a parameter (rcl_interfaces/msg/ParameterDescriptor).
 
 The rules and the texts of the refusals are rclpy's (rclpy.node).
 """
@@ -12,14 +12,14 @@ from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, WrongType, refu
 from goalwire.rules.parameters.parameter import Parameter, Type
 
 RELATIVE_TOLERANCE = 1e-6
-"""How near a double must be to a range's end or step to count as being there."""
+"""The tolerance with which a double counts as equal to an end or a step of a range."""
 
 
 NumberT = TypeVar('NumberT', int, float)
 
 
 class Range(NamedTuple, Generic[NumberT]):
-    """The values from one end to the other, both inclusive, in steps from the lower one (0: any)."""
+    """The values between two ends, both inclusive, in steps from the lower end (step 0: any value)."""
 
     from_value: NumberT
     to_value: NumberT
@@ -49,9 +49,9 @@ class Descriptor(NamedTuple):
     integer_range: tuple[Range[int], ...] = ()
 
     def judge(self, parameter: Parameter, *, declared: bool = False) -> Outcome:
-        """Say whether the parameter may have this value; `declared` says that it had one before.
+        """Return whether the parameter may have this value. `declared`: True if it was declared before.
 
-        Whether it is read-only is not asked here.
+        This does not check whether the parameter is read-only.
         """
         if not self.dynamic_typing:
             if parameter.type_ is Type.NOT_SET:

@@ -54,7 +54,7 @@ def parse_parameter_file(data: bytes) -> NodeValues:
 
 
 def matches(pattern: str, full_node_name: str) -> bool:
-    """Say whether a written name of a node means the node with this fully qualified name."""
+    """Tell whether a node's name in a file matches the node with this fully qualified name."""
     absolute = _absolute(pattern)
     if '*' not in absolute:
         return absolute == full_node_name
@@ -66,8 +66,10 @@ def _absolute(name: str) -> str:
 
 
 def _parts_match(pattern: list[str], name: list[str]) -> bool:
-    """Match part by part. What the last `**` stands for grows if the rest does not fit: earlier ones never
-    need to, so that time is bounded by the product of the lengths."""
+    """Match a pattern part by part. If the rest does not fit, the last `**` takes one part more.
+
+    An earlier `**` never has to take more, so the time is bounded by the product of the lengths.
+    """
     at = in_name = 0
     last, taken = -1, 0
     while in_name < len(name):
@@ -85,7 +87,7 @@ def _parts_match(pattern: list[str], name: list[str]) -> bool:
 
 
 def _read_nodes(events: Iterator[yaml.Event], namespace: str, where: yaml.Event, nodes: NodeValues) -> None:
-    """Read a mapping of names up to its end; its own is `namespace`, '' at the top, and stands at `where`."""
+    """Read a mapping of names up to its end. Its own name is `namespace`, '' at the top."""
     import yaml
 
     seen_parameters = False
@@ -116,7 +118,7 @@ def _read_nodes(events: Iterator[yaml.Event], namespace: str, where: yaml.Event,
 def _read_parameters(
     events: Iterator[yaml.Event], value: yaml.Event, values: dict[str, ParameterValue]
 ) -> None:
-    """Read the part behind `ros__parameters:`."""
+    """Read the mapping after `ros__parameters:`."""
     import yaml
 
     if isinstance(value, yaml.MappingStartEvent):
@@ -156,7 +158,7 @@ def _key(event: yaml.Event) -> str:
 
 
 def _node_name(name: str, where: yaml.Event) -> str:
-    """Return the name of a node, whose parts must be valid or wildcards."""
+    """Return the name of a node. Each part must be valid or a wildcard."""
     if '//' in name:
         _refuse(f"'{name}' contains repeated forward slash", where)
     namespace, _, node = _absolute(name).rpartition('/')

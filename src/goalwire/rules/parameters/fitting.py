@@ -1,7 +1,7 @@
-"""Values that people give for parameters whose type is known: taken if they fit, refused with an example.
+"""Fits a value that a person gives to the known type of a parameter, or refuses it with an example.
 
-The rule is that of fields (idl/field_values.py): 1 for a double and 3.0 for an integer cannot be
-misunderstood; 'fast' for a double, 2.5 for an integer and 'false' for a bool are refused.
+The rule is that of message fields (idl/field_values.py): 1 for a double and 3.0 for an integer are clear, and
+accepted; 'fast' for a double, 2.5 for an integer and 'false' for a bool are refused.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ def fit_parameter(name: str, type_: Type, given: object) -> ParameterValue:
 
 
 def fit_parameter_text(name: str, type_: Type, text: str) -> ParameterValue:
-    """Return the value that a text of a command line or a form stands for, if the type is declared.
+    """Return the value of a text from a command line or a form, for a parameter of a declared type.
 
-    A string takes every text that is not a list. Raises FieldValueError.
+    For a string, every text that is not a list is accepted. Raises FieldValueError.
     """
     try:
         given: Any = read_yaml(text)
@@ -71,9 +71,9 @@ def fit_parameter_text(name: str, type_: Type, text: str) -> ParameterValue:
 
 
 def explain_misfit(name: str, type_: Type, value: object) -> str:
-    """Return what to give for a parameter instead of a value of another type; '' for no type.
+    """Return a text with the value to give instead of a value of a wrong type; '' if there is no advice.
 
-    A value that would fit after a conversion is shown with it: a program's own types are strict.
+    If a conversion is enough, the text has the converted value, since programs must convert it themselves.
     """
     try:
         fitted = fit_parameter(name, type_, value)

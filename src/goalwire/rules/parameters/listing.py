@@ -1,4 +1,4 @@
-"""Which names a request for a list of parameters finds (rcl_interfaces/srv/ListParameters)."""
+"""Finds the names for a request to list parameters (rcl_interfaces/srv/ListParameters)."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ RECURSIVE = 0
 
 
 def list_names(names: Iterable[str], prefixes: list[str], depth: int) -> tuple[list[str], list[str]]:
-    """Return the names at or below one of the prefixes (all for none), and the prefixes that those have.
+    """Return the names at or below one of the prefixes, and the prefixes of these names.
 
-    A name may have `depth` parts below its prefix. Raises TypeError and ValueError as rclpy does.
+    Without prefixes it returns all names. A name may have `depth` parts below its prefix. Raises TypeError
+    and ValueError as rclpy does.
     """
     _check(prefixes, depth)
     found = [name for name in names if _is_listed(name, prefixes, depth)]

@@ -1,4 +1,4 @@
-"""Parameters as messages of rcl_interfaces, whose classes are made when the first one is needed."""
+"""Converts parameters to and from messages of rcl_interfaces. Their classes are made at the first use."""
 
 from __future__ import annotations
 

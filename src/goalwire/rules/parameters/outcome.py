@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 
 class Outcome(NamedTuple):
-    """Whether parameters may be set, and why not, for people."""
+    """The outcome of setting parameters: `successful`, and the reason of a refusal, for people."""
 
     successful: bool
     reason: str = ''
 
 
 class WrongType(Outcome):
-    """A refusal of a value's type: a declaration raises another of rclpy's exceptions then."""
+    """A refusal because of the value's type. For it, a declaration raises another exception, as in rclpy."""
 
 
 ACCEPTED = Outcome(successful=True)

@@ -27,7 +27,7 @@ ParameterValue: TypeAlias = (
 
 
 class Type(Enum):
-    """A parameter's type; numbers as in rcl_interfaces/msg/ParameterType."""
+    """The type of a parameter. The numbers are those of rcl_interfaces/msg/ParameterType."""
 
     NOT_SET = 0
     BOOL = 1
@@ -62,7 +62,7 @@ class Type(Enum):
         raise _noted(f"The given value is not one of the allowed types '{value}'.", advice)
 
     def check(self, value: object) -> bool:
-        """True if `value` may be a parameter of this type."""
+        """Tell whether `value` may be the value of a parameter of this type."""
         if isinstance(value, (list, tuple, array)) and not value:
             return self in _SEQUENCES.values()
         try:
@@ -78,7 +78,7 @@ SCALARS: tuple[tuple[type, Type, Type], ...] = (
     (str, Type.STRING, Type.STRING_ARRAY),
 )
 """The Python type, the parameter's type for one value, and for several."""
-# By the type of an element. The first that fits wins: an empty sequence holds bytes, as in rclpy.
+# By the type of the elements. The first entry that fits wins, so an empty sequence holds bytes, as in rclpy.
 _SEQUENCES: dict[type, Type] = {bytes: Type.BYTE_ARRAY} | {kind: several for kind, _, several in SCALARS}
 
 
@@ -89,12 +89,12 @@ def _noted(text: str, advice: str) -> TypeError:
 
 
 def is_kind(value: object, kind: type) -> bool:
-    """True if `value` is of a type; a bool does not count as an int."""
+    """Tell whether `value` is of a type. A bool does not count as an int."""
     return isinstance(value, kind) and not (kind is int and isinstance(value, bool))
 
 
 def _fits(value: object) -> bool:
-    """True if the wire can carry the value: numbers are int64, byte arrays hold single bytes."""
+    """Tell whether a message can hold the value: numbers are int64, byte arrays hold single bytes."""
     if isinstance(value, (list, tuple, array)):
         return all(_fits(element) for element in value)
     if isinstance(value, bytes):
@@ -137,7 +137,7 @@ class Parameter(Generic[ValueT_co]):
     Type = Type
 
     def __init__(self, name: str, type_: _Type | None = None, value: ParameterValue = None) -> None:
-        """Take the type from the value if no type is given; raises TypeError, ValueError for a mismatch."""
+        """Make a parameter; without a type it takes that of the value. Raises TypeError, ValueError."""
         if type_ is None:
             type_ = Type.from_parameter_value(value)
         if not isinstance(type_, Type):
@@ -166,7 +166,7 @@ class Parameter(Generic[ValueT_co]):
 
     @classmethod
     def from_parameter_msg(cls, param_msg: ParameterMessage) -> Parameter:
-        """Make one of an rcl_interfaces/msg/Parameter; raises ValueError for an unknown type."""
+        """Make a parameter from an rcl_interfaces/msg/Parameter; raises ValueError for an unknown type."""
         value = param_msg.value
         try:
             type_ = Type(value.type)
@@ -177,19 +177,19 @@ class Parameter(Generic[ValueT_co]):
         return cls(param_msg.name, type_, getattr(value, FIELDS[type_]) if type_ in FIELDS else None)
 
     def to_parameter_msg(self) -> ParameterMessage:
-        """Return it as an rcl_interfaces/msg/Parameter."""
+        """Return the parameter as an rcl_interfaces/msg/Parameter."""
         from rcl_interfaces.msg import Parameter as ParameterMessage
 
         return ParameterMessage(name=self._name, value=self.get_parameter_value())
 
     def get_parameter_value(self) -> ParameterValueMessage:
-        """Return its value as an rcl_interfaces/msg/ParameterValue."""
+        """Return the value as an rcl_interfaces/msg/ParameterValue."""
         return value_message(self._type, self._value)
 
     if not TYPE_CHECKING:  # which find the mistake themselves
 
         def _refuse_operator(self, _other: object) -> NoReturn:
-            """Stand for every operator: it is the value that is meant."""
+            """Raise an error for every operator, since the program means the value of the parameter."""
             raise TypeError(
                 f"this is the parameter '{self._name}' and not its value: write "
                 f'get_parameter({self._name!r}).value'

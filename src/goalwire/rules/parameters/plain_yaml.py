@@ -1,4 +1,4 @@
-"""Reads values by YAML's own rules, as `ros2 param` does (rclpy.parameter). The rules of `-p` differ."""
+"""Reads values by YAML's own rules, like `ros2 param` (rclpy.parameter). The rules of `-p` differ."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _MOST_VALUES = 1_000_000
 
 
 def typed_text(text: str) -> Typed:
-    """Return the value of a YAML text; a text of no other type is a string."""
+    """Return the value of a YAML text. A text that has no other type is a string."""
     import yaml
 
     try:
@@ -64,10 +64,10 @@ def _type_value(value: object) -> Typed | None:
 
 
 def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool) -> dict[str, object]:
-    """Return what a file's content says for nodes (None: all that it names), by dotted parameter names.
+    """Return the values in a file's content for some nodes (None: for all), by dotted parameter names.
 
-    A node stands there under its name, or below its namespace. With `use_wildcard` the values below `/**`
-    come first, then those of names such as `/*/arm` that match a node. Raises FileShapeError.
+    The file has a node under its full name, or below its namespace. With `use_wildcard` the values of `/**`
+    apply first, then those of names such as `/*/arm` that match a node. Raises FileShapeError.
     """
     if not isinstance(content, dict):
         raise FileShapeError(
@@ -99,14 +99,14 @@ def _branches(content: dict[object, object]) -> Iterator[tuple[str, object]]:
 
 
 def _is_namespace(branch: object) -> bool:
-    """Whether names of nodes stand below, each with its parameters."""
+    """Tell whether a mapping has names of nodes, each with its parameters."""
     if not isinstance(branch, dict) or KEY in branch or not branch:
         return False
     return all(isinstance(below, dict) and KEY in below for below in branch.values())
 
 
 def _names_of(node: str, branches: dict[str, object], *, use_wildcard: bool) -> list[str]:
-    """Return the names in a file that mean a node; raises FileShapeError if none does."""
+    """Return the names in a file that match a node; raises FileShapeError if none does."""
     absolute = node if node.startswith('/') else f'/{node}'
     patterns = [name for name in branches if use_wildcard and '*' in name and name != '/**']
     names = [name for name in patterns if matches(name, absolute)]

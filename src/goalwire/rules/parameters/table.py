@@ -11,7 +11,7 @@ from goalwire.rules.parameters.parameter import Parameter, ParameterValue, Type
 
 
 class Changes:
-    """The changes that a set has made, as /parameter_events tells them."""
+    """The changes that a set has made, in the form of /parameter_events."""
 
     __slots__ = ('changed', 'deleted', 'new')
 
@@ -25,9 +25,9 @@ class Changes:
 
 
 class ParameterTable(Mapping[str, Parameter]):
-    """The declared parameters by name, as programs know `Node._parameters`, in order of declaration.
+    """The declared parameters by name, in order of declaration. Programs know it as `Node._parameters`.
 
-    Read by any thread, without a lock; sets are applied one after the other.
+    Any thread may read it without a lock. Sets are applied one after the other, under a lock.
     """
 
     def __init__(self, overrides: dict[str, ParameterValue], *, allow_undeclared: bool = False) -> None:
@@ -50,11 +50,11 @@ class ParameterTable(Mapping[str, Parameter]):
         return len(self._values)
 
     def values(self) -> ValuesView[Parameter]:
-        """Return the parameters of this moment."""
+        """Return the present parameters."""
         return self._values.copy().values()
 
     def items(self) -> ItemsView[str, Parameter]:
-        """Return names and parameters of this moment."""
+        """Return the present names and parameters."""
         return self._values.copy().items()
 
     def descriptor(self, name: str) -> Descriptor | None:
@@ -62,14 +62,14 @@ class ParameterTable(Mapping[str, Parameter]):
         return self._descriptors.get(name)
 
     def is_uninitialized(self, parameter: Parameter) -> bool:
-        """True if a declared parameter has a fixed type and no value yet."""
+        """Tell whether a declared parameter has a fixed type and no value yet."""
         if parameter.type_ is not Type.NOT_SET:
             return False
         descriptor = self._descriptors.get(parameter.name)
         return descriptor is not None and not descriptor.dynamic_typing
 
     def judge(self, parameters: Sequence[Parameter]) -> Outcome:
-        """Say whether declared parameters may be set; undeclared ones are none of its business."""
+        """Return whether declared parameters may be set. Undeclared parameters are not checked."""
         for parameter in parameters:
             descriptor = self._descriptors.get(parameter.name)
             if descriptor is None:
@@ -84,9 +84,9 @@ class ParameterTable(Mapping[str, Parameter]):
     def store(
         self, parameters: Sequence[Parameter], declared: Mapping[str, Descriptor] | None = None
     ) -> Changes:
-        """Store, all at once, parameters that were let pass; with descriptors they are declared by that.
+        """Store accepted parameters, all at once. With `declared`, this declares them by its descriptors.
 
-        Otherwise a parameter without a value goes, and undeclared ones come.
+        Without `declared`, a parameter without a value is removed, and an undeclared parameter is added.
         """
         changes = Changes()
         with self._lock:
@@ -101,7 +101,7 @@ class ParameterTable(Mapping[str, Parameter]):
         return changes
 
     def describe(self, descriptor: Descriptor, parameter: Parameter) -> None:
-        """Give a declared parameter another descriptor, and the value that suits it."""
+        """Give a declared parameter another descriptor and a value that fits it."""
         with self._lock:
             self._values[parameter.name] = parameter
             self._descriptors[parameter.name] = _following(
@@ -109,7 +109,7 @@ class ParameterTable(Mapping[str, Parameter]):
             )
 
     def undeclare(self, name: str) -> None:
-        """Forget a declared parameter."""
+        """Remove a declared parameter."""
         with self._lock:
             self._values.pop(name, None)
             self._descriptors.pop(name, None)
@@ -129,7 +129,7 @@ class ParameterTable(Mapping[str, Parameter]):
 
 
 def _following(descriptor: Descriptor, parameter: Parameter) -> Descriptor:
-    """A dynamically typed parameter's descriptor tells the type of its value."""
+    """Return the descriptor with the type of the present value, if the parameter is dynamically typed."""
     if descriptor.dynamic_typing and descriptor.type is not parameter.type_:
         return descriptor._replace(type=parameter.type_)
     return descriptor

@@ -1,8 +1,8 @@
-"""Finds parameter overrides that no node has used. They are told once, at the end, when no node can come.
+"""Finds parameter overrides that no node has used. They are reported once, at the end of the program.
 
-Some are not told, because they may be meant. A file may be shared between programs: so what it says below
-wildcards is not told. What it says of other programs' nodes is not told either, as long as it has something
-for a node of this one.
+Some are not reported, because they may be intended. Programs may share a file, so its values below wildcards
+are not reported. Its values for nodes of other programs are not reported, either, if the file also has values
+for a node of this program.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _MOST_SHOWN = 5  # names in one line
 
 
 class OverrideUse:
-    """The parameters that the nodes of a process have declared, compared with those of its command line."""
+    """Compares the parameters that the nodes of a process have declared with those of its command line."""
 
     def __init__(self, arguments: Arguments) -> None:
         self._given = arguments.parameters
@@ -32,7 +32,7 @@ class OverrideUse:
         self._told: set[str] = set()
 
     def note_node(self, full_name: str) -> None:
-        """Note a node by its fully qualified name."""
+        """Note that the process has a node of this fully qualified name."""
         with self._lock:
             self._declared.setdefault(full_name, set())
 
@@ -42,7 +42,7 @@ class OverrideUse:
             self._declared.setdefault(full_name, set()).add(parameter)
 
     def describe_unused(self) -> list[str]:
-        """Return a sentence for each override that nothing used; none if there never was a node."""
+        """Return a sentence for each override that no node has used; [] if the process never had a node."""
         if not self._declared:
             return []
         found: dict[str, None] = {}
@@ -53,9 +53,9 @@ class OverrideUse:
         return [told for told in found if told not in self._told]
 
     def describe_misspelt(self) -> list[str]:
-        """Return the sentences about names that are nearly declared ones, and about files for other nodes.
+        """Return sentences about names that resemble declared names, and about files for other nodes only.
 
-        Each is returned once, here or by `describe_unused`.
+        Each sentence is returned once, here or by `describe_unused`.
         """
         found = [told for told in self.describe_unused() if 'did you mean' in told or 'it is for' in told]
         self._told.update(found)

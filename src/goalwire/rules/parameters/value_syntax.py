@@ -1,7 +1,7 @@
-"""The values that `-p name:=value` and parameter files give, by the rules of rcl_yaml_param_parser.
+"""Reads the values of `-p name:=value` and parameter files, by the rules of rcl_yaml_param_parser.
 
-They differ from PyYAML's own: `yes`, `on` and `y` are booleans, `010` is octal, `null`, `~` and dates are
-strings, and the elements of a sequence must all have one type.
+They differ from PyYAML's rules: `yes`, `on` and `y` are booleans, `010` is octal, `null`, `~` and dates are
+strings, and all elements of a sequence must have the same type.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ _NAMED = re.compile(r'[+-]?\.?(?:inf|nan)|[+-]?infinity', re.IGNORECASE)
 _DIGIT_BUT_ZERO = re.compile(r'[1-9]')
 _INT64 = range(-(2**63), 2**63)
 
-# Text that YAML reads as one plain scalar whatever follows: no indicator, no space, no colon.
+# Text that is always one plain scalar in YAML, because it has no indicator, no space and no colon.
 _PLAIN = re.compile(r'[A-Za-z0-9_./+~][A-Za-z0-9_./+~=-]*|-[A-Za-z0-9_./+~=]+')
 
 _TYPE_NAMES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
 
 
 def parse_parameter_value(text: str) -> ParameterValue:
-    """Return the Python value of YAML `text`; None for no value and for an empty sequence.
+    """Return the Python value of YAML `text`; None if it has no value or is an empty sequence.
 
-    Raises RuleSyntaxError with ROS 2's text. Only text that needs it loads PyYAML.
+    Raises RuleSyntaxError with ROS 2's text. PyYAML is imported only if the text needs it.
     """
     if _PLAIN.fullmatch(text):
         return plain_scalar(text)
@@ -53,12 +53,12 @@ def parse_parameter_value(text: str) -> ParameterValue:
 
 
 def is_text(argument: str) -> bool:
-    """Whether a command line's argument was UTF-8: bytes that are not come as lone surrogates (PEP 383)."""
+    """Tell whether an argument was valid UTF-8. Python decodes other bytes to lone surrogates (PEP 383)."""
     return not any('\ud800' <= sign <= '\udfff' for sign in argument)
 
 
 def plain_scalar(text: str) -> Scalar:
-    """Return the value of an unquoted scalar: bool, int64, float, or else the text itself."""
+    """Return the value of an unquoted scalar: a bool, an int64, a float, or else the text itself."""
     if text in _TRUE:
         return True
     if text in _FALSE:
@@ -68,7 +68,7 @@ def plain_scalar(text: str) -> Scalar:
 
 
 def _integer(text: str) -> int | None:
-    """Read as C's strtoll with base 0; None if it would not end or not fit."""
+    """Read an integer like C's strtoll with base 0; None if it is not one, or does not fit."""
     if not (found := _INTEGER.fullmatch(text)):
         return None
     sign, hexadecimal, octal, decimal = found.groups()
@@ -83,12 +83,12 @@ def _integer(text: str) -> int | None:
 
 
 def _bounded_decimal(digits: str) -> int:
-    # Twenty digits never fit int64; int() refuses thousands of them with an error of its own.
+    # Twenty digits never fit an int64, and int() raises its own error for thousands of digits.
     return int(digits[:20])
 
 
 def _float(text: str) -> float | str:
-    """Read as C's strtod; the text itself if it is not a number, or too large for a double."""
+    """Read a number like C's strtod; return the text itself if it is no number, or too large for a double."""
     if _NAMED.fullmatch(text):
         return float(text.replace('.', ''))
     try:
