@@ -1,4 +1,4 @@
 """`goalwire console`: any ROS 2 robot in the browser. See docs/how-to/console.md.
 
-Modules here know no browser; those of the folder `page` show what these hold.
+Only the modules in the folder `page` deal with browsers. They show the data of the other modules.
 """

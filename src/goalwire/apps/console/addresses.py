@@ -15,11 +15,11 @@ def is_every_interface(host: str) -> bool:
 
 
 def addresses_on_networks(host: str) -> list[str]:
-    """Return this machine's addresses that others may reach if `host`, 0.0.0.0 or ::, is served.
+    """Return the addresses of this machine that others may reach if `host` is 0.0.0.0 or ::.
 
-    Loopback is left out, and so are link-local addresses of IPv6: browsers do not take their zones.
+    Loopback and IPv6 link-local addresses are left out: browsers do not accept the zones of the latter.
     """
-    import ifaddr  # installed with nicegui
+    import ifaddr  # a dependency of nicegui
 
     versions = {4} if ip_address(host).version == 4 else {4, 6} if has_dualstack_ipv6() else {6}
     found: list[str] = []

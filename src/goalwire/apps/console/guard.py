@@ -1,13 +1,15 @@
 """The guard of the page: an ASGI application around it that lets only permitted requests pass.
 
-A page on another site can make a browser send requests here, with this site's cookies, and open web sockets,
-which know no same-origin policy. A name of its own that it points at this machine (DNS rebinding) makes its
-requests look like those of this site. So: `Host` must be a name of this machine where there is no token,
-`Origin` must be the address that was asked for, and with a token, a cookie must show it.
+A page on another site can make a browser send requests to this server with this site's cookies, and open web
+sockets, to which the same-origin policy does not apply. If that site points its own host name at this machine
+(DNS rebinding), its requests even look like requests of this site. So three rules hold: without a token,
+`Host` must be a name of this machine; `Origin` must be the requested address; with a token, a cookie must
+contain it.
 
-The cookie is `SameSite=Strict`: a browser sends it with no request that another site has begun. That holds
-for the whole of a redirect, too, so a link in a mail or a chat cannot be answered by a redirect that sets the
-cookie. It is answered by `_ENTRANCE`, a page of our own that sets the cookie and goes on from here.
+The cookie is `SameSite=Strict`: a browser never sends it with a request that another site has begun, nor with
+the redirects of such a request. So the answer to a link in a mail or a chat cannot be a redirect that sets
+the cookie. The answer is `_ENTRANCE`, a page of this site that sets the cookie and then loads the requested
+page.
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ Application: TypeAlias = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 COOKIE = 'goalwire_console'
 MOST_BYTES = 1 << 20
-"""Of a request's body, and of a web socket's message."""
+"""The most bytes of a request's body, and of a web socket's message."""
 
 _POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
@@ -47,7 +49,7 @@ _HEADERS = [
     (b'cross-origin-resource-policy', b'same-origin'),
 ]
 _HOST_OF_A_POLICY = re.compile(r'[A-Za-z0-9.-]+(?::[0-9]+)?')
-"""A policy has no words for addresses of IPv6, for which browsers take `'self'`."""
+"""A policy cannot contain IPv6 addresses; for them browsers accept `'self'`."""
 
 _GO_ON = (
     'const address = new URL(location.href);'
@@ -78,9 +80,9 @@ class Guard:
         is_full: Callable[[], bool] = lambda: False,
         note: Callable[[str], object] = lambda _text: None,
     ) -> None:
-        """`is_full` tells whether there are as many pages as there may be: each holds memory for a while.
+        """`is_full` returns True if no more pages are allowed, because each page needs memory.
 
-        `note` is told of what is normal: a browser that left before its answer.
+        `note` is called with texts about normal events, such as a browser that left before its answer.
         """
         self._application = application
         self._settings = settings
@@ -109,7 +111,7 @@ class Guard:
             await self._application(scope, receive, send)
 
     def _refusal(self, headers: dict[str, str]) -> str:
-        """Return why a request is none of ours, '' if it is."""
+        """Return the reason to refuse a request; '' if it is allowed."""
         host = headers.get('host', '')
         if not self._settings.token and not is_loopback(host_name(host)):
             return 'this page is served to this machine alone, under the name localhost'
@@ -185,14 +187,14 @@ class Guard:
 
 
 def _tells_that_it_left(error: Exception) -> bool:
-    """Return whether Starlette raises it when a browser leaves: it has a class only for some places."""
+    """Return True if Starlette raises this error when a browser leaves; not all have an own class."""
     from starlette.requests import ClientDisconnect
 
     return isinstance(error, ClientDisconnect) or str(error) == 'No response returned.'
 
 
 def _is_followed_link(headers: dict[str, str]) -> bool:
-    """Return whether a tab of its own is to show the answer: no picture, script or frame of a page."""
+    """Return True if the browser loads the answer as a page in a tab, not as a picture, script or frame."""
     return headers.get('sec-fetch-mode') == 'navigate' and headers.get('sec-fetch-dest') == 'document'
 
 
@@ -205,7 +207,7 @@ def _token_in_address(scope: Scope) -> str | None:
 
 
 async def _send_entrance(send: Send, cookie: str) -> None:
-    """Send the page that leads to the same address without the token, in no history and with no `Referer`."""
+    """Send the page that loads the same address without the token, so that history and `Referer` lack it."""
     headers = [
         (b'content-type', b'text/html; charset=utf-8'),
         (b'content-security-policy', _ENTRANCE_POLICY.encode()),

@@ -33,24 +33,24 @@ from goalwire.listening import cannot_listen, listen, unusable_tls_files
 from goalwire.logging import RcutilsLogger, get_logger
 
 _GRACE_S = 2
-"""How long browsers have to go when the console ends."""
+"""Seconds that browsers have to disconnect when the console ends."""
 
 
 HEAD_S = 10.0
-"""How long the head of a request may take to come."""
+"""Seconds within which the head of a request must arrive."""
 MOST_HEAD_BYTES = 64 << 10
-"""How long the head of a request may be: its first line, its headers, and the empty line."""
+"""The most bytes of a request's head: its first line, its headers, and the empty line."""
 _END_OF_HEAD = re.compile(rb'\n\r?\n')
 _FAREWELL_S = 1.0
-"""How long a client whose request was refused may take to read that, before its connection is closed."""
+"""Seconds that a client has to read the refusal of its request before its connection is closed."""
 _LOGGERS = ('uvicorn', 'nicegui', 'engineio', 'socketio', 'asyncio')
 
 
 class _OneLine(logging.Handler):
-    """Has the node's logger log the web server's records, one line each.
+    """Passes the web server's log records to the node's logger, each as one line.
 
-    A stranger who reaches the port can make the server log, so a malformed frame gets no traceback. With
-    GOALWIRE_FULL_TRACEBACKS=1 it gets one.
+    Any client that reaches the port can cause log records, so they have no tracebacks. With
+    GOALWIRE_FULL_TRACEBACKS=1 they have.
     """
 
     def __init__(self, logger: RcutilsLogger) -> None:
@@ -75,7 +75,7 @@ def _logged_by(own: RcutilsLogger) -> Iterator[None]:
     handler = _OneLine(own)
     loggers = [logging.getLogger(name) for name in _LOGGERS]
     for name in ('engineio.server', 'socketio.server'):
-        logging.getLogger(name).handlers.clear()  # uvicorn's own handlers print tracebacks
+        logging.getLogger(name).handlers.clear()  # instead of uvicorn's own handlers, which print tracebacks
     for logger in loggers:
         logger.addHandler(handler)
         logger.propagate = False
@@ -88,7 +88,7 @@ def _logged_by(own: RcutilsLogger) -> Iterator[None]:
 
 
 class _Connection(h11.Connection):
-    """Refuses a head that is too large. h11 itself does so only while the head is incomplete."""
+    """An h11 connection that refuses any large head. h11 itself refuses one only while it is incomplete."""
 
     def __init__(self) -> None:
         super().__init__(h11.SERVER, MOST_HEAD_BYTES)
@@ -106,8 +106,8 @@ class _Connection(h11.Connection):
 class _Http(H11Protocol):
     """Refuses heads that are too large, and closes connections whose head does not come in time.
 
-    uvicorn would wait for ever. It is uvicorn's HTTP with h11, for the one with httptools takes heads of any
-    size. A request that becomes a web socket comes in here, too.
+    uvicorn itself would wait for ever. This class extends uvicorn's protocol with h11, because the one with
+    httptools accepts heads of any size. Requests for web sockets arrive here first, too.
     """
 
     _timer: asyncio.TimerHandle | None = None
@@ -120,7 +120,7 @@ class _Http(H11Protocol):
 
     def data_received(self, data: bytes) -> None:
         if self._is_refused:
-            return  # to close with data unread would take the answer away from the client
+            return  # Closing with unread data would reset the connection and lose the answer.
         super().data_received(data)
         self._await_head()
 
@@ -129,7 +129,7 @@ class _Http(H11Protocol):
         super().connection_lost(exc)
 
     def send_400_response(self, msg: str) -> None:
-        """Answer a request that h11 does not take: uvicorn calls this while it handles h11's error."""
+        """Answer a request that h11 refuses; uvicorn calls this while it handles h11's error."""
         error = sys.exception()
         if not isinstance(error, h11.RemoteProtocolError) or error.error_status_hint != 431:
             super().send_400_response(msg)
@@ -175,9 +175,9 @@ class _Server(uvicorn.Server):
 
 
 async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[list[str]], object]) -> None:
-    """Serve the page; `ready` is told its addresses when it can be opened, as `Settings.urls` has them.
+    """Serve the page; call `ready` with its addresses (see `Settings.urls`) once it can be opened.
 
-    Once in a process, for the page's routes are the process's. Raises TransportError if the port is taken
+    Only once in a process, because the page's routes are global. Raises TransportError if the port is taken
     or the TLS files cannot be read.
     """
     with _listen(settings) as listener, _logged_by(node.logger):
@@ -188,7 +188,7 @@ async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[list[s
 
 
 async def serve_recording(path: str, settings: Settings, ready: Callable[[list[str]], object]) -> None:
-    """Serve the page of a bag, without a node. Otherwise as `serve`; raises BagError, OSError, too."""
+    """Serve the page of a bag, without a node, as `serve` does. Also raises BagError and OSError."""
     logger = get_logger('goalwire_console')
     recording = await in_thread(lambda: Recording(path))
     goals = await in_thread(recording.read_goals)

@@ -1,4 +1,4 @@
-"""Settings of the console: where the page is served, who may look, and the names that may be sent to."""
+"""Settings of the console: the page's address, who may look, and the names to which it may send."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from goalwire.records import record
 
 DEFAULT_PORT = 8420
 VIEWS = ('robot', 'actions', 'services', 'topics', 'parameters', 'graph', 'logs', 'record', 'statistics')
-"""The pages that an address may name."""
+"""The views that an address may name."""
 
 
 @record
@@ -21,22 +21,22 @@ class Settings:
     host: str = '127.0.0.1'
     port: int = DEFAULT_PORT
     token: str = ''
-    """'' if everybody who reaches the port may look: only on loopback."""
+    """'' lets everybody look who reaches the port; allowed only on loopback."""
     tls_cert: str = ''
     tls_key: str = ''
     read_only: bool = False
     allow: tuple[str, ...] = ()
-    """Patterns of names that may be sent to; none: all."""
+    """Patterns of the names to which the page may send; without patterns it may send to all names."""
     takes_any_port: bool = False
-    """True if any free port will do when `port` is taken."""
+    """True to use any free port if `port` is taken."""
     record_to: str = '.'
     """The folder in which the page makes bags."""
     view: str = ''
-    """The page that the addresses name; '': the page chooses."""
+    """The view that opens first; '' leaves the choice to the page."""
 
     @property
     def is_loopback(self) -> bool:
-        """Whether only this machine reaches the page."""
+        """True if only this machine can reach the page."""
         return is_loopback(self.host)
 
     @property
@@ -74,7 +74,7 @@ class Settings:
             raise NotAllowedError('this console is read-only (--read-only): it does not record')
 
     def may_send(self, name: str) -> bool:
-        """Return whether `check_may_send` lets it pass."""
+        """Return True if `check_may_send` raises no error."""
         try:
             self.check_may_send(name)
         except NotAllowedError:

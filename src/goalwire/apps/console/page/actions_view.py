@@ -1,4 +1,4 @@
-"""Actions: forms send goals, and lanes show everybody's goals over time."""
+"""The Actions view: forms that send goals, and lanes that show the goals of all clients over time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TONES = {
 }
 _SPANS = {30: '30 s', 60: '1 min', 300: '5 min', 1800: '30 min'}
 _LABEL = 0.14
-"""The part of the width that the text before a short bar takes."""
+"""The part of the width for the text before a short bar."""
 
 
 class ActionsView(View):

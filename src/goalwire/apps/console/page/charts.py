@@ -1,4 +1,4 @@
-"""The options of the page's charts, as ECharts takes them, and the colours that they share."""
+"""The options of the page's charts, in the format of ECharts, and their common colours."""
 
 from __future__ import annotations
 

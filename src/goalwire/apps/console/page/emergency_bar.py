@@ -1,4 +1,4 @@
-"""STOP in the browser: its button, the banner of a stopped robot, and the effect of a press."""
+"""The emergency stop in the browser: the button, the banner of a stopped robot, and the effect of a press."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NOTHING: dict[str, Any] = {'key': '', 'name': '', 'stop': 'none', 'services': [
 
 
 class EmergencyBar(Element, component='emergency_bar.js'):
-    """The emergency stop of the robot that the page has selected. STOP never asks, Release asks once."""
+    """The emergency stop of the page's selected robot. STOP acts without a question; Release asks once."""
 
     def __init__(self, page: Page) -> None:
         super().__init__()
@@ -30,7 +30,7 @@ class EmergencyBar(Element, component='emergency_bar.js'):
         self.on('release', self._release)
 
     def refresh(self) -> None:
-        """Show how it stands, if that has changed."""
+        """Show the state of the emergency stop, if it has changed."""
         shown = self._seen()
         if shown != self._shown:
             self._shown = shown

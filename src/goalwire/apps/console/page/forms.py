@@ -1,4 +1,4 @@
-"""A form on the page, made from a form model, and the YAML that stands for it."""
+"""A form on the page, made from a form model, and its YAML text."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from goalwire.apps.console.state.form_model import (
 from goalwire.errors import FieldValueError
 
 _SMALL = 1 << 16
-"""Integers of that many values have their bounds below them; of others the type says enough."""
+"""Integer types with this many values or fewer show their bounds below the field."""
 
 
 class Form:
-    """Fields to fill in; `values` checks their content, and typing does not."""
+    """Fields to fill in. Their content is checked by `values`, not during typing."""
 
     def __init__(
         self, fields: tuple[FormField, ...], defaults: Mapping[str, Any], values: Mapping[str, Any]
@@ -52,7 +52,7 @@ class Form:
         return check(self._fields, self._values)
 
     def fill(self, values: Mapping[str, Any]) -> None:
-        """Put other values in; fields that they do not name get their defaults."""
+        """Fill in other values; fields without one get their defaults."""
         self._values = completed(self._fields, values, self._defaults)
         self._build()
 
@@ -63,7 +63,7 @@ class Form:
         self._build()
 
     def show(self, path: str) -> None:
-        """Bring the field of a path into view, and put the cursor there; of an item, that of its list."""
+        """Scroll to the field of a path and focus it; for the path of a list's item, focus the list."""
         _focus(self._box, path)
 
     def _build(self) -> None:
@@ -149,7 +149,7 @@ class _Fields:
                         _Fields(field.fields, item, fresh, f'{path}[{number}]').build()
 
         def add() -> None:
-            if field.capacity is None or len(items) < field.capacity:  # two quick clicks are two events
+            if field.capacity is None or len(items) < field.capacity:  # a double click calls this twice
                 items.append(new_item(field))
                 draw()
                 _focus(box, f'{path}[{len(items) - 1}]')
@@ -205,7 +205,7 @@ class _Fields:
         if hint := field.hint or _bounds(field):
             text.props['hint'] = hint
         if isinstance(value, str):
-            text.validate()  # the text may have been typed before the field was drawn
+            text.validate()  # The user may have typed before the field was redrawn.
 
     def _take_text(self, field: FormField, typed: Any) -> None:
         self._values[field.name] = typed if typed is not None else ''
@@ -229,7 +229,7 @@ def _group_title(field: FormField) -> None:
 def _add_button(field: FormField, path: str, count: int, add: Callable[[], None]) -> None:
     full = field.capacity is not None and count >= field.capacity
     told = f'{path} is full: {field.capacity} at most' if full else f'Add one to {path}'
-    with ui.element('span'):  # a disabled button gets no pointer events, the element around it does
+    with ui.element('span'):  # A disabled button gets no pointer events, so its parent shows the hint.
         button = ui.button(icon='add', on_click=add).props(f'flat dense round size=sm data-add="{path}"')
         button.props['aria-label'] = told
         button.set_enabled(not full)
@@ -243,7 +243,7 @@ def _remove_button(path: str, remove: Callable[[], None]) -> None:
 
 
 def _focus(box: ui.element, path: str) -> None:
-    """Focus the field of a path, the first one within it, or the list that it is an item of."""
+    """Focus the field of a path: the first field of a nested message, or the list of an item."""
     box.client.run_javascript(f"""setTimeout(() => {{
       const path = {json.dumps(path)};
       const within = (one, other) => one.startsWith(other + '.') || one.startsWith(other + '[');
@@ -256,13 +256,13 @@ def _focus(box: ui.element, path: str) -> None:
 
 
 def _note(field: FormField) -> str:
-    """Return the text below a field's name: its type, and the comment if that is more than the unit."""
+    """Return the text below a field's name: its type, and its comment unless this is only the unit."""
     is_unit = field.comment.strip(' ()[].,') == field.unit
     return field.type_text if is_unit else f'{field.type_text} · {field.comment}'
 
 
 def _bounds(field: FormField) -> str:
-    """Describe which values the type allows, if that is not obvious."""
+    """Return the bounds of the type as a text; '' if they are obvious."""
     told = []
     if field.kind == 'text' and field.capacity is not None:
         told.append(f'{field.capacity} characters at most')

@@ -1,4 +1,4 @@
-"""Graph: the nodes, their endpoints, and mismatches between them."""
+"""The Graph view: nodes, their endpoints, and mismatches between endpoints."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from goalwire.apps.console.state.graph_layout import Place, arrange
 from goalwire.observe.parameters import STANDARD_SERVICES
 
 _MOST_DRAWN = 150
-"""Nodes and topics that a drawing shows; with more, nobody could read it."""
+"""The most nodes and topics of a drawing; more would be unreadable."""
 _QUIET = ('/rosout', '/parameter_events')
 _KINDS = {
     EndpointKind.PUBLISHER: 'publisher',

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 TRAJECTORY_ACTION = 'control_msgs/action/FollowJointTrajectory'
 TRAJECTORY_TOPIC = 'trajectory_msgs/msg/JointTrajectory'
 _MOVE_S = 2.0
-"""How long a joint has for one movement of its slider."""
+"""Seconds that a joint gets to reach a new position of its slider."""
 
 
 class JointSliders:
-    """One slider a joint. Nothing is sent before an interface is chosen, and then asked for once."""
+    """A slider for each joint. Nothing is sent until the user has chosen and confirmed an interface."""
 
     def __init__(self, view: View, joints: Sequence[Joint]) -> None:
         self._view = view

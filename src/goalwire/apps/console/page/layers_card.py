@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class LayersCard:
-    """Switches, and beside each what is drawn or why nothing is. It sends the scene only what has changed."""
+    """Switches of layers, each with a note on the drawn layer or its problem. Sends only changes."""
 
     def __init__(self, session: Session, scene: Element) -> None:
         """`scene` is a RobotScene."""
@@ -62,7 +62,7 @@ class LayersCard:
             layer.switch_off()
 
     def refresh(self, robot: RobotWatch) -> None:
-        """Send the scene what has changed: the shapes of layers, and where their frames are."""
+        """Send changes to the scene: the shapes of layers, and the poses of their frames."""
         self._watch.update()
         fixed, _ = robot.pose()
         shapes: dict[str, Any] = dict.fromkeys(self._sent.keys() - self._watch.layers.keys())
@@ -87,7 +87,7 @@ class LayersCard:
 
 
 def _note(layer: Layer, lost: list[str], fixed: str) -> str:
-    """Return what a layer's row says under its switch."""
+    """Return the note under a layer's switch."""
     if layer.problem:
         return layer.problem
     if not layer.is_on:

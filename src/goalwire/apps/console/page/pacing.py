@@ -1,4 +1,4 @@
-"""Refreshes a browser's page, at the pace of that browser."""
+"""Refreshes a browser's page as fast as the browser can show it."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from time import monotonic
 from nicegui import Client
 
 _ANSWER_S = 5.0
-"""How long a browser may take to show one frame before it is asked again."""
+"""Seconds that a browser may take to show a frame before it is asked again."""
 _ACKNOWLEDGE = 'return await new Promise(done => requestAnimationFrame(() => done(1)))'
 
 
 class Pacer:
-    """Refreshes again and again, each time when the browser has shown the last refresh.
+    """Refreshes a page again and again, each time after the browser has shown the last refresh.
 
-    So at most one refresh is on its way: a browser that reads slowly, or not at all, is sent little, and
-    holds up nobody else. While it does not answer, it is sent the question alone.
+    So at most one refresh is on its way, and a slow browser gets little data and delays no other browser.
+    While a browser does not answer, it gets only the question whether it has shown the refresh.
     """
 
     def __init__(self, client: Client, refresh: Callable[[], float]) -> None:
-        """`refresh` returns after how many s it wants to be called again, if the browser keeps up."""
+        """`refresh` returns the seconds until its next call; a slow browser makes them longer."""
         self._client = client
         self._refresh = refresh
         self._changed = asyncio.Event()
@@ -45,7 +45,7 @@ class Pacer:
                 continue
 
     async def _has_answered(self) -> bool:
-        """Wait for the browser's next frame; True if it came in time, or is not needed any more."""
+        """Wait for the browser's next frame; True if it came in time, or if the page is closed."""
         try:
             await self._client.run_javascript(_ACKNOWLEDGE, timeout=_ANSWER_S)
         except TimeoutError:
@@ -53,7 +53,7 @@ class Pacer:
         return True
 
     def refresh_soon(self) -> None:
-        """Have the next refresh come at once."""
+        """Refresh at once, without waiting for the rest of the period."""
         self._changed.set()
 
     def close(self) -> None:

@@ -23,7 +23,7 @@ _ANSWER_S = 10.0
 
 
 class ParametersView(View):
-    """Nodes on the left, the parameters of the chosen one on the right; a value is set by its button."""
+    """Nodes on the left, the chosen node's parameters on the right. A button beside each value sets it."""
 
     name = 'parameters'
     title = 'Parameters'
@@ -157,6 +157,6 @@ def _text(parameter: RemoteParameter) -> str:
 
 
 def _in_one_line(value: Any) -> str:
-    """Return a value as the command takes it: bytes as numbers."""
+    """Return a value as `ros2 param set` accepts it, bytes as numbers."""
     is_bytes = isinstance(value, list) and value and isinstance(value[0], bytes)
     return in_one_line([item[0] for item in value] if is_bytes else value)

@@ -41,7 +41,7 @@ class LiveTable(Element, component='live_table.js'):
         self.run_method('show', update)
 
     def again(self) -> None:
-        """Send everything anew the next time: the browser has made the element again."""
+        """Send all rows with the next `put`, because the browser has recreated the element."""
         self._sent, self._order = {}, []
 
     def choose(self, key: str | None) -> None:
@@ -77,7 +77,7 @@ class SwimLanes(Element, component='swim_lanes.js'):
         on_seek: Callable[[float], Any] | None = None,
         on_key: Callable[[str], Any] | None = None,
     ) -> None:
-        """With `on_seek` it is a timeline: it hears of times in s, and `on_key` of the keys for playing."""
+        """`on_seek` makes it a timeline, and gets the clicked time in s; `on_key` gets keys for playing."""
         super().__init__()
         self._props['recording'] = on_seek is not None
         if on_goal is not None:
@@ -102,7 +102,7 @@ class SwimLanes(Element, component='swim_lanes.js'):
 
 
 def lane_groups(shown: Iterable[Goal], now: float, margin: float) -> list[dict[str, Any]]:
-    """Return goals as `SwimLanes` shows them; a bar begins `margin` s behind the end of the one before."""
+    """Return goals as lanes for `SwimLanes`; in a lane, bars are at least `margin` s apart."""
     groups: dict[str, dict[str, Any]] = {}
     for goal, row in lanes(shown, now, margin):
         group = groups.setdefault(goal.action, {'name': goal.action, 'rows': 0, 'goals': []})

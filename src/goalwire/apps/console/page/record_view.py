@@ -1,4 +1,4 @@
-"""Record: a bag that begins and ends with a button, the same one for all browsers."""
+"""The Record view: a button begins and ends a bag, which all browsers share."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _COLUMNS = (
 
 
 class RecordView(View):
-    """The form for a new bag, and how the latest one is doing."""
+    """The form for a new bag, and the state of the latest bag."""
 
     name = 'record'
     title = 'Record'

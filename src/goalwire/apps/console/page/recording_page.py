@@ -35,12 +35,12 @@ _PERIOD_S = 1 / 15
 _RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0)
 _STEP_NS, _FAR_NS = 100_000_000, 5_000_000_000
 _SILENT_S = 2.0
-"""A robot that has said nothing for so long is shown in grey, as in the live view."""
+"""Seconds without a message after which the robot is shown in grey, as in the live view."""
 
 
 @contextmanager
 def install(application: FastAPI, recording: Recording, goals: GoalTable) -> Iterator[None]:
-    """Put the page of a recording on an application; pages end with the block. Once in a process."""
+    """Add the page of a recording to an application until the block ends. Only once in a process."""
     meshes, pages = Meshes(), list[RecordingPage]()
     style = install_site(application, meshes)
 
@@ -345,7 +345,7 @@ class RecordingPage:
         self._plots.set_dark(dark)
 
     def close(self) -> None:
-        """The browser has gone, or the console ends. Idempotent."""
+        """Close the page, after the browser has left or the console ends. Idempotent."""
         if self.closed:
             return
         self.closed = True

@@ -40,7 +40,7 @@ class RecordingPlots:
         return options
 
     def add(self, topic: str, path: str) -> None:
-        """Plot one more number, unless it is plotted, or there are as many as the chart takes."""
+        """Plot another number, unless it is plotted already or the chart is full."""
         name = f'{topic} {path}'
         if len(self._plots) < _MOST and all(plot.name != name for plot in self._plots):
             self._plots.append(RecordedPlot(self._recording, topic, path, self._changed))

@@ -1,4 +1,4 @@
-"""Robot: the robot in 3D by its joints and frames, its trail, and its target."""
+"""The Robot view: the robot in 3D, with joints, frames, trail and target."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _THREE = Path(nicegui.__file__).parent / 'elements' / 'scene' / 'dist'
 _TIMES = ('timeout', 'time_allowance', 'max_duration', 'time_limit')
 _PATIENCE_S = 60.0
-"""The first value of a goal's own time limit in the form, if its definition has no default."""
+"""The form's default for a goal's time limit in s, if its definition has none."""
 
 
 class RobotScene(
@@ -134,7 +134,7 @@ class RobotView(View):
             self._joints.look()
 
     def _whom(self) -> str:
-        """Return how the page calls the selected robot: by its namespace if there are several."""
+        """Return the selected robot's name on the page: its namespace if there are several robots."""
         return 'it' if len(self.session.vitals) == 1 else self.page.robot or '/'
 
     def _follow(self, namespace: str) -> None:
@@ -199,7 +199,7 @@ class RobotView(View):
         self._put_goals()
 
     def _put_state(self, watch: RobotWatch) -> None:
-        """Show the age of the latest news; a robot that is silent or gone stays in its place, in grey."""
+        """Show the age of the latest data; a robot that is silent or gone stays in its place, in grey."""
         is_there = watch.namespace in self._names
         is_fresh = watch.is_fresh and is_there
         has_moved = watch.moved_at is not None
@@ -301,7 +301,7 @@ class RobotView(View):
             self._place = None
 
     async def _offer(self, way: NavigationTarget, frame: str, place: tuple[float, float, float]) -> None:
-        """Show the goal, which the user may change, and send it when the one question is answered."""
+        """Show the goal, which the user may change, and send it after the user has confirmed it."""
         target = self.session.sender.target('action', way.action, way.type_name)
         values = dict(target.defaults)
         for name in _TIMES:

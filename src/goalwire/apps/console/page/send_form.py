@@ -1,4 +1,4 @@
-"""A form for sending: its buttons, and what they send, ask and copy."""
+"""A form for sending, with its buttons for sending, confirming and copying."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class SendForm:
         )
 
     def attempts_field(self) -> None:
-        """Add the field for how often a request is sent if no answer comes."""
+        """Add the field for the number of attempts if no answer comes."""
         self._attempts = (
             ui.number('Attempts', value=1, min=1, max=10, step=1, precision=0)
             .props('outlined dense data-attempts')
@@ -77,9 +77,9 @@ class SendForm:
         copy_buttons(lambda: self._copied(as_python), lambda: self._copied(as_command))
 
     def history(self, used: Callable[[Sent], None] | None = None) -> None:
-        """Add the table of what was sent to that name from here; a click on a row fills the form with it.
+        """Add the table of messages that were sent to that name from here; a click on a row fills the form.
 
-        `used` is called with what was chosen.
+        `used` is called with the chosen message.
         """
         self._used = used
         took = {'name': 'took', 'label': 'Took', 'align': 'right', 'width': '84px'}
@@ -101,7 +101,7 @@ class SendForm:
         return self._page.session.sender.history.get((self.target.kind, self.target.name), ())
 
     def put_history(self) -> None:
-        """Show the messages that were sent since."""
+        """Show the messages that were sent since the last call."""
         if self._history is not None:
             self._history.put([_history_row(sent) for sent in reversed(self.sent)])
 
@@ -130,11 +130,11 @@ class SendForm:
     # -- what it holds ---------------------------------------------------------------------------------------
 
     def fill(self, values: Mapping[str, Any]) -> None:
-        """Put other values in; fields that they do not name get their defaults."""
+        """Fill in other values; fields without one get their defaults."""
         self._form.fill(values)
 
     def sending(self) -> Sending | None:
-        """Return the message to be sent; None, and a note to the user, if a value does not fit."""
+        """Return the message to send; if a value does not fit, tell the user and return None."""
         deadline = self._deadline.value if self._deadline is not None else None
         attempts = self._attempts.value if self._attempts is not None else None
         try:
@@ -146,7 +146,7 @@ class SendForm:
             return None
 
     async def confirmed(self, title: str, button: str) -> Sending | None:
-        """Return the message to be sent once the user has confirmed it; None if the user refuses."""
+        """Return the message to send after the user has confirmed it; None if the user refuses."""
         sending = self.sending()
         if sending is None:
             return None

@@ -177,10 +177,10 @@ class Shell:
             self._battery.classes(add=tone, remove=' '.join({'good', 'warn', 'bad', 'old'} - {tone}))
 
     def _refresh_robots(self) -> None:
-        """Offer the present robots. If the selected one has gone, no other takes its place."""
+        """Offer the present robots. A selected robot stays selected when it is gone."""
         there, page = self._session.robot_names(), self._page
         if there and page.robot not in self._session.vitals:
-            page.select_robot(there[0])  # the first type that comes
+            page.select_robot(there[0])  # the first robot that appears
         offered = sorted({*there, page.robot}) if there else [page.robot]
         state = [name if name in there else f'{name} (gone)' for name in offered]
         if state != self._robots:
@@ -228,6 +228,6 @@ class Shell:
             self._put_address()
 
     def _put_address(self) -> None:
-        """Put the shown view into the browser's address, so that opening it again shows the same."""
+        """Put the shown view into the browser's address, so that reloading shows the same view."""
         robot = f'&robot={quote(self._page.robot)}' if self._page.robot else ''
         ui.run_javascript(f"history.replaceState(null, '', '?view={self._view}{robot}')")

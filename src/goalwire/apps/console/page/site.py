@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from goalwire.apps.console.state.robot_model import Meshes
 
 MOST_PAGES = 100
-"""Of all browsers together; one that nobody connects to counts for a minute."""
+"""The most pages of all browsers together; a page to which no browser connects counts for a minute."""
 RECONNECT_S = 10.0
-"""How long a browser that has lost its connection may take to come back. After that its page is closed."""
+"""Seconds that a browser without a connection may take to come back before its page is closed."""
 _STYLE = Path(__file__).with_name('style.css')
 
 
 def install_site(application: FastAPI, meshes: Meshes) -> str:
-    """Put the resources of pages on an application, and return the address of the style sheet.
+    """Add the resources of pages to an application, and return the address of the style sheet.
 
-    Once in a process.
+    Only once in a process.
     """
     app.add_static_file(local_file=_STYLE, url_path='/console/style.css', max_cache_age=3600)
 
@@ -36,7 +36,7 @@ def install_site(application: FastAPI, meshes: Meshes) -> str:
 
     @app.exception_handler(404)
     def missing(_request: object, _error: Exception) -> Response:
-        return PlainTextResponse('there is no such page\n', 404)  # NiceGUI's own would be a page in memory
+        return PlainTextResponse('there is no such page\n', 404)  # NiceGUI keeps its own in memory
 
     app.config.socket_io_js_transports = ['websocket']
     core.sio.eio.transports = ['websocket']
@@ -55,5 +55,5 @@ def install_site(application: FastAPI, meshes: Meshes) -> str:
 
 
 def is_full() -> bool:
-    """Return whether there are as many pages as there may be."""
+    """Return True if no more pages are allowed."""
     return len(Client.instances) >= MOST_PAGES

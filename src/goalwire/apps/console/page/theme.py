@@ -1,4 +1,4 @@
-"""Light and dark, and the colours of buttons: alike on every page."""
+"""The light and the dark theme, and the colours of buttons, for all pages."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ def set_colours() -> None:
 
 
 async def ask_for_dark(client: Client) -> bool:
-    """Return whether the browser's user wants a dark page: as chosen before, or as the system is."""
+    """Return True if the user wants a dark page, by an earlier choice or the system's setting."""
     await client.connected()
     try:
         chosen = await client.run_javascript(
@@ -25,5 +25,5 @@ async def ask_for_dark(client: Client) -> bool:
 
 
 def keep_dark(*, dark: bool) -> None:
-    """Have the browser remember the choice."""
+    """Save the choice in the browser."""
     ui.run_javascript(f"localStorage.setItem('goalwire-dark', '{str(dark).lower()}')")

@@ -45,20 +45,20 @@ class View:
 
 
 class Page:
-    """One browser's page: which view it shows, and at which pace that is refreshed."""
+    """One browser's page: the shown view, and the task that refreshes it."""
 
     def __init__(self, client: Client, session: Session) -> None:
         self.client = client
         self.session = session
         self.robot = ''
-        """The namespace of the selected robot: views and STOP are about that one."""
+        """The namespace of the selected robot, which views show and STOP stops."""
         self.is_dark = False
         self.view: View | None = None
         self.header: Callable[[], None] = lambda: None
         self.trusted: set[tuple[str, str]] = set()
         """Kind and name of the targets to which the user has allowed sending, until the page is closed."""
         self.own_goals: set[tuple[str, str]] = set()
-        """Those that end with the page, since they were sent so."""
+        """The goals that are cancelled when the page is closed."""
         self.closed = False
         self._pacer = Pacer(client, self._refresh)
         self._follows = False
@@ -70,7 +70,7 @@ class Page:
         self.session.listeners.add(self.refresh_soon)
 
     def select_robot(self, namespace: str) -> None:
-        """Make another robot the one that the page is about."""
+        """Select another robot for the whole page."""
         if namespace != self.robot:
             before, self.robot = self.robot, namespace
             self.session.select(namespace)
@@ -106,7 +106,7 @@ class Page:
         self._pacer.refresh_soon()
 
     def close(self) -> None:
-        """Stop: the browser has gone. Goals go on, except those that were sent to end with the page."""
+        """Close the page after the browser has left. Its goals go on, except for those in `own_goals`."""
         if self._follows:
             self._follows = False
             self.session.listeners.discard(self.refresh_soon)
@@ -130,7 +130,7 @@ class Page:
     # -- talking to the user ---------------------------------------------------------------------------------
 
     async def attempt(self, work: Awaitable[Any]) -> Any:
-        """Await something and return its result. An error is shown to the user, and None returned."""
+        """Await something and return its result; on an error show it to the user and return None."""
         try:
             return await work
         except FieldValueError as error:
@@ -140,7 +140,7 @@ class Page:
         return None
 
     def tell(self, text: str, kind: Tone = 'positive') -> None:
-        """Show a line for some seconds, as text."""
+        """Show a line of text for some seconds."""
         with self.client:
             ui.notify(
                 text,
@@ -154,7 +154,7 @@ class Page:
     async def confirm(
         self, kind: str, name: str, title: str, text: str, button: str = 'Send', *, may_trust: bool = True
     ) -> bool:
-        """Ask once before something is sent; True if it may be. `text` shows what it is.
+        """Ask before something is sent, and return the answer; `text` describes the message.
 
         With `may_trust` the user may say not to be asked again for this kind and name.
         """
@@ -182,7 +182,7 @@ class Page:
 
 
 def duration(seconds: float) -> str:
-    """Return a duration as people read it."""
+    """Return a duration as a readable text."""
     if seconds < 1e-3:
         return f'{seconds * 1e6:.0f} µs'
     if seconds < 1:

@@ -1,1 +1,1 @@
-"""The console without its page: it knows the robots and sends to them, for all browsers."""
+"""The console without its page: observes the robots and sends to them, for all browsers."""

@@ -1,11 +1,11 @@
 """The emergency stop of one robot: its servers, and the robot's reports.
 
-What the console has pressed says nothing here: a robot is stopped if it says so. The rules:
+Only reports count, not the console's own requests: a robot is stopped if it reports so. The rules:
 
-- Each publisher has a voice, and keeps to its last word. If one of them says "stopped", the robot is stopped.
-- A voice that repeated its word and falls silent makes the state unknown, and so does one that has gone.
-  It stays so until the same node speaks again, or a node that serves the emergency stop.
-- A robot that never said anything is untold: it may have a service and no topic for its state.
+- The last report of each publisher counts. If one of them is "stopped", the robot is stopped.
+- If a publisher that repeated its report becomes silent, or a publisher is gone, the state is unknown.
+  It stays unknown until the same node reports again, or a node that serves the emergency stop.
+- The state of a robot without any report is "untold": it may have a service but no topic for its state.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from goalwire.records import record
 BOOL = 'std_msgs/msg/Bool'
 DIAGNOSTIC_STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
 SILENT_AFTER = 5
-"""How many looks a word that was repeated may be missing."""
+"""The number of looks for which a repeated report may be missing."""
 REPEATS = 3
-"""How often "not stopped" comes again before its publisher counts as one that repeats its word."""
+"""The number of equal "not stopped" reports after which a publisher is expected to repeat them."""
 _STOP_TYPES = {'std_srvs/srv/Trigger', 'std_srvs/srv/SetBool', 'std_srvs/srv/Empty'}
 _STOP_NAMES = ('estop', 'e_stop', 'emergency_stop')
 _RELEASE_NAMES = ('release', 'reset', 'clear', 'resume')
@@ -41,7 +41,7 @@ class StopService:
 
     @property
     def values(self) -> dict[str, bool]:
-        """The fields of the request that stops."""
+        """The fields of the request that stops the robot."""
         return {'data': True} if self.can_release else {}
 
     @property
@@ -62,10 +62,10 @@ def stop_services(services: Sequence[tuple[str, list[str]]]) -> list[StopService
 
 
 def says_state(topic: str, type_name: str) -> bool:
-    """Return whether a topic says how an emergency stop stands.
+    """Return True if a topic reports the state of an emergency stop.
 
-    A Bool does, named emergency_stopped, or as a stop with _state or _active; true means stopped. So does
-    a DiagnosticStatus, named as a stop with _status.
+    A Bool does so if its name is emergency_stopped, or a stop service's name with _state or _active; true
+    means stopped. A DiagnosticStatus does so if its name is a stop service's name with _status.
     """
     last = topic.lower().rpartition('/')[2]
     ends = {BOOL: _STATE_ENDS, DIAGNOSTIC_STATUS: ('_status',)}.get(type_name, ())
@@ -79,7 +79,7 @@ class Standing(Enum):
     RELEASED = 'released'
     STOPPED = 'stopped'
     UNKNOWN = 'unknown'
-    """It was reported, and is not reported any more."""
+    """The state was reported, but is not reported any more."""
 
 
 @record
@@ -91,16 +91,16 @@ class Word:
     stopped: bool
     reason: str = ''
     by: str = ''
-    """The one that has stopped it, or an empty text."""
+    """The name of the client that has stopped the robot, or ''."""
     is_switch: bool = False
-    """Whether the node serves the emergency stop, too."""
+    """True if the node serves the emergency stop, too."""
 
 
 def word_of(message: Any, node: str, topic: str, *, is_switch: bool) -> Word:
     """Return the report in a Bool or a DiagnosticStatus.
 
-    A DiagnosticStatus may have the values `stopped` ('true' or 'false') and `by`; without the first its
-    level says it, ERROR or worse. Its message is the reason.
+    A DiagnosticStatus may have the values `stopped` ('true' or 'false') and `by`. Without `stopped`, a level
+    of ERROR or worse means stopped. Its message is the reason.
     """
     if hasattr(message, 'data'):
         return Word(node, topic, bool(message.data), is_switch=is_switch)
@@ -112,18 +112,18 @@ def word_of(message: Any, node: str, topic: str, *, is_switch: bool) -> Word:
 
 
 class _Voice:
-    """One publisher: its last word, whether it repeats that, and how many looks ago it did."""
+    """One publisher: its last report, whether it repeats it, and how many looks it has been silent."""
 
     def __init__(self, word: Word) -> None:
         self.word = word
         self.repeats = False
         self._same = 0
         self.missed = 0
-        self.was_seen = False  # in the graph, which may show a publisher later than its first message
+        self.was_seen = False  # True after the graph has shown it, perhaps after its first message
 
     def say(self, word: Word) -> None:
-        # People press STOP again and again, and a node may say "stopped" at each press. Nobody releases a
-        # robot again and again: a node that keeps saying "not stopped" does so by the clock.
+        # A node may report "stopped" at each press of STOP, and people press it repeatedly. Nobody releases a
+        # robot repeatedly: so a node that repeats "not stopped" reports periodically.
         repeated = word == self.word and not word.stopped and self.missed <= SILENT_AFTER
         self._same = self._same + 1 if repeated else 0
         self.repeats = self.repeats or self._same >= REPEATS
@@ -135,13 +135,13 @@ class _Voice:
 
 
 class EmergencyState:
-    """One robot's emergency stop, as its publishers tell it. Its owner looks at equal times."""
+    """One robot's emergency stop, as its publishers report it. Its owner calls `look` periodically."""
 
     def __init__(self) -> None:
         self.servers: tuple[StopService, ...] = ()
-        """The servers that are there."""
+        """The present servers."""
         self.known: tuple[StopService, ...] = ()
-        """The present servers, or else the last ones."""
+        """The present servers; without any, the last known ones."""
         self._voices: dict[tuple[str, bytes], _Voice] = {}
         self._lost: dict[str, Word] = {}
 
@@ -176,7 +176,7 @@ class EmergencyState:
     def look(self) -> None:
         """Count for how many looks each publisher is silent.
 
-        Looks and not seconds: a console that was held up has missed nothing.
+        Silence is counted in looks, not in seconds, so that a delay of the console does not count as silence.
         """
         for voice in self._voices.values():
             voice.missed += 1
@@ -195,7 +195,7 @@ class EmergencyState:
 
     @property
     def reason(self) -> str:
-        """Why it is stopped, or why that is not known; '' otherwise."""
+        """The reason why the robot is stopped, or why its state is unknown; '' otherwise."""
         stopped = [voice.word for voice in self._voices.values() if voice.word.stopped]
         if stopped:
             told = [word.reason for word in stopped if word.reason]
@@ -209,7 +209,7 @@ class EmergencyState:
 
     @property
     def by(self) -> str:
-        """The one that has stopped it; '' if nobody says so, or if the reason has it already."""
+        """The name of the client that has stopped the robot; '' if unknown or named in the reason."""
         for voice in self._voices.values():
             if voice.word.stopped and voice.word.by:
                 return '' if voice.word.by in voice.word.reason else voice.word.by

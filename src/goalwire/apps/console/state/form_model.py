@@ -96,17 +96,17 @@ class FormField:
     least: float | None = None
     most: float | None = None
     hint: str = ''
-    """A range in the field's comment. Values outside are not refused, since it is only a comment."""
+    """The range in the field's comment. Values outside are accepted, because it is only a comment."""
     capacity: int | None = None
-    """Bytes of a text (UTF-16 units of a `wstring`), or items of a list."""
+    """The most bytes of a text (UTF-16 units of a `wstring`), or items of a list."""
     exact: bool = False
-    """Whether a list has just `capacity` items."""
+    """True if a list has exactly `capacity` items."""
     choices: tuple[tuple[str, Any], ...] = ()
     """Names and values of the constants for this field."""
     fields: tuple[FormField, ...] = ()
-    """Those of a nested message, or of each item of a list of messages."""
+    """The fields of a nested message, or of each item of a list of messages."""
     item_capacity: int | None = None
-    """Bytes, or UTF-16 units, of each text of a list."""
+    """The most bytes, or UTF-16 units, of each text in a list."""
 
 
 def form_of(type_name: str) -> tuple[FormField, ...]:
@@ -194,7 +194,8 @@ def _unit(comment: str) -> str:
 def _choices(field: Field, owner: MessageDefinition) -> tuple[tuple[str, Any], ...]:
     """Return the constants that name a field's values.
 
-    Those that begin with the field's name; else all of the field's type, if it is the one field of that type.
+    These are the constants whose names begin with the field's name. If there are none and no other field has
+    the same type, these are all constants of that type.
     """
     same = [constant for constant in owner.constants if constant.base == field.type.base]
     prefix = f'{field.name.upper()}_'
@@ -223,9 +224,9 @@ def new_item(field: FormField) -> dict[str, Any]:
 def completed(
     fields: tuple[FormField, ...], values: Mapping[str, Any], defaults: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return values for all fields: those that `values` does not name have their defaults.
+    """Return values for all fields; fields that are not in `values` get their defaults.
 
-    `values` are those that `check` returns.
+    `values` must come from `check`.
     """
     whole: dict[str, Any] = {}
     for field in fields:
@@ -328,7 +329,7 @@ def _time(value: Any, path: str) -> Any:
     if not 0 <= _number(value, path) < 2**31:
         raise FieldValueError(path, "give seconds since 1970, or 'now'")
     try:
-        seconds = Decimal(str(value).strip())  # a float has not the digits of a nanosecond
+        seconds = Decimal(str(value).strip())  # A float has too few digits for nanoseconds.
     except InvalidOperation:
         seconds = Decimal(_number(value, path))
     return {'sec': int(seconds), 'nanosec': int(seconds % 1 * 1_000_000_000)}
@@ -337,8 +338,8 @@ def _time(value: Any, path: str) -> Any:
 def parse_list(text: str, path: str = '') -> list[str]:
     """Read '1, 2, 3', or the same in brackets; the items are texts. Raises FieldValueError.
 
-    An item that has a comma, a quotation mark at its beginning, or nothing in it, is put in quotes: in
-    "double" ones backslashes are those of JSON, in 'single' ones a quotation mark is doubled.
+    An item must be in quotes if it contains a comma, begins with a quotation mark, or is empty. In "double"
+    quotes backslashes work as in JSON; in 'single' quotes a quotation mark is doubled.
     """
     rest = text.strip()
     if rest.startswith('[') and rest.endswith(']') and not set(rest[1:-1]) & set('[]'):
@@ -403,7 +404,7 @@ def to_yaml(values: Any) -> str:
 
 
 def in_one_line(value: Any) -> str:
-    """Write a value as YAML on one line, as commands take it."""
+    """Write a value as YAML on one line, for commands."""
     text: str = yaml.safe_dump(
         plain(value), default_flow_style=True, width=10**9, allow_unicode=True, sort_keys=False
     )

@@ -1,4 +1,4 @@
-"""Follows the goals of every action server in the graph, whoever has sent them."""
+"""Follows the goals of every action server in the graph, from all clients."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class GoalWatch:
         return dict(sorted(self._tasks))
 
     def look(self) -> None:
-        """Bring the tasks up to the graph: call it when that has changed."""
+        """Start and end tasks as the graph's servers require. Call this after changes of the graph."""
         served = {
             (name, types[0])
             for name, types in self._node.graph.actions()

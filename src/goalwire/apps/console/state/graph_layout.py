@@ -20,8 +20,8 @@ def arrange(
 ) -> dict[str, Place]:
     """Return a place for each name, within WIDTH and HEIGHT. A name that had a place stays near it.
 
-    Everything repels everything, and links pull (Fruchterman and Reingold, 1991), in ever smaller steps. The
-    same graph is always drawn alike.
+    All names repel each other, and links attract (Fruchterman and Reingold, 1991), in ever smaller steps. The
+    same graph always gets the same drawing.
     """
     if not names:
         return {}

@@ -28,7 +28,7 @@ _DRAWN: dict[str, Callable[[Any], Drawing]] = {MAP: draw_map, SCAN: draw_scan, P
 KINDS = {MAP: 'map', SCAN: 'scan', PATH: 'path', MARKER: 'markers', MARKERS: 'markers'}
 MOST_LAYERS = 30
 _MAP_PERIOD_S = 1.0
-"""A map is drawn anew no more often: its picture costs tens of ms."""
+"""Least seconds between two drawings of a map, because its picture costs tens of ms."""
 
 
 class Layer:
@@ -48,7 +48,7 @@ class Layer:
 
     @property
     def is_on(self) -> bool:
-        """Whether it is subscribed to."""
+        """True while the layer is subscribed to its topic."""
         return self._reading is not None
 
     def switch_on(self) -> None:
@@ -70,7 +70,7 @@ class Layer:
         self.drawing, self.problem, self._drawn_at = EMPTY, '', -_MAP_PERIOD_S
 
     def update(self, now: float) -> None:
-        """Draw the latest message, if it is another one than the drawing shows."""
+        """Draw the latest message, unless it is drawn already."""
         if self._reading is None or (self.kind == 'map' and now - self._drawn_at < _MAP_PERIOD_S):
             return
         reader = self._reading.reader
@@ -84,7 +84,7 @@ class Layer:
             self.drawing = self._markers.draw() if draw is None else draw(reader.latest)
             self.problem = ''
         except goalwire.GoalwireError as error:
-            self.problem = peer_text(error, 300)  # the drawing before it stays
+            self.problem = peer_text(error, 300)  # The previous drawing stays.
 
 
 class LayerWatch:
@@ -96,7 +96,7 @@ class LayerWatch:
         self._topics = topics
 
     def look(self, robot: str, robots: Collection[str]) -> None:
-        """Find the topics in the graph that speak for a robot. New ones are on, unless they are costmaps."""
+        """Find the layers of a robot in the graph. New layers are switched on, except for costmaps."""
         graph = self._node.graph
         wanted = [
             (topic, type_name)
@@ -113,7 +113,7 @@ class LayerWatch:
                     self.layers[topic].switch_on()
 
     def update(self) -> None:
-        """Draw what is new."""
+        """Draw the new messages of all layers."""
         now = monotonic()
         for layer in self.layers.values():
             layer.update(now)

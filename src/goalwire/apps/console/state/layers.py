@@ -1,6 +1,6 @@
-"""Layers of the 3D view: what a map, a scan, markers or a path show, as shapes in the frames that they name.
+"""Layers of the 3D view: turns maps, scans, markers and paths into shapes in their frames.
 
-A drawing is data for the page: by frame, a list of shapes. `page/scene_layers` draws each kind of them.
+A drawing is data for the page: a list of shapes for each frame. `page/scene_layers` draws each kind of them.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ _SCAN_COLOUR = [0.9, 0.15, 0.2, 1.0]
 _PATH_COLOUR = [0.05, 0.6, 0.35, 1.0]
 _CUBE, _SPHERE, _CYLINDER, _LINE_STRIP, _LINE_LIST = 1, 2, 3, 4, 5
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
-"""Of visualization_msgs/msg/Marker: types, and actions."""
+"""Constants of visualization_msgs/msg/Marker: types and actions."""
 _SOLIDS = {_CUBE: 'box', _SPHERE: 'sphere', _CYLINDER: 'cylinder'}
 _LINES = {_LINE_STRIP: 'line', _LINE_LIST: 'segments'}
 
 
 @record
 class Drawing:
-    """The shapes of one layer by the frames that they are given in, and a sentence about what is left out."""
+    """The shapes of one layer by frame, and a sentence about omitted parts."""
 
     shapes: dict[str, list[Shape]]
     note: str = ''
@@ -63,7 +63,7 @@ def draw_map(message: Any) -> Drawing:
     width, height, resolution = info.width, info.height, info.resolution
     cells = np.asarray(message.data, np.int8)
     if not width or not height or len(cells) != width * height:
-        raise RemoteError(f'the map says {width} x {height} cells and has {len(cells)}')
+        raise RemoteError(f'the map should have {width} x {height} cells, but has {len(cells)}')
     if not (math.isfinite(resolution) and resolution > 0):
         raise RemoteError(f'the map says that a cell is {resolution} m wide')
     factor = -(-max(width, height) // MOST_CELLS_A_SIDE)
@@ -97,7 +97,7 @@ def _colours(cells: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     """Return red, green, blue for each cell: free is white, occupied is black, unknown is a greenish grey."""
     grey = (255 - np.clip(cells, 0, 100).astype(np.uint16) * 255 // 100).astype(np.uint8)
     colours = np.stack([grey] * 3, axis=-1)
-    colours[cells < 0] = (112, 137, 134)  # as rviz has it
+    colours[cells < 0] = (112, 137, 134)  # the colours of rviz
     return colours
 
 
@@ -137,7 +137,7 @@ class Markers:
 
     def __init__(self) -> None:
         self.version = 0
-        """Another one with each change."""
+        """A number that grows with each change."""
         self._kept: dict[tuple[str, int], tuple[Any, float]] = {}
         self._refused = False
 
@@ -185,7 +185,7 @@ class Markers:
 
 
 def _marker_shape(marker: Any, most_points: int) -> Shape | None:
-    """Return a marker as a shape; None for another kind, more points, or a number that is not finite."""
+    """Return a marker as a shape; None for an unknown type, too many points, or NaN and infinity."""
     size = [marker.scale.x, marker.scale.y, marker.scale.z]
     rgba = [marker.color.r, marker.color.g, marker.color.b, marker.color.a]
     pose = pose_of(marker.pose)
@@ -206,7 +206,7 @@ def _marker_shape(marker: Any, most_points: int) -> Shape | None:
 
 
 def pose_of(pose: Any) -> Rigid:
-    """Return a geometry_msgs/msg/Pose; a quaternion of zeros is no rotation, as rviz takes it."""
+    """Return the transform of a geometry_msgs/msg/Pose; as in rviz, a zero quaternion means no rotation."""
     place, turn = pose.position, pose.orientation
     return Rigid((place.x, place.y, place.z), normalize((turn.x, turn.y, turn.z, turn.w)))
 
@@ -214,7 +214,7 @@ def pose_of(pose: Any) -> Rigid:
 def place_frames(
     names: Collection[str], fixed: str, frames: Mapping[str, tuple[str, Rigid]]
 ) -> dict[str, list[float] | None]:
-    """Return the pose of each frame in the fixed frame; None for one that nothing joins to it."""
+    """Return the pose of each frame in the fixed frame; None for a frame without a connection to it."""
     placed: dict[str, list[float] | None] = {}
     for name in names:
         top, pose = root_pose(name, frames)

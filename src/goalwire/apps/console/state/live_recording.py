@@ -1,4 +1,4 @@
-"""The bag that the console records: one at a time, for all browsers, until somebody ends it."""
+"""Records a bag, only one at a time for all browsers, until a user ends it."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class Wanted:
 
     names: tuple[str, ...] = ()
     out: tuple[str, ...] = ()
-    """They are left out, also if `names` has them."""
+    """Names to leave out, even if `names` has them."""
     preset: str = 'none'
     """How the file is compressed: a name of rosbag2.writer.PRESETS."""
 
     @property
     def selection(self) -> Selection:
-        """As the recorder takes it."""
+        """The choice in the recorder's own format."""
         kinds = Names() if self.names else _EVERYTHING
         return Selection(kinds, kinds, kinds, regex=_any_of(self.names), regex_out=_any_of(self.out))
 
@@ -50,9 +50,9 @@ def _any_of(globs: Sequence[str]) -> str:
 
 
 class LiveRecording:
-    """Starts and ends recordings, and knows how the latest one is doing. Only for the loop's thread.
+    """Starts and ends recordings, and holds the state of the latest one. Only for the loop's thread.
 
-    A recording has a node of its own, so that it also takes what the console itself sends.
+    A recording has a node of its own, so that it also records messages of the console itself.
     """
 
     def __init__(self, node: goalwire.Node, settings: Settings, options: RecordOptions | None = None) -> None:
@@ -66,9 +66,9 @@ class LiveRecording:
         self.path = ''
         """The absolute path of the latest bag; '' if there was none."""
         self.problem = ''
-        """Why the latest recording ended by itself, as on a full disk."""
+        """The error that has ended the latest recording, such as a full disk; else ''."""
         self._kept: Counter[str] | None = None
-        """The messages of each topic that the file has, if a failure has cost others."""
+        """After a failure: the numbers of messages in the file, by topic."""
 
     # -- what is asked of it ---------------------------------------------------------------------------------
 
@@ -102,17 +102,17 @@ class LiveRecording:
 
     @property
     def is_running(self) -> bool:
-        """Whether a bag is being recorded, or closed."""
+        """True while a bag is being recorded or closed."""
         return self._task is not None and not self._task.done()
 
     @property
     def seconds(self) -> float:
-        """For how long the latest bag is, or was, recorded."""
+        """The duration of the latest recording, in s."""
         return (monotonic() if self.is_running else self._ended) - self._began
 
     @property
     def byte_count(self) -> int:
-        """How many bytes the messages of the latest bag have."""
+        """The size of the latest bag's messages, in bytes."""
         return 0 if self._recorder is None else self._recorder.byte_count
 
     def types(self) -> dict[str, str]:
@@ -149,13 +149,13 @@ class LiveRecording:
             async with node, recorder:
                 self._recorder = recorder
                 made.set()
-                with suppress(asyncio.CancelledError):  # that is how a recording ends
+                with suppress(asyncio.CancelledError):  # the normal end of a recording
                     await recorder.wait()
         except GoalwireError as error:
             self._fail(str(error))
         finally:
             self._ended = monotonic()
-            with suppress(BagError):  # told above
+            with suppress(BagError):  # logged above
                 bag.close()
             if self.problem:
                 self._kept = await in_thread(lambda: _counts_in(self.path))

@@ -1,8 +1,8 @@
-"""The robot to which a name belongs, among robots with namespaces of their own.
+"""Finds the robot to which a name belongs, among robots with different namespaces.
 
-A name is of the robot with the longest namespace that it lies in. A robot without a namespace has what no
-other one has. What lies in no robot's namespace may only stop robots below it: it moves one of them only if
-that is the only robot.
+A name belongs to the robot with the longest namespace that contains it. A robot without a namespace has all
+other names. A name outside of all robots' namespaces may stop the robots below it, but may move a robot only
+if it is the only one.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from collections.abc import Collection
 
 
 def owner(name: str, robots: Collection[str]) -> str | None:
-    """Return the namespace of the robot that a name is of; None if it is of none."""
+    """Return the namespace of the robot to which a name belongs; None if it belongs to none."""
     found = [robot for robot in robots if name.startswith(f'{robot}/')]
     return max(found, key=len, default=None)
 
 
 def may_stop(name: str, robot: str, robots: Collection[str]) -> bool:
-    """Return whether a service or topic speaks for a robot: its own, or one of a namespace above it."""
+    """Return True if a service or topic is for a robot: in its own namespace, or in one above it."""
     whose = owner(name, robots)
     return whose == robot or (whose is None and _is_above(name, robot))
 

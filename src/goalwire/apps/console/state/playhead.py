@@ -1,4 +1,4 @@
-"""Where a page stands in a recording, and how quickly it goes on."""
+"""The position of a page in a recording, and the speed of playing."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Playhead:
 
     @property
     def time(self) -> int:
-        """Where it stands now; at the end it stops playing."""
+        """The present position; reaching the end stops playing."""
         if not self.is_playing:
             return self._from
         time = self._from + int((self._clock() - self._since) * self.rate * 1e9)
@@ -30,17 +30,17 @@ class Playhead:
         return time
 
     def seek(self, time: int) -> None:
-        """Go to a time, or to the end that is nearest to it; it plays on if it did."""
+        """Go to a time, limited to the recording; if it was playing, it continues."""
         self._from = min(max(time, self.start), self.end)
         self._since = self._clock()
 
     def step(self, by: int) -> None:
-        """Stop, and go on by some ns; back, if they are negative."""
+        """Pause, and move by some ns; a negative number moves back."""
         self.pause()
         self.seek(self._from + by)
 
     def play(self) -> None:
-        """Go on from here; from the start, if it stands at the end."""
+        """Play from the present position, or from the start if this is the end."""
         self.seek(self.start if self.time >= self.end else self.time)
         self.is_playing = True
 

@@ -1,4 +1,4 @@
-"""Hands on the messages of a bag up to a time, as if they came then: forward in steps, or after a jump."""
+"""Delivers the messages of a bag up to a time as if they arrived then, in steps forward or after a jump."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from goalwire.rosbag2.reader import Reader
 
 SECOND = 1_000_000_000
 WINDOW = 10 * SECOND
-"""How far before the time of a jump reading begins; further, if a topic was silent for so long."""
+"""Reading begins this long before the time of a jump, or earlier if a topic was silent longer."""
 _FORWARD = 20 * SECOND
-"""A shorter jump forward reads the messages in between; a longer one begins anew."""
+"""A jump forward that is shorter reads the messages in between; a longer one starts again."""
 
 Take: TypeAlias = Callable[[str, Any, int], object]
-"""Is handed a topic, its message, and when that was recorded, in ns since 1970."""
+"""Called with a topic, its message, and the time of recording in ns since 1970."""
 
 
 class Follower:
@@ -31,9 +31,9 @@ class Follower:
         take: Take,
         latched: Sequence[str] = (),
     ) -> None:
-        """`begin` is called before messages are handed on after a jump: what came before does not count.
+        """After a jump `begin` is called before any message: it must discard the earlier state.
 
-        Of the topics that are also in `latched`, every message counts from the bag's start on.
+        Messages of topics that are also in `latched` are delivered from the bag's start on.
         """
         self._bag = bag
         self._decoders = decoders
@@ -47,7 +47,7 @@ class Follower:
         self._next: Message | None = None
 
     def move_to(self, time: int) -> None:
-        """Hand on the messages recorded up to a time. Raises BagError for broken bytes."""
+        """Deliver the messages up to a time. Raises BagError for broken bytes."""
         if self._at is None or not self._at <= time <= self._at + _FORWARD:
             self._jump(time)
         self._at = time
@@ -56,7 +56,7 @@ class Follower:
             self._next = next(self._messages, None)
 
     def _jump(self, time: int) -> None:
-        self._at = None  # a jump that fails is made anew
+        self._at = None  # If this jump fails, the next call jumps again.
         self._begin()
         since = min((self._since(name, time) for name in self._moving()), default=time)
         if self._latched:

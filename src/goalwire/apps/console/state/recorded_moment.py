@@ -1,4 +1,4 @@
-"""How everything was at a time of a bag: the robot, the log lines, and one chosen topic."""
+"""The state at a time of a bag: the robot, the log lines, and one chosen topic."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ class Moment:
     """The moment, in ns since 1970."""
     model: RobotModel | None = None
     frame: str = ''
-    """The one that the robot is shown in."""
+    """The frame in which the robot is shown."""
     base: Rigid | None = None
     links: tuple[tuple[str, list[float]], ...] = ()
     trail: tuple[tuple[float, float, float], ...] = ()
     silent_s: float | None = None
-    """For how long the robot had not reported its position; None if it never had."""
+    """The age of the robot's last position, in s; None if it never reported one."""
     lines: tuple[LogLine, ...] = ()
     """The log lines, the latest first."""
     topic: str = ''
     message: Any = None
-    """The latest one of the chosen topic."""
+    """The latest message of the chosen topic."""
     message_time: int = 0
     problems: tuple[str, ...] = ()
 
@@ -108,7 +108,7 @@ class _Log:
 
 
 class _Reading:
-    """The opened bag of one page; everything on the thread that has made it."""
+    """The opened bag of one page. Only for the thread that has made it."""
 
     def __init__(self, recording: Recording) -> None:
         self.bag = Reader(recording.path)
@@ -118,7 +118,7 @@ class _Reading:
         self._latest: _Latest | None = None
 
     def moment(self, time: int, robot: str | None, topic: str) -> Moment:
-        """Return how it was; a bag that is broken there has a problem and no robot."""
+        """Return the state at a time; if the bag is broken there, it has a problem and no robot."""
         try:
             return self._moment(time, robot, topic)
         except BagError as error:
@@ -152,10 +152,10 @@ class _Reading:
 
 
 class Moments:
-    """Reads moments on a thread of its own. Of times asked for meanwhile only the latest is read."""
+    """Reads moments on a thread of its own. If several are requested meanwhile, only the latest is read."""
 
     def __init__(self, recording: Recording, changed: Callable[[], object]) -> None:
-        """`changed` is called when `latest` is another one."""
+        """`changed` is called when `latest` has changed."""
         self.latest: Moment | None = None
         self._recording = recording
         self._changed = changed
@@ -165,7 +165,7 @@ class Moments:
         self._task: asyncio.Task[None] | None = None
 
     def want(self, time: int, robot: str | None, topic: str) -> None:
-        """Read how it was at a time: of a robot by its namespace, if there is one, and of a topic, if any."""
+        """Request the state at a time, of the robot in a namespace and of a topic, if these are given."""
         self._wanted = time, robot, topic
         if self._task is None:
             self._task = asyncio.get_running_loop().create_task(self._read())
@@ -186,7 +186,7 @@ class Moments:
         return self._reading.moment(time, robot, topic)
 
     def close(self) -> None:
-        """Close the bag, once the present reading is over."""
+        """Close the bag after the current reading."""
         self._wanted = None
         if self._task is not None:
             self._task.cancel()

@@ -1,4 +1,4 @@
-"""A number of a recorded topic over the whole time, as an outline of a fixed size whatever its length."""
+"""A number of a recorded topic over the whole time, reduced to an outline of fixed size."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from goalwire.rosbag2.reader import Reader
 
 SPANS = 1000
 _TELL_EACH = 20_000
-"""How many messages are read before the points so far are shown."""
+"""The number of messages after which the points read so far are shown."""
 _STEP = re.compile(r'([^.\[\]]+)|\[(\d+)\]')
 
 
@@ -33,7 +33,7 @@ class Outline:
         self._values = np.full((SPANS, 2), math.nan)
 
     def add(self, time: float, value: float) -> None:
-        """Add a value; one that is not finite is counted, and not shown."""
+        """Add a value; values that are not finite are counted but not shown."""
         self.count += 1
         if not math.isfinite(value):
             return
@@ -84,7 +84,7 @@ class RecordedPlot:
         self.points: list[tuple[float, float]] = []
         """Times in s since 1970, and values."""
         self.part = 0.0
-        """How much of it is read, up to 1."""
+        """The part of the messages that was read, from 0 to 1."""
         self._recording = recording
         self._changed = changed
         self._closed = Event()

@@ -1,4 +1,4 @@
-"""A bag that the page shows: its content, and the goals over its time. It has no node to send with."""
+"""A bag for the page: its content and its goals. It has no node, so nothing can be sent."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 """The visible robot: the shapes on the links of a URDF, and their frames.
 
-The URDF comes from another program: it is read within bounds, and names files of this machine only below the
-share folders of packages that are installed here, and only meshes. A robot's own programs read their URDF
-themselves (the humanoid's: `humanoid.urdf`), with masses and velocities in place of shapes: they run without
-this library, and this library without them.
+The URDF comes from another program. So it is read within limits, and may refer only to meshes below the share
+folders of installed packages. A robot's own programs read their URDF themselves, with masses and velocities
+instead of shapes (for the humanoid: `humanoid.urdf`): neither side imports the other.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ class Visual:
     origin: Rigid
     colour: Colour = _GREY
     mesh: str = ''
-    """As the URDF names it: package://…"""
+    """The mesh's URL in the URDF: package://…"""
 
 
 @record
@@ -52,13 +51,13 @@ class RobotModel:
 
 
 def root_pose(root: str, frames: Mapping[str, tuple[str, Rigid]]) -> tuple[str, Rigid]:
-    """Return the topmost frame that a link hangs on, and its pose in it; itself if none is known."""
+    """Return the topmost known ancestor frame of a link, or the link itself, and the link's pose in it."""
     pose, frame = IDENTITY, root
     seen = {root}
     while frame in frames:
         parent, motion = frames[frame]
         if parent in seen:
-            break  # a circle, which somebody publishes
+            break  # The published frames form a circle.
         seen.add(parent)
         pose = motion.after(pose)
         frame = parent
@@ -68,8 +67,9 @@ def root_pose(root: str, frames: Mapping[str, tuple[str, Rigid]]) -> tuple[str, 
 def likely_prefix(model: RobotModel, frames: Mapping[str, tuple[str, Rigid]], namespace: str) -> str:
     """Return the likely prefix of a robot's frames before the names of its links.
 
-    Robots of one kind differ in nothing else. So the prefix counts that the namespace gives, else the empty
-    one. Any other one may be another robot's: it counts only for a robot without a namespace, if it is alone.
+    Frames of equal robots differ only in their prefix. So the namespace is tried first as the prefix, then
+    the empty prefix. Any other prefix may be another robot's: it is used only for a robot without a
+    namespace, and only if there is exactly one.
     """
     names = {name for child, (parent, _) in frames.items() for name in (child, parent)}
     root = model.kinematics.root
@@ -160,7 +160,7 @@ def mesh_file(name: str) -> Path:
 
 
 class Meshes:
-    """The mesh files that descriptions have named, by keys for just these files."""
+    """The mesh files that descriptions name, by keys. Only these files are served."""
 
     def __init__(self) -> None:
         self._files: dict[str, Path] = {}
@@ -178,7 +178,7 @@ class Meshes:
 
 
 def scene_of(model: RobotModel, meshes: Meshes) -> tuple[list[dict[str, Any]], str, int]:
-    """Return the visuals as the page's scene wants them, and why how many meshes are left out."""
+    """Return the visuals for the page's scene, and the reasons for omitted meshes with their numbers."""
     urls: dict[str, str] = {}
     problem, missing = '', 0
     for visual in model.visuals:
@@ -192,7 +192,7 @@ def scene_of(model: RobotModel, meshes: Meshes) -> tuple[list[dict[str, Any]], s
 
 
 def as_scene(model: RobotModel, mesh_urls: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Return the visuals as the page's scene wants them; meshes without an address are left out."""
+    """Return the visuals for the page's scene, without meshes that have no address."""
     return [
         {
             'link': visual.link,

@@ -23,20 +23,20 @@ class RobotState:
         self.model: RobotModel | None = None
         self.problem = ''
         self.version = 0
-        """Another one with each new description."""
+        """A number that grows with each new description."""
         self.positions: dict[str, float] = {}
         self.frames: dict[str, tuple[str, Rigid]] = {}
-        """By child frame: its parent, and its pose in it."""
+        """By child frame: the parent frame, and the child's pose in the parent."""
         self.trail: deque[tuple[float, float, float]] = deque(maxlen=_TRAIL)
         self.moved_at: float | None = None
-        """When it moved, or said that it stands, by the clock of whoever hands the messages over."""
+        """The time of the last joint state or frame, by the clock of the caller."""
         self.told_prefix: str | None = None
-        """The text before the names of its links in the names of their frames, if a node told it."""
+        """The prefix of frame names before link names, if a node has reported it."""
         self._links: frozenset[str] = frozenset()
         self._prefix: str | None = None
 
     def take_description(self, message: Any, _at: float) -> None:
-        """Take a std_msgs/msg/String with a URDF; one that cannot be read leaves the one before it."""
+        """Take a std_msgs/msg/String with a URDF; an unreadable one keeps the previous model."""
         try:
             self.model = read_urdf(message.data)
             self._links = frozenset(self.model.kinematics.links)
@@ -51,7 +51,7 @@ class RobotState:
 
     @property
     def prefix(self) -> str:
-        """The text before the names of its links in the names of their frames."""
+        """The prefix of frame names before link names."""
         if self.told_prefix is not None:
             return self.told_prefix
         if self._prefix is None and self.model is not None:
@@ -69,12 +69,12 @@ class RobotState:
         """Take a tf2_msgs/msg/TFMessage of frames that move."""
         children = self._keep_frames(message)
         if self.model is None or any(map(self._is_own, children)):
-            self.moved_at = at  # robots share /tf: the frames of another one do not make this one live
+            self.moved_at = at  # Robots share /tf: frames of other robots do not count.
         if self.model is not None and self.prefix + self.model.kinematics.root in self.frames:
             self._lengthen_trail(self.pose()[1])
 
     def take_static_frames(self, message: Any, _at: float) -> None:
-        """They come to each new subscriber, though the robot may have gone since they were published."""
+        """Take static frames. They are no sign of life, because their robot may be gone already."""
         self._keep_frames(message)
 
     def _keep_frames(self, message: Any) -> list[str]:
@@ -95,7 +95,7 @@ class RobotState:
         return kept
 
     def _is_own(self, frame: str) -> bool:
-        """Return whether a frame is one of its links'."""
+        """Return True if a frame belongs to a link of this robot."""
         prefix = self.prefix
         return frame.startswith(prefix) and frame[len(prefix) :] in self._links
 

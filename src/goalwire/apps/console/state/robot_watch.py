@@ -1,4 +1,4 @@
-"""One robot as it is now: its description, joints, frames, battery, and the services that stop it."""
+"""Watches one live robot: its description, joints and frames; finds robots and navigation targets."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ JOINT_STATE = 'sensor_msgs/msg/JointState'
 BATTERY = 'sensor_msgs/msg/BatteryState'
 TF = 'tf2_msgs/msg/TFMessage'
 _PREFIX_S = 5.0
-"""How long a node may take to tell its frame prefix."""
+"""Seconds that a node may take to report its frame prefix."""
 
 
 class RobotWatch(RobotState):
@@ -78,12 +78,12 @@ class RobotWatch(RobotState):
 
     @property
     def is_fresh(self) -> bool:
-        """Whether it has moved, or said that it stands, within 2 s."""
+        """True if a joint state or a frame of the robot came within the last 2 s."""
         return self.age < 2.0
 
     @property
     def age(self) -> float:
-        """How long ago it moved, or said that it stands, in s; infinite if it never did."""
+        """The seconds since the last joint state or frame of the robot; infinite if none came."""
         return math.inf if self.moved_at is None else monotonic() - self.moved_at
 
     def close(self) -> None:
@@ -96,7 +96,7 @@ class RobotWatch(RobotState):
 
 
 def namespaces(topics: list[tuple[str, list[str]]]) -> list[str]:
-    """Return the namespaces that have a robot: a robot_description, or else joint states."""
+    """Return the namespaces with a robot: those with a robot_description, or else with joint states."""
     described = [
         name.removesuffix('/robot_description')
         for name, types in topics
@@ -121,15 +121,15 @@ class NavigationTarget:
     action: str
     type_name: str
     path: tuple[str, ...]
-    """To the PoseStamped; () if x and y are the goal's own."""
+    """The path of the PoseStamped in the goal; () if x and y are fields of the goal itself."""
 
 
 _PLANNING = {'nav2_msgs/action/ComputePathToPose', 'nav2_msgs/action/ComputePathThroughPoses'}
-"""Actions that take a place and answer with a path: no robot goes there."""
+"""Action types that only plan a path to a place, so that the robot does not move."""
 
 
 def navigation_target(action: str, type_name: str, fields: tuple[FormField, ...]) -> NavigationTarget | None:
-    """Return how a goal of an action names a target place; None if it names none, or only plans the way."""
+    """Return where an action's goal contains a target place; None without one, or if it only plans."""
     if type_name in _PLANNING:
         return None
     for field in fields:
@@ -168,7 +168,7 @@ async def _frame_prefix(node: goalwire.Node, owner: str) -> str | None:
         with NodeParameters(node, owner, _PREFIX_S) as parameters:
             value = (await parameters.values(['frame_prefix'])).get('frame_prefix')
     except goalwire.GoalwireError:
-        return None  # a peer may have any name
+        return None  # A peer may have an invalid name.
     if value is None or value.type != Type.STRING.value:
         return None
     prefix: str = value.string_value.lstrip('/')

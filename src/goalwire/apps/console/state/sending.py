@@ -1,7 +1,7 @@
-"""Everything that leaves the console: calls, messages, goals, cancels; `Settings` says to whom.
+"""Sends calls, messages, goals and cancel requests of the console, to names that `Settings` allows.
 
-Goals are sent by the three services of an action, not by `Node.action`: a run of that ends with its block,
-while a goal of the console outlives the browser, and the console itself.
+Goals are sent by the three services of an action, not by `Node.action`: a run of `Node.action` ends with its
+block, but a goal of the console must outlive the browser, and even the console.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from goalwire.records import record
 
 HISTORY = 50
 RESULT_S = 10.0
-"""How long the result of a goal that has ended may take to come."""
+"""Seconds that the result of an ended goal may take to arrive."""
 CANCEL_S = 10.0
 _PARTS = {'service': 'Request', 'action': 'Goal', 'topic': ''}
 
@@ -43,7 +43,7 @@ class Sent:
     """One message that was sent, and its outcome."""
 
     at: float
-    """When it was sent, by the monotonic clock."""
+    """The time of sending, by the monotonic clock."""
     sending: Sending
     answer: Mapping[str, Any] | None = None
     problem: str = ''
@@ -87,7 +87,7 @@ class Sender:
         self._tasks: set[asyncio.Task[None]] = set()
         self._awaited: set[tuple[str, str]] = set()
         self.history: dict[tuple[str, str], deque[Sent]] = {}
-        """By kind and name, the latest last."""
+        """The sent messages by kind and name, the latest last."""
         self.latencies: dict[str, Latencies] = {}
         """The latencies of calls, by service."""
 
@@ -106,7 +106,7 @@ class Sender:
     # -- services --------------------------------------------------------------------------------------------
 
     async def call(self, target: Target, sending: Sending) -> Sent:
-        """Call a service; how it fails is in the answer. Raises NotAllowedError and FieldValueError."""
+        """Call a service; the answer includes any failure. Raises NotAllowedError and FieldValueError."""
         self._settings.check_may_send(target.name)
         request = target.message(sending, self._now())
         client = self.client(target.cls, target.name, target.type_name, sending.retry)
@@ -126,7 +126,7 @@ class Sender:
     ) -> goalwire.Client[Any, Any]:
         """Return the console's client of a service, made when it is first asked for.
 
-        It checks no permission: what only looks, at parameters and results, is not sending.
+        It checks no permission, because reading parameters and results is always allowed.
         """
         key = (name, type_name, retry)
         if key not in self._clients:
@@ -163,9 +163,9 @@ class Sender:
     # -- actions ---------------------------------------------------------------------------------------------
 
     async def send_goal(self, target: Target, sending: Sending) -> Goal:
-        """Send a goal and return it when the server has answered; its `problem` says why it was refused.
+        """Send a goal and return it after the server has answered; its `problem` says why it was refused.
 
-        With a timeout the goal is cancelled when that is over. Raises NotAllowedError, FieldValueError.
+        With a timeout the goal is cancelled after that time. Raises NotAllowedError, FieldValueError.
         """
         self._settings.check_may_send(target.name)
         message = target.message(sending, self._now())
@@ -190,7 +190,7 @@ class Sender:
         return goal
 
     async def _await_result(self, cls: Any, type_name: str, goal: Goal, limit: float | None) -> None:
-        """Ask for the result at once, as action clients do: it comes when the goal has ended."""
+        """Request the result at once, as action clients do; the server answers when the goal has ended."""
         key = (goal.action, goal.goal_id)
         self._awaited.add(key)
         try:
@@ -224,12 +224,12 @@ class Sender:
         self._goals.note_change()
 
     def fetch_result(self, type_name: str, goal: Goal) -> None:
-        """Request the result of a goal that has ended, whoever has sent it."""
+        """Request the result of an ended goal, from any client."""
         if goal.result is None and (goal.action, goal.goal_id) not in self._awaited:
             self._in_background(self._take_result(interface_class(type_name), type_name, goal, RESULT_S))
 
     async def cancel(self, action: str, goal_id: str = '', before: float = 0.0) -> list[str]:
-        """Cancel one goal, those accepted at or before a time, or (neither given) all; return their ids.
+        """Cancel one goal, or the goals accepted up to a time, or all goals; return their ids.
 
         Raises NotAllowedError, and goalwire's own errors if nobody answers.
         """

@@ -1,4 +1,4 @@
-"""The courses of numbers over time."""
+"""Time series of numbers."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ class Series:
 
 
 def signed(number: float) -> str:
-    """Return a number with its sign and two places; nothing is '-0.00'."""
+    """Return a number with its sign and two places; never '-0.00'."""
     return f'{round(number, 2) + 0.0:+.2f}'
 
 
 def as_csv(series: Sequence[Series], wall_offset: float = 0.0) -> str:
     """Return the series as CSV: a line a value, with the series' name and its time in s since 1970.
 
-    `wall_offset` is what leads there from the series' times.
+    `wall_offset` is added to the times of the series to get these times.
     """
     out = io.StringIO()
     writer = csv.writer(out)
@@ -77,7 +77,7 @@ def as_csv(series: Sequence[Series], wall_offset: float = 0.0) -> str:
 
 
 def _cell(text: str) -> str:
-    """Keep a spreadsheet from taking a name for a formula."""
+    """Return a name that spreadsheets do not take for a formula."""
     return f"'{text}" if text[:1] in {'=', '+', '-', '@'} else text
 
 

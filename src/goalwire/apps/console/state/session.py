@@ -32,7 +32,7 @@ _TICKS_OF_RATES = 5
 class Session:
     """The state that all pages share.
 
-    In its `async with` it follows goals and logs; it follows the rest once a browser asks.
+    In its `async with` block it follows goals and logs. It follows other data only when a browser needs it.
     """
 
     def __init__(self, node: goalwire.Node, settings: Settings) -> None:
@@ -47,9 +47,9 @@ class Session:
         self.recording = LiveRecording(node, settings)
         self.meshes = Meshes()
         self.vitals: dict[str, Vitals] = {}
-        """By namespace: of the robots that are there, and of gone ones that a page has selected.
+        """By namespace: the vitals of present robots, and of gone ones that a page has selected.
 
-        Without any, '' stands for everything on the wire.
+        If there are none, '' stands for everything on the wire.
         """
         self.listeners: set[Callable[[], object]] = set()
         """Called when the shown state of an emergency stop has changed."""
@@ -85,7 +85,7 @@ class Session:
     async def _follow_graph(self) -> None:
         async for _ in self.node.graph.changes():
             self._look()
-            await asyncio.sleep(0.1)  # many changes come together when programs start
+            await asyncio.sleep(0.1)  # A starting program causes many changes at once.
 
     def _look(self) -> None:
         self.types.look()
@@ -133,7 +133,7 @@ class Session:
         return namespaces([(name, types) for name, types in graph.topics() if graph.publishers(name)])
 
     def select(self, namespace: str) -> None:
-        """Keep an eye on a robot, also when it has gone, until `deselect` as often."""
+        """Watch a robot's vitals, even after it has gone, until `deselect` was called as often."""
         self._selected[namespace] += 1
         self._look_at_robots()
 
@@ -142,14 +142,14 @@ class Session:
         return may_move(name, robot, self.vitals)
 
     def deselect(self, namespace: str) -> None:
-        """Note that one page fewer has the topic selected."""
+        """Note that one page fewer has the robot selected."""
         self._selected[namespace] -= 1
         if not self._selected[namespace]:
             del self._selected[namespace]
         self._look_at_robots()
 
     def watch_robot(self, namespace: str) -> RobotWatch:
-        """Follow a robot, until `leave_robot` as often."""
+        """Follow a robot until `leave_robot` was called as often."""
         watch, users = self._robots.get(namespace, (None, 0))
         if watch is None:
             watch = RobotWatch(self.node, self.topics, namespace)
@@ -169,9 +169,9 @@ class Session:
     # -- stopping --------------------------------------------------------------------------------------------
 
     async def stop(self, robots: Iterable[str], tell: Listener) -> None:
-        """Call every emergency stop of robots, all at once, and tell each answer. It never asks.
+        """Call every emergency stop of robots, all at once, without a question, and report each answer.
 
-        Raises NotAllowedError if the console is read-only. An allow-list does not hold it up.
+        Raises NotAllowedError if the console is read-only. The allow-list does not apply.
         """
         if self.settings.read_only:
             self.settings.check_may_send('')

@@ -1,4 +1,4 @@
-"""A message that was sent from the page, as a program and as a command line: both run as they are."""
+"""Turns a sent message into a program and into a command line, both ready to run."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Sending:
     """Return the fields that differ from a new message."""
     timeout: float | None = None
     attempts: int = 1
-    """How often the request of a service is sent if no answer comes, within `timeout` together."""
+    """The number of attempts of a call, which share `timeout`."""
 
     @property
     def retry(self) -> goalwire.Retry | None:
-        """The policy for that many attempts: each has its part of the time, or there would be no second."""
+        """The retry policy for `attempts`, which share the time equally; None for a single attempt."""
         if self.attempts < 2:
             return None
         each = None if self.timeout is None else round(self.timeout / self.attempts, 3)
@@ -38,7 +38,7 @@ class Sending:
 
 
 def as_command(sending: Sending) -> str:
-    """Return a command line of ros2, without deadline and attempts: ros2 has no words for them."""
+    """Return a command line of ros2, without deadline and attempts, because ros2 has no flags for them."""
     verb = {'service': 'service call', 'action': 'action send_goal', 'topic': 'topic pub'}[sending.kind]
     flags = {'service': '', 'action': ' --feedback', 'topic': ' --once'}[sending.kind]
     values = in_one_line(sending.values)
@@ -130,7 +130,7 @@ class _Writer:
         return repr(plain(value))
 
     def class_of(self, type_name: str) -> str:
-        """Return the name of a class in the program; one whose name is taken has its package before it."""
+        """Return the name of a class in the program; if it is taken, the package is put before it."""
         package, kind, name = type_name.split('/')
         known = self._names.setdefault(name, type_name) == type_name
         called = name if known else f'{package}_{kind}_{name}'

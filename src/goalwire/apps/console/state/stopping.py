@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from goalwire.apps.console.state.vitals import Vitals
 
 CONFIRMED_S = 1.0
-"""Within that time a stop is confirmed, or the page says that it is not."""
+"""Seconds after which a stop without an answer is shown as unconfirmed."""
 ANSWER_S = 10.0
-"""How long an answer is waited for, to tell that it came late."""
+"""Seconds to wait for a late answer, which is reported as late."""
 _TEXT = 300
 
 
@@ -38,9 +38,9 @@ Listener: TypeAlias = Callable[[Answer], object]
 
 
 async def stop(node: goalwire.Node, robots: Sequence[Vitals], tell: Listener) -> None:
-    """Call the emergency stops of robots, all at once, and tell each answer when it comes.
+    """Call the emergency stops of robots, all at once, and report each answer when it comes.
 
-    A service that seems to have no server is called all the same: what the graph shows may be late.
+    A service that seems to have no server is called, too, because the graph may be out of date.
     """
     calls = []
     for robot in robots:
@@ -76,7 +76,7 @@ async def release(node: goalwire.Node, robot: Vitals) -> list[Answer]:
 async def _call(
     node: goalwire.Node, robot: str, service: StopService, values: dict[str, bool], done: str
 ) -> Answer:
-    """Call a service, and say how it answered; a peer may have given it a name that cannot be called."""
+    """Call a service and return its answer; a name that cannot be called, from a peer, gives a failure."""
     began = perf_counter()
     try:
         answer = await _answer(node, service, values)
@@ -92,7 +92,7 @@ async def _call(
 
 
 async def _answer(node: goalwire.Node, service: StopService, values: dict[str, bool]) -> Any:
-    """Call a service with a client of its own: the robot's report names the client that has called."""
+    """Call a service with a new client, because the robot's report names the calling client."""
     cls = interface_class(service.type_name)
     client = node.client(cls, service.name)
     try:

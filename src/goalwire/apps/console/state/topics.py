@@ -23,11 +23,11 @@ HEAVY = frozenset(
         'nav_msgs/msg/OccupancyGrid',
     }
 )
-"""Types whose topics are not subscribed to only for their rate."""
+"""Types whose messages are too large for a subscription that only measures the rate."""
 _READ_DEPTH = 100
 
 Listener = Callable[[Any, float], object]
-"""Hears of each message, and of when it came, by the monotonic clock."""
+"""Called with each message and the time of its arrival, by the monotonic clock."""
 
 
 def _suiting(node: goalwire.Node, topic: str, depth: int) -> goalwire.QoS:
@@ -67,7 +67,7 @@ class Reader:
 
 
 class Reading:
-    """One party's use of a reader; `close` ends it."""
+    """The use of a shared reader by one listener; `close` ends it."""
 
     def __init__(self, topics: Topics, reader: Reader, listener: Listener | None) -> None:
         self._topics = topics
@@ -92,7 +92,7 @@ class Reading:
 class Meter:
     """Measures how often messages come to a topic, without work for each message.
 
-    Its queue has room for one message, the latest, which says when it came. Now and then that is taken out.
+    Its queue keeps only the latest message, with the time of its arrival. `read` takes it out now and then.
     """
 
     def __init__(self, node: goalwire.Node, topic: str, type_name: str) -> None:
@@ -101,7 +101,7 @@ class Meter:
         qos = goalwire.QoS(
             depth=1,
             reliability=_suiting(node, topic, 1).reliability,
-            durability=goalwire.DurabilityPolicy.VOLATILE,  # a history comes all at once
+            durability=goalwire.DurabilityPolicy.VOLATILE,  # history arrives all at once
         )
         self._subscription: goalwire.Subscription[Any] = node.subscription(
             serialized_type(node.context.graph, topic, type_name), topic, qos=qos, raw=True
@@ -115,7 +115,7 @@ class Meter:
             await anext(subscription, None)
             counted, info = subscription.statistics(), subscription.info
             if info is not None:
-                age = (time_ns() - info['received_timestamp']) / 1e9  # two readings of the wall clock
+                age = (time_ns() - info['received_timestamp']) / 1e9  # both times are of the wall clock
                 self.rate.note(counted.received - counted.waiting, min(max(now - age, before), now))
         return self.rate.pace(now)
 
@@ -133,7 +133,7 @@ class Topics:
         self._meters: dict[tuple[str, str], Meter] = {}
         self._measuring = 0
         self.rates: dict[str, float] = {}
-        """Messages a second, by topic, as far as they are known."""
+        """The known rates by topic, in messages a second."""
 
     def read(
         self,
@@ -142,7 +142,7 @@ class Topics:
         listener: Listener | None = None,
         qos: goalwire.QoS | None = None,
     ) -> Reading:
-        """Listen to a topic, together with whoever does already; without `qos`, as suits the publishers.
+        """Listen to a topic by a shared subscription; without `qos` it gets a QoS that suits the publishers.
 
         Raises UnknownInterfaceError.
         """
@@ -154,7 +154,7 @@ class Topics:
         return Reading(self, reader, listener)
 
     def release(self, reader: Reader) -> None:
-        """Note that one party fewer needs the subscription."""
+        """Note that one listener fewer needs the subscription."""
         key = (reader.topic, reader.type_name)
         known, users = self._readers[key]
         if users > 1:
@@ -166,7 +166,7 @@ class Topics:
     # -- rates -----------------------------------------------------------------------------------------------
 
     def start_measuring(self) -> None:
-        """Somebody looks at the rates of all topics."""
+        """Measure the rates of all topics for one page more, until `stop_measuring`."""
         self._measuring += 1
         self._look_for_meters()
 
@@ -184,7 +184,7 @@ class Topics:
         for key, meter in list(self._meters.items()):
             pace = await meter.read()
             if self._meters.get(key) is not meter:
-                continue  # closed meanwhile
+                continue  # `close` was called meanwhile
             if pace is None:
                 self.rates.pop(key[0], None)
             else:

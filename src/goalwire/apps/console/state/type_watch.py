@@ -1,4 +1,4 @@
-"""Has types that are not known here described by the nodes that use them, as soon as the graph shows them."""
+"""Requests the definitions of unknown types in the graph from the nodes that use them."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from goalwire.observe.described_types import fetch_type
 from goalwire.observe.messages import interface_class
 
 _AT_ONCE = 4
-"""How many types are requested at a time."""
+"""The most types that are requested at a time."""
 
 
 class TypeWatch:
     """Requests each type once.
 
-    A type that nobody described is requested again if it comes back to the graph.
+    If no node answers, the type is requested again when it reappears in the graph.
     """
 
     def __init__(self, node: goalwire.Node, on_answer: Callable[[], object]) -> None:
-        """`on_answer` is called when a type is known now, and when it stays unknown."""
+        """`on_answer` is called after each request, whether the type is known now or not."""
         self._node = node
         self._on_answer = on_answer
         self._turns = asyncio.Semaphore(_AT_ONCE)
@@ -43,7 +43,7 @@ class TypeWatch:
             )
             for _, types in names
             for type_name in types
-            if f'/{kind}/' in type_name  # an action's topics and services come with the action
+            if f'/{kind}/' in type_name  # the action's type covers them
         }
         self._seen &= shown
         for name in sorted(shown - self._seen - self._asking.keys()):
@@ -53,10 +53,12 @@ class TypeWatch:
     async def _ask(self, name: str) -> None:
         try:
             async with self._turns:
-                await asyncio.sleep(0)  # making a class takes ms: the page is served in between
+                await asyncio.sleep(
+                    0
+                )  # Making a class takes some ms, so let the event loop serve the page in between.
                 if _is_known(name):
                     return
-                with suppress(goalwire.GoalwireError):  # a peer may have any name
+                with suppress(goalwire.GoalwireError):  # A peer may have an invalid name.
                     if await fetch_type(self._node, name):
                         self.described.add(name)
         finally:

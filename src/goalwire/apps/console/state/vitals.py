@@ -1,4 +1,4 @@
-"""A robot's battery and emergency stop, which an operator has to see in every view."""
+"""A robot's battery and emergency stop, which every view shows to the operator."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from goalwire.rules.qos import suiting
 
 
 class StateReader:
-    """Listens to one topic on which a robot says how its emergency stop stands."""
+    """Listens to one topic on which a robot reports the state of its emergency stop."""
 
     def __init__(self, node: goalwire.Node, topic: str, type_name: str, hear: Callable[..., object]) -> None:
         """`hear(publisher, message, topic)` is called with each message. Raises UnknownInterfaceError."""
@@ -47,15 +47,15 @@ class Vitals:
     def __init__(
         self, node: goalwire.Node, topics: Topics, namespace: str, changed: Callable[[], object]
     ) -> None:
-        """`changed` is called when the emergency stop's state, or what it allows, has changed."""
+        """`changed` is called when the emergency stop's state or its possible actions have changed."""
         self.namespace = namespace
         self.was_there = False
-        """Whether there was a robot; '' stands for everything on the wire if there is none."""
+        """True if this is a robot; False if '' stands for everything on the wire."""
         self.emergency = EmergencyState()
         self.battery: float | None = None
         """The charge, from 0 to 1."""
         self.battery_at = 0.0
-        """When that came, by the monotonic clock."""
+        """The time at which the charge arrived, by the monotonic clock."""
         self._node = node
         self._topics = topics
         self._changed = changed
@@ -66,7 +66,7 @@ class Vitals:
         self._told: object = None
 
     def look(self, robots: Collection[str]) -> None:
-        """Update it from the graph, with these robots in it."""
+        """Update subscriptions and services from the graph; `robots` are the robots in it."""
         graph = self._node.graph
         served = stop_services(graph.served())
         self.emergency.serve([each for each in served if may_stop(each.name, self.namespace, robots)])
@@ -76,7 +76,7 @@ class Vitals:
         self._tell()
 
     def tick(self) -> None:
-        """Count how long the robot is silent: to be called every 0.2 s."""
+        """Count for how long the robot is silent. Must be called every 0.2 s."""
         self.emergency.look()
         self._tell()
 
@@ -92,7 +92,7 @@ class Vitals:
         self.emergency.keep({(topic, gid) for topic, gids in there.items() for gid in gids})
         for topic in list(self._readers):
             if not there.get(topic) or self._readers[topic].qos != _qos(self._node, topic):
-                self._readers.pop(topic).close()  # other publishers offer another QoS
+                self._readers.pop(topic).close()  # New publishers may offer another QoS.
         for topic, types in topics:
             if there.get(topic) and topic not in self._readers:
                 kind = next(each for each in types if says_state(topic, each))
