@@ -185,7 +185,7 @@ def test_the_connection_graph_is_sent(client: FoxgloveClient) -> None:
         ('package://std_msgs//etc/passwd', 'files outside of the package are not served'),
         ('package://std_msgs/no.stl', 'has no such file'),
         ('package://no_msgs/no.stl', "there is no package 'no_msgs' here"),
-        ('file:///etc/passwd', 'only addresses such as'),
+        ('file:///etc/passwd', 'only addresses of the form'),
     ],
 )
 def test_assets_come_out_of_packages_alone(client: FoxgloveClient, uri: str, problem: str) -> None:

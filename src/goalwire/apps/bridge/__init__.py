@@ -1,1 +1,1 @@
-"""Bridges: web sockets on one side, the graph on the other, for programs that speak no ROS 2 themselves."""
+"""Bridges between web sockets and the ROS graph, for programs that do not use ROS 2 themselves."""

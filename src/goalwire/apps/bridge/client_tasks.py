@@ -1,4 +1,4 @@
-"""The calls and goals of one client, which end with it."""
+"""The calls and goals of one client, which end when the client disconnects."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from goalwire.apps.bridge.hub import Hub
 from goalwire.errors import NotAllowedError
 
 MOST_UNDER_WAY = 1000
-"""Calls and goals of one client."""
+"""The most calls and goals of one client at a time."""
 
 
 class ClientWork:
@@ -22,9 +22,9 @@ class ClientWork:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def start(self, work: Coroutine[Any, Any, None], *, outlives: bool = False) -> None:
-        """Run what takes its time. It is cancelled when the client is lost, if it does not outlive it.
+        """Run a coroutine as a task, which is cancelled when the client is lost, unless it `outlives` it.
 
-        Raises NotAllowedError if the client has too much under way.
+        Raises NotAllowedError if the client has too many tasks.
         """
         if len(self._tasks) >= MOST_UNDER_WAY:
             work.close()

@@ -1,7 +1,7 @@
-"""Messages of topics: one subscription for all clients of a topic, each message decoded at most once.
+"""Subscribes to each topic once for all clients, and decodes each message at most once.
 
-A topic with history is an exception. Each of its listeners has a subscription of its own, since one that is
-shared would give the history to the first client alone.
+A topic with history (transient local) is an exception: each listener has its own subscription, because a
+shared one would deliver the history only to the first client.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from goalwire.rules.qos import QoS, suiting
 from goalwire.transport.contract import Sample
 
 DEPTH = 100
-"""Messages of a topic that wait for the bridge itself."""
+"""Depth of the bridge's subscriptions."""
 
 
 class Arrival:
-    """A message that has come; each of its forms is made when a client needs it first, and kept."""
+    """A received message, and its encoded forms, each made once when a client first needs it."""
 
     def __init__(self, sample: Sample, cls: Any) -> None:
         self._sample = sample
         self._cls = cls
         self.forms: dict[str, Any] = {}
-        """The forms that protocols have made of the message, by their own keys."""
+        """The encoded forms of the message, by keys that the protocols choose."""
 
     @cached_property
     def data(self) -> bytes:
@@ -40,7 +40,7 @@ class Arrival:
 
     @property
     def time(self) -> int:
-        """When it was sent, in ns since 1970; when it came, if the wire does not say."""
+        """The time at which it was sent, or received if the wire does not tell, in ns since 1970."""
         return self._sample.source_timestamp or self._sample.received_timestamp
 
     @cached_property
@@ -49,7 +49,7 @@ class Arrival:
         return codec.decoder(self._cls)(self._sample.payload)
 
     def form(self, key: str, make: Callable[[Arrival], Any]) -> Any:
-        """Return a form of the message, which `make` makes once for all clients."""
+        """Return the form with a key; call `make` for it only the first time."""
         if key not in self.forms:
             self.forms[key] = make(self)
         return self.forms[key]
@@ -59,18 +59,18 @@ class Listener(Protocol):
     """A client's subscription."""
 
     def take(self, arrival: Arrival) -> None:
-        """Take a message, in the loop, without waiting. Its DecodeErrors are counted and logged."""
+        """Take a message, in the loop, without waiting. The caller counts and logs its DecodeErrors."""
 
 
 class Feeds:
-    """The topics that clients listen to. Only for the loop's thread."""
+    """The subscriptions for all clients. Only for the loop's thread."""
 
     def __init__(self, node: goalwire.Node) -> None:
         self._node = node
         self._feeds: set[_Feed] = set()
 
     def listen(self, topic: str, type_name: str, cls: Any, listener: Listener) -> Callable[[], None]:
-        """Give a listener what arrives on a topic, which is named in full; call the answer to end that.
+        """Subscribe a listener to a topic with a full name; return the function that ends this.
 
         `cls` is the message class; None if no listener decodes. Raises InvalidTopicNameException.
         """
@@ -99,7 +99,7 @@ class Feeds:
         return suiting([each.qos for each in publishers], DEPTH)
 
     async def follow_graph(self) -> None:
-        """Subscribe anew if publishers with another QoS have come, until it is cancelled."""
+        """Subscribe again whenever the QoS of a topic's publishers changes, until cancelled."""
         async for _ in self._node.graph.changes():
             for feed in list(self._feeds):
                 qos = self._suiting(feed.topic)
@@ -124,9 +124,9 @@ class _Feed:
         self._broken = 0
         self._queue: AsyncQueue[Sample] = AsyncQueue(DEPTH)
         self._latest: dict[bytes, int] = {}
-        """When each publisher sent its latest message."""
+        """The time of each publisher's latest message."""
         self._had: dict[bytes, int] = {}
-        """The same times at the latest `subscribe`: history up to these comes a second time."""
+        """The same times at the last `subscribe`: history up to them is received again, and ignored."""
         self._subscription: RawSubscription | None = None
         self.subscribe(qos)
         self._task = asyncio.get_running_loop().create_task(self._hand_out())
@@ -136,7 +136,7 @@ class _Feed:
         return not self.qos.is_transient_local
 
     def subscribe(self, qos: QoS) -> None:
-        """Subscribe, or do so anew with another QoS."""
+        """Subscribe, or replace the subscription by one with another QoS."""
         if self._subscription is not None:
             self._subscription.close()
         self.qos = qos

@@ -18,7 +18,7 @@ class GoalEnd:
     """How a goal ended."""
 
     status: GoalStatus
-    """UNKNOWN if it never ran, or if its server was lost."""
+    """The status of the goal; UNKNOWN if it never ran, or if its server was lost."""
     result: Any = None
     """The result message; None if there is none."""
     problem: str = ''
@@ -29,7 +29,7 @@ class GoalListener(Protocol):
     """A client's interest in a goal."""
 
     def on_accepted(self, goal_id: bytes) -> None:
-        """The server has accepted the goal."""
+        """Note that the server has accepted the goal."""
 
     def on_feedback(self, feedback: Any) -> None:
         """Pass on feedback from the server."""
@@ -45,7 +45,7 @@ class SentGoal:
         listener: GoalListener,
         patience: float,
     ) -> None:
-        """The server must be there, and must have answered, within `patience` s."""
+        """Note the goal. `patience`: the seconds within which the server must appear and answer."""
         self._client = client
         self._goal = goal
         self._listener = listener
@@ -84,9 +84,10 @@ class SentGoal:
         return GoalEnd(GoalStatus.SUCCEEDED, await run.result)
 
     async def cancel(self) -> bool:
-        """Ask the server to cancel the goal, while it runs; return whether it will.
+        """Ask the server to cancel the running goal; return True if the server agrees.
 
-        A goal that waits for its acceptance is cancelled right after it. Raises CallError, ClosedError.
+        A goal that is not accepted yet is cancelled right after its acceptance. Raises CallError,
+        ClosedError.
         """
         if self._run is None:
             self._is_cancel_asked = True

@@ -18,7 +18,7 @@ from goalwire.graph.names import NamesAndTypes
 from goalwire.rules.names.validation import validate_full_topic_name
 
 _LOOK_S = 1.0
-"""How long a name is looked for that the graph does not show."""
+"""Seconds to wait for a name that is not in the graph."""
 
 
 class Hub:
@@ -54,7 +54,7 @@ class Hub:
         return task
 
     async def type_of_topic(self, topic: str) -> str:
-        """Return the type of a topic. Raises UnknownInterfaceError if there is none, or more than one."""
+        """Return the type of a topic. Raises UnknownInterfaceError if it has none, or several."""
         return await self._only_type('topic', topic, self.node.graph.topics)
 
     async def type_of_service(self, service: str) -> str:

@@ -1,6 +1,6 @@
-"""Classes of interfaces by the names that clients use.
+"""Finds the classes of types by the names that clients use.
 
-Nodes are asked for the definitions of unknown types.
+It requests the definitions of unknown types from nodes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from goalwire.observe.described_types import class_in_use
 
 
 class Interfaces:
-    """Finds classes. A type that nobody has is asked for again the next time."""
+    """Finds classes. If no node has a type, the next `find` requests it again."""
 
     def __init__(self, node: goalwire.Node) -> None:
         self._node = node

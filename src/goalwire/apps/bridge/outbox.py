@@ -1,4 +1,4 @@
-"""Messages on their way to one client. Those of topics give way if the client does not keep up."""
+"""The queue of messages to one client. If the client is too slow, messages of topics are dropped."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Connection(Protocol):
     """A web socket."""
 
     async def send(self, message: Frame, /) -> None:
-        """Send one message; wait while the client's end takes nothing."""
+        """Send one message; wait while the client does not read."""
 
 
 class _Item(NamedTuple):
@@ -24,32 +24,32 @@ class _Item(NamedTuple):
 
 
 class Outbox:
-    """Up to `limit` bytes wait. Beyond that the oldest message of a topic is dropped, and counted.
+    """A queue of up to `limit` bytes. Beyond them the oldest message of a topic is dropped and counted.
 
-    Answers are never dropped. `on_overflow` is called if a client takes none of them, and the answers
-    themselves exceed the limit: its connection is to be ended.
+    Answers are never dropped. If the client does not read and the answers alone exceed the limit,
+    `on_overflow` is called, which must end the connection.
     """
 
     def __init__(self, limit: int, on_overflow: Callable[[], object]) -> None:
         self._limit = limit
         self._on_overflow = on_overflow
         self._items: dict[int, _Item] = {}
-        """By their numbers, the oldest first."""
+        """The waiting messages by number, the oldest first."""
         self._droppable: deque[int] = deque()
-        """Numbers of messages of topics; some may have left meanwhile."""
+        """The numbers of messages of topics; some of these messages may be sent already."""
         self._of_topic: dict[str, deque[int]] = {}
         self._count = 0
         self._held = 0
         self._filled = asyncio.Event()
         self.dropped: Counter[str] = Counter()
-        """Messages of each topic that this client did not get."""
+        """The numbers of dropped messages, by topic."""
 
     def put(self, frames: Sequence[Frame]) -> None:
         """Add an answer, which is never dropped."""
         self._add(frames, None)
 
     def put_of_topic(self, topic: str, frames: Sequence[Frame], most: int = 0) -> None:
-        """Add a message of a topic, of which up to `most` wait; 0: as many as there is room for."""
+        """Add a message of a topic, of which at most `most` messages wait; 0: no limit of its own."""
         self._add(frames, topic)
         waiting = self._of_topic.get(topic)
         while most and waiting is not None and len(waiting) > most:
@@ -81,7 +81,7 @@ class Outbox:
         self._held -= item.size
         if item.topic is not None:
             waiting = self._of_topic[item.topic]
-            waiting.remove(number)  # the oldest: it stands at the front
+            waiting.remove(number)  # the oldest one is at the front
             if not waiting:
                 del self._of_topic[item.topic]
         while self._droppable and self._droppable[0] not in self._items:
@@ -89,7 +89,7 @@ class Outbox:
         return item
 
     async def send_all(self, connection: Connection) -> None:
-        """Send the messages in the box, one after the other, until it is cancelled or the connection ends."""
+        """Send the messages one after the other, until cancelled or until the connection ends."""
         while True:
             while self._items:
                 item = self._take(next(iter(self._items)))

@@ -1,4 +1,4 @@
-"""Clients of services and actions that are kept for the next call, since finding a server takes time."""
+"""Keeps clients of services and actions for later calls, because finding a server takes time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Generic, Protocol, TypeVar
 
 MOST = 64
-"""How many idle clients are kept."""
+"""The most idle clients that are kept."""
 
 
 class Closeable(Protocol):
@@ -25,12 +25,12 @@ class Pool(Generic[ClientT]):
 
     def __init__(self) -> None:
         self._clients: dict[tuple[str, str], ClientT] = {}
-        """Those used last stand at the end."""
+        """The idle clients, the last used one at the end."""
         self._users: dict[tuple[str, str], int] = {}
 
     @contextmanager
     def borrow(self, name: str, type_name: str, make: Callable[[], ClientT]) -> Iterator[ClientT]:
-        """Lend the client of a name and a type for a while; several may have it at a time."""
+        """Lend the client of a name and a type for the block; several borrowers may share it."""
         key = name, type_name
         client = self._clients.pop(key, None) or make()
         self._clients[key] = client
@@ -38,7 +38,7 @@ class Pool(Generic[ClientT]):
         try:
             yield client
         finally:
-            if key in self._users:  # the pool is open
+            if key in self._users:  # otherwise the pool was closed meanwhile
                 self._users[key] -= 1
                 self._close_some()
 

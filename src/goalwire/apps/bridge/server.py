@@ -26,19 +26,19 @@ from goalwire.errors import peer_text
 from goalwire.listening import cannot_listen, listen, unusable_tls_files
 
 _QUIET = logging.getLogger('goalwire.bridge.websockets')
-# The library logs tracebacks; this module logs the errors that matter
+# Silence the library, which logs tracebacks; this module logs the important errors itself.
 _QUIET.addHandler(logging.NullHandler())
 _QUIET.propagate = False
 
 
 class Session(Protocol):
-    """One client, as a protocol serves it."""
+    """A protocol's handling of one client."""
 
     async def receive(self, frame: Frame) -> None:
-        """Take a client's frame. It must not wait for the robot, which would hold up the next frame."""
+        """Take a client's frame. Must not wait for the robot, because that would delay the next frame."""
 
     async def close(self) -> None:
-        """End the client's calls and subscriptions: it has gone."""
+        """End the calls and subscriptions of the client, which has disconnected."""
 
 
 OpenSession = Callable[[Hub, Outbox], Session]
@@ -51,7 +51,7 @@ async def serve_clients(
     ready: Callable[[str], object],
     subprotocols: Sequence[str] = (),
 ) -> None:
-    """Serve clients until this is cancelled; `ready` is told the address once they can connect.
+    """Serve clients until this is cancelled; call `ready` with the address once clients can connect.
 
     Raises TransportError if the port is taken, or the TLS files cannot be read.
     """
@@ -76,7 +76,7 @@ async def serve_clients(
 
 
 class _Door:
-    """Lets clients in, and sees them out."""
+    """Admits or refuses clients, and runs the session of each."""
 
     def __init__(self, hub: Hub, open_session: OpenSession) -> None:
         self._hub = hub
@@ -84,7 +84,7 @@ class _Door:
         self._count = 0
 
     def judge(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Return the answer that refuses a request; None for one that may pass."""
+        """Return the response that refuses a request; None if the request is allowed."""
         reason = self._refusal(request)
         if reason:
             return connection.respond(HTTPStatus.FORBIDDEN, f'{reason}\n')

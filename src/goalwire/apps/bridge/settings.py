@@ -10,7 +10,7 @@ from goalwire.errors import NotAllowedError
 from goalwire.records import record
 
 REGULAR = 're:'
-"""The beginning of a pattern that is a regular expression. Any other is a glob such as '/arm/*'."""
+"""The prefix of a pattern that is a regular expression. Other patterns are globs such as '/arm/*'."""
 _HIDDEN = '/_action/'
 _OF_PARAMETERS = (
     'describe_parameters',
@@ -29,7 +29,7 @@ class Patterns:
     """An allow list; an empty one allows every name."""
 
     flag: str
-    """The option that gives it, which errors name."""
+    """The command-line option of this list, for error texts."""
     patterns: tuple[str, ...] = ()
 
     def allow(self, name: str) -> bool:
@@ -58,7 +58,7 @@ def check_pattern(pattern: str) -> None:
 
 
 def _tells_of_parameters(topic: str) -> bool:
-    """Return whether a topic tells of parameters: their events, and the calls of the services for them."""
+    """Return True if a topic reveals parameters: by their events, or by events of parameter services."""
     name = topic.removesuffix(_SERVICE_EVENT).rsplit('/', 1)[-1]
     return name == _EVENTS_OF_PARAMETERS or (topic.endswith(_SERVICE_EVENT) and name in _OF_PARAMETERS)
 
@@ -72,7 +72,7 @@ class Permissions:
     services: Patterns = Patterns('--services')
     actions: Patterns = Patterns('--actions')
     parameters: Patterns = Patterns('--parameters')
-    """The patterns are matched with '/node:parameter'."""
+    """Patterns for parameters, matched with '/node:parameter'."""
     read_only: bool = False
 
     def check_publish(self, topic: str) -> None:
@@ -83,7 +83,7 @@ class Permissions:
     def check_subscribe(self, topic: str) -> None:
         """Raise NotAllowedError if clients may not subscribe to a topic.
 
-        With an allow list of parameters the topics that tell of any parameter are refused, as services are.
+        If there is an allow list of parameters, topics that reveal any parameter are refused, too.
         """
         if self.parameters.patterns and _tells_of_parameters(topic):
             raise self._limited(topic)
@@ -92,8 +92,8 @@ class Permissions:
     def check_service(self, service: str) -> None:
         """Raise NotAllowedError if clients may neither call nor serve a service.
 
-        With an allow list of parameters the services of nodes for parameters are refused, since they would
-        lead around it.
+        If there is an allow list of parameters, the parameter services of nodes are refused, because they
+        would bypass it.
         """
         self._check_change()
         if self.parameters.patterns and service.rsplit('/', 1)[-1] in _OF_PARAMETERS:
@@ -149,25 +149,25 @@ class Settings:
     port: int
     host: str = '127.0.0.1'
     token: str = ''
-    """'' if everybody who reaches the port may connect: only on loopback."""
+    """'' lets everybody connect who reaches the port; allowed only on loopback."""
     tls_cert: str = ''
     tls_key: str = ''
     origins: tuple[str, ...] = ()
-    """Sites whose pages may connect without a token, besides those of this machine."""
+    """Sites whose pages may connect without a token, in addition to pages of this machine."""
     permissions: Permissions = Permissions()
     backlog: int = 10_000_000
     """Bytes that may wait for one client."""
     most_bytes: int = 64_000_000
-    """Of one message from a client."""
+    """The most bytes of one message from a client."""
     most_clients: int = 100
     call_timeout: float = 10.0
-    """How long a service may take, in s, if the client does not say."""
+    """The time limit of a call, in s, if the client gives none."""
     keeps_goals: bool = False
-    """True if the goals of a client that is lost go on; otherwise they are cancelled."""
+    """True to let a lost client's goals go on; otherwise they are cancelled."""
 
     @property
     def is_loopback(self) -> bool:
-        """Whether only this machine reaches the bridge."""
+        """True if only this machine can reach the bridge."""
         return is_loopback(self.host)
 
     def url(self, port: int) -> str:

@@ -1,4 +1,4 @@
-"""Files that a client asks for: meshes and descriptions, only out of the packages' share folders."""
+"""Reads files for clients, such as meshes and descriptions, only from the packages' share folders."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ _SCHEME = 'package://'
 
 
 class NoAssetError(ValueError):
-    """The client cannot have a file; the text says why."""
+    """A file is not given to the client; the text says why."""
 
 
 def read_asset(uri: str) -> bytes:
-    """Return a file of 'package://name/path'. It blocks. Raises NoAssetError."""
+    """Return the content of 'package://name/path'. Blocks. Raises NoAssetError."""
     package, _, inside = uri.removeprefix(_SCHEME).partition('/')
     if not uri.startswith(_SCHEME) or not inside:
-        raise NoAssetError(f"only addresses such as '{_SCHEME}name/meshes/arm.stl' are served")
+        raise NoAssetError(f"only addresses of the form '{_SCHEME}name/meshes/arm.stl' are served")
     try:
         share = Path(get_package_share_directory(package)).resolve()
     except (PackageNotFoundError, ValueError):

@@ -1,4 +1,4 @@
-"""A client as the parts of a session see it."""
+"""The interface between a client and the parts of its session."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class BadFieldError(ValueError):
 
 
 class Client(ClientWork):
-    """The client as all parts of one session see it."""
+    """A client, as the parts of its session use it."""
 
     def __init__(self, hub: Hub, outbox: Outbox) -> None:
         super().__init__(hub)
@@ -30,7 +30,7 @@ class Client(ClientWork):
         self.outbox.put([json.dumps({'op': op, **fields}, separators=(',', ':'))])
 
     def tell(self, text: str, level: int = ERROR) -> None:
-        """Send a status, which Foxglove shows among its problems."""
+        """Send a status message, which Foxglove lists under Problems."""
         self.send('status', level=level, message=text)
 
 

@@ -9,7 +9,7 @@ from goalwire.transport.contract import EndpointKind
 
 
 class Connections:
-    """Sends the graph to a client that asked for it, and then its changes."""
+    """Sends the connection graph, and then its changes, to a client that has subscribed to it."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -17,7 +17,7 @@ class Connections:
         self._told: dict[EndpointKind, dict[str, list[str]]] = {}
 
     async def subscribe(self, _fields: Fields) -> None:
-        """Send the graph from now on."""
+        """Send the connection graph now, and its changes from now on."""
         self._is_asked, self._told = True, {}
         self.update()
 
@@ -66,7 +66,7 @@ def _changed(
     kind: EndpointKind,
     users: str,
 ) -> list[dict[str, Any]]:
-    """Return the names whose users have changed; a name without users has an empty list."""
+    """Return the names with changed users; the list of a name without users is empty."""
     names = before[kind].keys() | now[kind].keys()
     return [
         {'name': name, users: now[kind].get(name, [])}

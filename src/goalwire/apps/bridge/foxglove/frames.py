@@ -11,7 +11,7 @@ INFO, WARNING, ERROR = 0, 1, 2
 
 
 class BadFrameError(ValueError):
-    """A frame that is too short, or of no kind that a server takes."""
+    """A frame is too short or of an unknown kind."""
 
 
 class ClientMessage(NamedTuple):
@@ -36,7 +36,7 @@ def message(subscription: int, time: int, data: bytes) -> bytes:
 
 
 def time(stamp: int) -> bytes:
-    """Return the robot's time, in ns."""
+    """Return a frame with the robot's time, in ns."""
     return struct.pack('<BQ', 2, stamp)
 
 
@@ -47,7 +47,7 @@ def response(service: int, call: int, data: bytes) -> bytes:
 
 
 def asset(request: int, data: bytes, problem: str = '') -> bytes:
-    """Return a file, or why there is none."""
+    """Return the response with a file, or with the error text."""
     text = problem.encode()
     return struct.pack('<BIBI', 4, request, bool(problem), len(text)) + text + data
 

@@ -1,4 +1,4 @@
-"""Parameters, which are named '/node.parameter' here, as foxglove_bridge names them."""
+"""The parameters of nodes, with the names '/node.parameter' as in foxglove_bridge."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Parameters:
                 with NodeParameters(self._client.hub.node, node, _ANSWER_S) as parameters:
                     values = await parameters.values(wanted or await parameters.names())
             except CallError:
-                continue  # the node has gone
+                continue  # The node has left the graph.
             found += [
                 _shown(f'{node}.{name}', value) for name, value in values.items() if self._allows(node, name)
             ]
@@ -49,7 +49,7 @@ class Parameters:
         return self._client.permissions.parameters.allow(f'{node}:{name}')
 
     def _by_node(self, names: Iterable[str]) -> dict[str, list[str]]:
-        """Return the names of parameters by their nodes; all nodes if none are given."""
+        """Return the names of parameters by node; without names, all nodes."""
         nodes = nodes_with_parameters(self._client.hub.node.graph.served())
         found: dict[str, list[str]] = {} if names else {node: [] for node in nodes}
         for full in names:
@@ -59,7 +59,7 @@ class Parameters:
         return found
 
     async def set(self, fields: Fields) -> None:
-        """Begin to set parameters; the new values are sent if the client gave an id."""
+        """Begin to set parameters; if the request has an id, send the new values afterwards."""
         self._client.start(self._set(objects_of(fields, 'parameters'), fields.get('id')))
 
     async def _set(self, parameters: list[Fields], request: object) -> None:
@@ -73,7 +73,7 @@ class Parameters:
                     ((_, result),) = await node_parameters.set([(name, message)])
                 if not result.successful:
                     self._client.tell(f"'{full}' was not set: {result.reason or 'its node gives no reason'}")
-            except Exception as error:  # whatever a node or a value does, the client learns of it
+            except Exception as error:  # Report any error, of a node or of a value, to the client.
                 self._client.tell(f"'{full}' was not set: {error}")
         if request is not None:
             await self._get(names, request)
@@ -91,7 +91,7 @@ class Parameters:
         self._followed -= set(texts_of(fields, 'parameterNames'))
 
     def take(self, arrival: Arrival) -> None:
-        """Pass on changes of parameters."""
+        """Send changed parameters to the client."""
         event = arrival.message
         changed = [
             _shown(f'{event.node}.{each.name}', each.value)

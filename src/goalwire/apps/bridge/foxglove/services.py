@@ -1,7 +1,7 @@
-"""Services, and with them the actions: their send_goal, cancel_goal and get_result are shown, too.
+"""The services for a client, including send_goal, cancel_goal and get_result of actions.
 
-A goal that a client has sent so is the client's. If the client is lost before the result was given, the goal
-is cancelled.
+The bridge remembers goals that a client sends by such a service. If the client is lost before it has the
+result, the goal is cancelled.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from goalwire.rosbag2.definitions import schema_of
 
 _SEND, _RESULT, _CANCEL = '/_action/send_goal', '/_action/get_result', '/_action/cancel_goal'
 _CANCEL_S = 5.0
-"""How long an action server may take to answer that it cancels the goal of a client that is lost."""
+"""Seconds that an action server may take to answer the cancel request for a lost client's goal."""
 
 
 @record
@@ -42,14 +42,14 @@ class Services:
         self._services: dict[Shown, int] = {}
         self._asked: set[str] = set()
         self._goals: dict[tuple[str, bytes], asyncio.Task[Any]] = {}
-        """The calls that sent goals whose result this client does not have, by action and id.
+        """By action and goal id: the send_goal calls of goals whose result the client does not have yet.
 
-        They end with the server's answer, also if the client is lost before: a goal that was not accepted,
-        such as one with the id of another's, is not the client's to cancel.
+        They run to the server's answer even if the client is lost before, because only an accepted goal may
+        be cancelled: a refused one may have the id of another client's goal.
         """
 
     def update(self) -> None:
-        """Tell the client of services that have come and gone."""
+        """Send the client the new and the removed services."""
         permissions = self._client.permissions
         there = {
             Shown(name, type_name)
@@ -134,10 +134,10 @@ class Services:
             return await client.call(message, timeout=limit)
 
     async def _send_goal(self, service: Shown, cls: Any, message: Any) -> Any:
-        """Send a goal, and note it before: its client may be lost before the answer."""
+        """Send a goal; note it first, because the client may be lost before the answer."""
         goal = _goal_of(service, message)
         call = asyncio.create_task(self._call(service, cls, message))
-        call.add_done_callback(lambda done: done.cancelled() or done.exception())  # nobody may wait for it
+        call.add_done_callback(lambda done: done.cancelled() or done.exception())  # marks errors as seen
         if goal not in self._goals:
             self._goals[goal] = call
         response = await asyncio.shield(call)
@@ -146,12 +146,12 @@ class Services:
         return response
 
     async def cancel_goals(self) -> None:
-        """Cancel the goals of the client, which is lost."""
+        """Cancel the goals of the lost client."""
         await asyncio.gather(*(self._cancel(*goal, call) for goal, call in self._goals.items()))
         self._goals.clear()
 
     async def _cancel(self, action: str, goal_id: bytes, sending: asyncio.Task[Any]) -> None:
-        """Cancel a goal, if its server accepted it; in doubt, too, for a robot may be moving."""
+        """Cancel a goal unless its server refused it; in doubt cancel it, because a robot may be moving."""
         from action_msgs.srv import CancelGoal
 
         with suppress(GoalwireError):
@@ -162,7 +162,7 @@ class Services:
         try:
             await client.call(cancel_request(goal_id.hex()), timeout=_CANCEL_S)
         except GoalwireError as error:
-            node.logger.warning(f'a goal of a client that is lost was not cancelled: {error}')
+            node.logger.warning(f'a goal of a lost client was not cancelled: {error}')
         finally:
             client.close()
 

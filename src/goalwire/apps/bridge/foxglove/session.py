@@ -22,7 +22,7 @@ from goalwire.apps.bridge.outbox import Frame, Outbox
 from goalwire.errors import GoalwireError, peer_text
 
 _TOGETHER_S = 0.1
-"""How long changes of the graph are collected: a program that starts brings many."""
+"""Seconds for which changes of the graph are collected, because a starting program causes many."""
 
 
 class FoxgloveSession:
@@ -83,7 +83,7 @@ class FoxgloveSession:
             changes.close()
 
     def take(self, arrival: Arrival) -> None:
-        """Pass on simulated time."""
+        """Send simulated time to the client."""
         stamp = arrival.message.clock
         self._client.outbox.put_of_topic('/clock', [frames.time(stamp.sec * 10**9 + stamp.nanosec)], most=1)
 

@@ -35,18 +35,18 @@ class Channel:
 
 
 class ShownTopics:
-    """Every topic of the graph that the client may see; feedback and status of actions among them."""
+    """Every topic of the graph that the client may see, including feedback and status of actions."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
         self._numbers = count(1)
         self._channels: dict[Channel, int] = {}
         self._asked: set[str] = set()
-        """The unknown types for which nodes were asked."""
+        """The unknown types whose definitions were requested from nodes."""
         self._subscriptions: dict[int, _Subscription] = {}
 
     def update(self) -> None:
-        """Tell the client of topics that have come and gone."""
+        """Send the client the new and the removed topics."""
         there = {
             Channel(topic, type_name)
             for topic, types in self._client.hub.node.graph.topics()
@@ -122,7 +122,7 @@ class _Subscription:
         self.stop: Callable[[], None] = lambda: None
 
     def take(self, arrival: Arrival) -> None:
-        """Send a message as it came."""
+        """Send a message without decoding it."""
         frame: list[Frame] = [frames.message(self._number, arrival.time, arrival.data)]
         self._client.outbox.put_of_topic(self._topic, frame)
 
@@ -135,7 +135,7 @@ class _ClientChannel:
 
 
 class PublishedTopics:
-    """Channels that the client advertises; they end with it."""
+    """Channels that the client advertises; they end when it disconnects."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -166,11 +166,11 @@ class PublishedTopics:
                 channel.port.close()
 
     def publish(self, message: frames.ClientMessage) -> None:
-        """Publish bytes that are a message of the channel's type. Raises DecodeError for others."""
+        """Publish a serialized message. Raises DecodeError if the bytes are not of the channel's type."""
         channel = self._channels.get(message.channel)
         if channel is None:
             raise BadFieldError(f'there is no channel {message.channel} of this client')
-        codec.decode(message.data, channel.cls)  # this is the only check of a client's bytes
+        codec.decode(message.data, channel.cls)  # Nothing else checks the bytes of a client.
         channel.port.publish(message.data)
 
     def close(self) -> None:

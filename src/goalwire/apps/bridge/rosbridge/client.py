@@ -1,4 +1,4 @@
-"""A client as the operations see it: its requests, and the way to answer them."""
+"""The interface between a client and the operations: its requests and their answers."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from goalwire.apps.bridge.rosbridge.values import from_values
 
 Operation = Mapping[str, Any]
 LEVELS = ('none', 'error', 'warning', 'info')
-"""The levels of status messages; each includes those before it."""
+"""The levels of status messages; each level includes the levels before it."""
 
 
 class BadOperationError(ValueError):
-    """An operation lacks a field, or one has a value that is not possible."""
+    """A field of an operation is missing or has an invalid value."""
 
 
 class Client(ClientWork):
-    """The client as all operations see it."""
+    """A client, as the operations use it."""
 
     def __init__(self, hub: Hub, outbox: Outbox) -> None:
         super().__init__(hub)
@@ -75,7 +75,7 @@ def number_of(operation: Operation, field: str) -> float:
 
 
 def compression_of(operation: Operation) -> str:
-    """Return how messages are to be packed. Raises BadOperationError."""
+    """Return the compression of messages. Raises BadOperationError."""
     value = operation.get('compression') or 'none'
     if value not in COMPRESSIONS:
         raise BadOperationError(f"{operation['op']}: 'compression' is one of {', '.join(COMPRESSIONS)}")

@@ -17,9 +17,9 @@ from goalwire.errors import FieldValueError
 
 COMPRESSIONS = ('none', 'png', 'cbor', 'cbor-raw')
 _MOST_UNFINISHED = 16
-"""How many incomplete fragmented messages one client may have."""
+"""The most incomplete fragmented messages of one client."""
 _LEAST_FRAGMENT = 100
-"""Characters: smaller fragments would be mostly frame."""
+"""The least characters of a fragment: a smaller one would consist mostly of its frame."""
 _numbers = count(1)
 
 
@@ -43,7 +43,7 @@ def cbor(value: Any) -> bytes:
 
 
 def frames(text: str, fragment_size: int | None = None, compression: str = 'none') -> list[Frame]:
-    """Return the frames of a message in JSON: in a PNG on request, and cut if it is too long."""
+    """Return the frames of a JSON message: as PNG on request, and in fragments if it is too long."""
     if compression == 'png':
         text = json_text({'op': 'png', 'data': _png(text)})
     if fragment_size is None or len(text) <= fragment_size:
@@ -58,7 +58,7 @@ def frames(text: str, fragment_size: int | None = None, compression: str = 'none
 
 
 def _png(text: str) -> str:
-    """Return a picture whose pixels are the bytes of a text, filled up with line ends, in base64."""
+    """Return a text as base64 of a PNG whose pixels are its bytes, padded with line feeds."""
     from PIL import Image
 
     data = text.encode()
@@ -78,13 +78,13 @@ def read_frame(frame: Frame) -> dict[str, Any]:
     try:
         value = json.loads(frame) if isinstance(frame, str) else _read_cbor(frame)
     except RecursionError:
-        raise BadMessageError('that is nested too deeply') from None
+        raise BadMessageError('the message is nested too deeply') from None
     except BadMessageError:
         raise
     except ValueError as error:
-        raise BadMessageError(f'that is not JSON: {error}') from None
+        raise BadMessageError(f'the message is not JSON: {error}') from None
     if not isinstance(value, dict) or not isinstance(value.get('op'), str):
-        raise BadMessageError("a message is an object whose field 'op' names the operation")
+        raise BadMessageError("a message must be an object whose field 'op' names the operation")
     return value
 
 
@@ -94,32 +94,32 @@ def _read_cbor(data: bytes) -> Any:
     try:
         return cbor2.loads(data, tag_hook=_read_tag)
     except (cbor2.CBORDecodeError, FieldValueError, ValueError) as error:
-        raise BadMessageError(f'that is not CBOR: {error}') from None
+        raise BadMessageError(f'the message is not CBOR: {error}') from None
 
 
 def _read_tag(*given: Any) -> object:
-    """Read a tag of CBOR; cbor2 hands over its decoder, too, in some releases."""
+    """Read a tag of CBOR. Some releases of cbor2 pass their decoder as a first argument."""
     return number_items(next(each for each in given if hasattr(each, 'tag')))
 
 
 class Assembler:
-    """Puts fragments together, and unpacks pictures; up to `limit` bytes of them wait."""
+    """Joins fragments and unpacks PNG messages; incomplete ones may hold `limit` bytes."""
 
     def __init__(self, limit: int) -> None:
         self._limit = limit
         self._parts: dict[str, dict[int, str]] = {}
-        """By the id of the whole, the one that came first at the front."""
+        """The incomplete messages by id, the oldest at the front."""
 
     def add(self, operation: Mapping[str, Any]) -> dict[str, Any] | None:
-        """Take an operation `fragment` or `png`; return the one in it once it is whole.
+        """Take an operation `fragment` or `png`; return the operation in it once it is complete.
 
         Raises BadMessageError.
         """
         data, number, total = operation.get('data'), operation.get('num', 0), operation.get('total', 1)
         if not isinstance(data, str) or type(number) is not int or type(total) is not int:
-            raise BadMessageError("a fragment has a text 'data', and the numbers 'num' and 'total'")
+            raise BadMessageError("a fragment needs the text 'data' and the numbers 'num' and 'total'")
         if not 0 <= number < total:
-            raise BadMessageError(f"'num' is {number}, and 'total' is {total}: it counts from 0")
+            raise BadMessageError(f"'num' is {number}, but 'total' is {total}: 'num' counts from 0")
         whole = data if total == 1 else self._collect(str(operation.get('id')), data, number, total)
         if whole is None:
             return None
@@ -127,7 +127,7 @@ class Assembler:
             whole = self._unpack(whole)
         inner = read_frame(whole)
         if inner['op'] == operation['op']:
-            raise BadMessageError(f"a '{inner['op']}' in another one")
+            raise BadMessageError(f"a '{inner['op']}' must not contain another one")
         return inner
 
     def _collect(self, name: str, data: str, number: int, total: int) -> str | None:
@@ -152,4 +152,4 @@ class Assembler:
                 raise BadMessageError(f'the picture holds more than {self._limit} bytes')
             return picture.convert('RGB').tobytes().decode().rstrip('\n')
         except (OSError, Base64Error, SyntaxError, UnicodeDecodeError, Image.DecompressionBombError) as error:
-            raise BadMessageError(f'that is not a PNG of a message: {error}') from None
+            raise BadMessageError(f'the picture is not a PNG of a message: {error}') from None

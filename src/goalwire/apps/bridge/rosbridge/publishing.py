@@ -20,13 +20,13 @@ class _Publisher:
 
 
 class Publishing:
-    """The topics that one client publishes on; they end with it."""
+    """The topics on which one client publishes; its publishers end when it disconnects."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
         self._publishers: dict[str, _Publisher] = {}
         self._ids: dict[str, set[object]] = {}
-        """Of the advertisements of each topic: it ends with the last one."""
+        """By topic: the ids of the advertisements. The publisher ends with the last of them."""
         self.operations = {
             'advertise': self.advertise,
             'unadvertise': self.unadvertise,
@@ -34,7 +34,7 @@ class Publishing:
         }
 
     async def advertise(self, operation: Operation) -> None:
-        """Make a publisher; `latch` asks for one with history."""
+        """Make a publisher; `latch` makes it transient local."""
         topic = full_name(text_of(operation, 'topic'))
         await self._open(topic, text_of(operation, 'type'), operation)
         self._ids.setdefault(topic, set()).add(operation.get('id'))
@@ -59,7 +59,7 @@ class Publishing:
         return known
 
     async def unadvertise(self, operation: Operation) -> None:
-        """End an advertisement; without an id all of the topic."""
+        """End an advertisement, or all advertisements of the topic if no id is given."""
         topic = full_name(text_of(operation, 'topic'))
         ids = self._ids.get(topic, set())
         if topic not in self._publishers:
@@ -71,7 +71,7 @@ class Publishing:
             self._publishers.pop(topic).port.close()
 
     async def publish(self, operation: Operation) -> None:
-        """Publish a message; a topic that is not advertised is, with the type that the graph shows."""
+        """Publish a message; if the topic is not advertised, advertise it with its type in the graph."""
         topic = full_name(text_of(operation, 'topic'))
         publisher = self._publishers.get(topic)
         if publisher is None:

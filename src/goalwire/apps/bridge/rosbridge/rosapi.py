@@ -1,7 +1,7 @@
 """The services of rosapi, which the bridge answers itself: the graph, types and parameters.
 
-They are not services of the graph: so two bridges do not get into each other's way, and what a client sees is
-limited by what it may use. Names and fields are those of rosapi_msgs.
+They are not in the graph. So two bridges do not conflict, and a client sees only names that it may use. The
+services' names and fields are those of rosapi_msgs.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class RosApi:
         }
 
     def has(self, service: str) -> bool:
-        """Return whether a service, which is named in full, is one of rosapi's."""
+        """Return True if a service, given by its full name, is one of rosapi's."""
         return service.removeprefix(PREFIX) in self._services and service.startswith(PREFIX)
 
     async def call(self, service: str, args: object) -> dict[str, Any]:
@@ -177,7 +177,7 @@ class RosApi:
 
     async def _time(self, _args: Fields) -> dict[str, Any]:
         seconds, nanoseconds = self._hub.node.clock.now().seconds_nanoseconds()
-        of_ros_1 = {'secs': seconds, 'nsecs': nanoseconds}  # roslibpy reads these names
+        of_ros_1 = {'secs': seconds, 'nsecs': nanoseconds}  # the names that roslibpy reads
         return {'time': {'sec': seconds, 'nanosec': nanoseconds, **of_ros_1}}
 
     async def _version(self, _args: Fields) -> dict[str, Any]:

@@ -19,14 +19,14 @@ Fields = Mapping[str, Any]
 
 
 class ParameterServices:
-    """A parameter that is not there is not an error here, as in rosapi; one that cannot be set is."""
+    """Reads and sets parameters for clients. As in rosapi, reading a missing parameter succeeds."""
 
     def __init__(self, hub: Hub) -> None:
         self._hub = hub
         self._permissions = hub.settings.permissions
 
     async def get(self, args: Fields) -> dict[str, Any]:
-        """Return the value as JSON, or the default, which is JSON or any text."""
+        """Return the value as JSON; for a missing parameter return the default, which may be any text."""
         node, name = _split(args['name'])
         self._permissions.check_parameter(f'{node}:{name}', to_set=False)
         value = await self._value(node, name)
@@ -55,7 +55,7 @@ class ParameterServices:
         return {}
 
     async def names(self, _args: Fields) -> dict[str, Any]:
-        """Return the names of all parameters, by their nodes; a node that does not answer is left out."""
+        """Return the names of all parameters by node, without nodes that do not answer."""
         found: list[str] = []
         for node in nodes_with_parameters(self._hub.node.graph.served()):
             try:

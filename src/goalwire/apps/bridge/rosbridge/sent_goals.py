@@ -17,7 +17,7 @@ from goalwire.rules.goals.table import GoalStatus
 
 
 class SendingGoals:
-    """Each goal is known by the id that the client gave it, and is cancelled at once if it asks for that."""
+    """The goals that one client has sent, by the ids that the client gave them."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -25,12 +25,10 @@ class SendingGoals:
         self.operations = {'send_action_goal': self.send, 'cancel_action_goal': self.cancel}
 
     async def send(self, operation: Operation) -> None:
-        """Begin a goal; its end is answered by `action_result`."""
+        """Send a goal; `action_result` reports its end."""
         text_of(operation, 'action')
         if operation.get('id') is not None and operation['id'] in self._goals:
-            raise BadOperationError(
-                f"send_action_goal: the id '{operation['id']}' belongs to a goal that runs"
-            )
+            raise BadOperationError(f"send_action_goal: the id '{operation['id']}' belongs to a running goal")
         outlives = self._client.hub.settings.keeps_goals
         self._client.start(self._follow(operation), outlives=outlives)
 
@@ -69,7 +67,7 @@ class SendingGoals:
         return end
 
     async def cancel(self, operation: Operation) -> None:
-        """Ask for the end of a goal that runs; `action_result` tells how it ended."""
+        """Request the cancellation of a running goal; `action_result` reports its end."""
         sent = self._goals.get(operation.get('id'))
         if sent is None:
             text = f"cancel_action_goal: no goal '{operation.get('id')}' of this client runs"
@@ -87,11 +85,11 @@ class SendingGoals:
             self._client.tell('error', f'cancel_action_goal: {error}', operation)
 
     def close(self) -> None:
-        """The goals are the client's tasks, which end with it, unless the bridge keeps goals."""
+        """Do nothing: the goals are tasks of the client, which cancels them unless the bridge keeps goals."""
 
 
 class _Reports:
-    """Sends a client the feedback and status of one of its goals, if it asked for them."""
+    """Sends a client the feedback and status of one of its goals, if the client has requested them."""
 
     def __init__(self, client: Client, action: str, operation: Operation) -> None:
         self._client = client
@@ -119,10 +117,10 @@ class _Reports:
                 self.tell(each.status)
 
     def tell(self, status: int) -> None:
-        """Tell the client of a status that is new.
+        """Send the client a new status.
 
-        A topic of statuses keeps the last message alone, so CANCELING may never be heard. CANCELED follows on
-        nothing else, and tells it.
+        The status topic keeps only its last message, so CANCELING may be missed. Because CANCELED always
+        follows CANCELING, a missed CANCELING is sent first.
         """
         if self._operation.get('status') is not True or status == self._status:
             return

@@ -16,7 +16,7 @@ from goalwire.records import record
 from goalwire.rules.goals.table import GoalStatus
 
 GRACE_S = 10.0
-"""How long a client may take to end a goal that is cancelled."""
+"""Seconds that a client may take to end a goal after a cancel request."""
 
 
 @record
@@ -26,7 +26,7 @@ class _Served:
 
 
 class _Running:
-    """A goal that the client works on."""
+    """A goal that the client executes."""
 
     def __init__(self, action: str, goal: Goal[Any, Any]) -> None:
         self.action = action
@@ -40,7 +40,7 @@ class _Running:
 
 
 class ServingActions:
-    """They end with the client, which aborts the goals that it was working on."""
+    """The actions that one client serves. When the client disconnects, its running goals are aborted."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -84,7 +84,7 @@ class ServingActions:
             )
             try:
                 return await asyncio.shield(running.end)
-            except asyncio.CancelledError:  # the goal is cancelled, or the bridge ends
+            except asyncio.CancelledError:  # The goal is being cancelled, or the bridge ends.
                 self._client.send({'op': 'cancel_action_goal', 'id': name, 'action': given})
                 async with asyncio.timeout(GRACE_S):
                     return await running.end
@@ -99,7 +99,7 @@ class ServingActions:
             running.goal.feedback(self._client.message(cls.Feedback, operation.get('values')))
 
     async def finish(self, operation: Operation) -> None:
-        """Take the result of a goal; a client that gives no status has reached it."""
+        """Take the result of a goal; without a status the goal counts as succeeded."""
         running = self._find(operation)
         if running is None or running.end.done():
             return

@@ -16,7 +16,7 @@ from goalwire.records import record
 
 
 class Calling:
-    """Calls of one client. Those of rosapi are answered by the bridge itself."""
+    """The calls of one client. The bridge itself answers calls of rosapi's services."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -24,7 +24,7 @@ class Calling:
         self.operations = {'call_service': self.call}
 
     async def call(self, operation: Operation) -> None:
-        """Begin a call; its end is answered by `service_response`."""
+        """Begin a call; `service_response` reports its end."""
         given = text_of(operation, 'service')
         self._client.start(self._answer(given, operation))
 
@@ -52,7 +52,7 @@ class Calling:
             return to_json(await client.call(request, timeout=limit))
 
     def close(self) -> None:
-        """Its calls are the client's tasks, which end with it."""
+        """Do nothing: the calls are tasks of the client, which cancels them."""
 
 
 @record
@@ -63,13 +63,13 @@ class _Served:
 
 
 class ServingServices:
-    """Services that one client serves; they end with it."""
+    """The services that one client serves; they end when it disconnects."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
         self._services: dict[str, _Served] = {}
         self._waiting: dict[str, tuple[str, asyncio.Future[Any]]] = {}
-        """Requests that the client has not answered: service and response, by their ids."""
+        """By id: the service and the pending response of each request that the client has not answered."""
         self._numbers = count(1)
         self.operations = {
             'advertise_service': self.advertise,
@@ -78,7 +78,7 @@ class ServingServices:
         }
 
     async def advertise(self, operation: Operation) -> None:
-        """Serve a service by asking the client."""
+        """Serve a service; its requests are sent to the client."""
         given = text_of(operation, 'service')
         service = full_name(given)
         hub = self._client.hub

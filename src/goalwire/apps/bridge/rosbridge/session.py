@@ -76,7 +76,7 @@ class RosbridgeSession:
         self._client.level = level
 
     async def _ignore(self, _operation: Operation) -> None:
-        """Clients may send status messages, which concern nobody here."""
+        """Ignore status messages of clients."""
 
     async def close(self) -> None:
         """End the client's calls and subscriptions. Its goals are cancelled, unless the bridge keeps them."""

@@ -26,7 +26,7 @@ from goalwire.records import record
 
 @record
 class _Wish:
-    """The wishes of one `subscribe`."""
+    """The options of one `subscribe`."""
 
     throttle_s: float
     queue_length: int
@@ -47,7 +47,7 @@ def _combined(wishes: Sequence[_Wish]) -> _Wish:
 
 
 class Subscribing:
-    """The topics that one client listens to."""
+    """The topics to which one client has subscribed."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -82,7 +82,7 @@ class Subscribing:
         subscription.adapt()
 
     async def unsubscribe(self, operation: Operation) -> None:
-        """End one subscription to a topic; without an id all of them."""
+        """End one subscription to a topic, or all of them if no id is given."""
         topic = full_name(text_of(operation, 'topic'))
         subscription = self._subscriptions.get(topic)
         if subscription is None:
@@ -104,13 +104,13 @@ class Subscribing:
 
 
 class _Subscription:
-    """A client's share of one topic: packed, thinned out, and put into its outbox."""
+    """A client's subscription to one topic: encodes and throttles messages, and puts them into the outbox."""
 
     def __init__(self, client: Client, topic: str, given: str) -> None:
         self._client = client
         self._topic = topic
         self._given = given
-        """The topic as the client wrote it: the client looks for that in the messages."""
+        """The topic's name as the client wrote it, because the client expects this name in the messages."""
         self.wishes: dict[object, _Wish] = {}
         self._wish = _Wish(0, 0, None, 'none')
         self._latest = float('-inf')
@@ -119,12 +119,12 @@ class _Subscription:
         self.stop: Callable[[], None] = lambda: None
 
     def adapt(self) -> None:
-        """Combine the wishes of the client's subscriptions anew, after one has come or gone."""
+        """Combine the options of the client's subscriptions again, after one has begun or ended."""
         self._wish = _combined(list(self.wishes.values()))
         self._waiting = deque(self._waiting, maxlen=max(1, self._wish.queue_length))
 
     def take(self, arrival: Arrival) -> None:
-        """Send a message, now or when its turn comes; with a throttle the oldest that wait give way."""
+        """Send a message, at once or after the throttle's pause; a full queue drops its oldest message."""
         if not self._wish.throttle_s:
             self._send(arrival)
             return

@@ -1,9 +1,9 @@
 """Messages as rosbridge writes them in JSON and CBOR, and the way back.
 
-In JSON, arrays of uint8 and char are base64, and a float that is not finite is null: JSON has no word for it.
-In CBOR, arrays of numbers are typed arrays (RFC 8746, little endian), and those of uint8 are bytes. Readers
-take all of these forms in both encodings, `secs` and `nsecs` of ROS 1, and 'now' for a time. Sources: the
-protocol's page, and rosbridge_library's message_conversion and cbor_conversion.
+In JSON, arrays of uint8 and char are base64, and NaN and infinity are null, because JSON cannot express them.
+In CBOR, arrays of numbers are typed arrays (RFC 8746, little endian), and arrays of uint8 are bytes. Reading
+accepts all of these forms in both encodings, also `secs` and `nsecs` of ROS 1, and 'now' for a time. Sources:
+the protocol's page, and rosbridge_library's message_conversion and cbor_conversion.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _TAGS = {
     'uint16': 69, 'uint32': 70, 'uint64': 71, 'byte': 72, 'int8': 72, 'int16': 77, 'int32': 78, 'int64': 79,
     'float32': 85, 'float64': 86,
 }  # fmt: skip
-"""Of typed arrays in little endian."""
+"""The tags of typed arrays in little endian."""
 _CODE_OF_TAG = {
     64: 'u1', 68: 'u1', 69: '<u2', 70: '<u4', 71: '<u8', 72: 'i1', 77: '<i2', 78: '<i4', 79: '<i8',
     84: '<f2', 85: '<f4', 86: '<f8',
@@ -125,11 +125,11 @@ def _number_of_byte(value: Any) -> int:
 
 
 def from_values(cls: Any, values: object, now: Callable[[], Any], *, has_auto_header: bool = False) -> Any:
-    """Return a message of a class made of decoded JSON or CBOR. What is left out keeps its default.
+    """Return a message of a class from decoded JSON or CBOR. Missing fields keep their defaults.
 
-    A list gives the fields in their order. `now` returns the time as a message: a header without a stamp gets
-    it, and with `has_auto_header` a header that is left out, too. Raises FieldValueError, with the path of
-    the field.
+    A list gives the fields in their order. `now` returns the time as a message, which is set in a header
+    without a stamp, and with `has_auto_header` also in a missing header. Raises FieldValueError, with the
+    path of the field.
     """
     message = cls()
     fields = {field.name: field.type for field in fields_of(cls)}
@@ -145,7 +145,7 @@ def from_values(cls: Any, values: object, now: Callable[[], Any], *, has_auto_he
 
 
 def number_items(value: object) -> object:
-    """Return the numbers of CBOR's typed array as an array of numpy; anything else as it is."""
+    """Return the numbers of a CBOR typed array as a numpy array, and any other value unchanged."""
     tag = getattr(value, 'tag', None)
     if tag not in _CODE_OF_TAG or not isinstance(getattr(value, 'value', None), bytes):
         return value
@@ -160,7 +160,7 @@ class _Reader:
         self._now = now
 
     def fill(self, message: Any, fields: Mapping[str, FieldType], values: object, path: str) -> None:
-        """Set the fields that are given."""
+        """Set the given fields of a message."""
         if not isinstance(values, Mapping):
             raise FieldValueError(path, f'give an object with the fields, not {type(values).__name__}')
         for name, value in values.items():
@@ -218,7 +218,7 @@ def _from_base64(type_: FieldType, text: str, path: str) -> bytes:
 
 
 def _fast_items(type_: FieldType, value: Any) -> Any:
-    """Return large bytes and typed arrays as they are, if nothing about them needs a look at each item."""
+    """Return large bytes and typed arrays unchanged; None if each item must be checked."""
     if type_.shape is not Shape.UNBOUNDED or not type_.is_number:
         return None
     if isinstance(value, bytes) and type_.base in _BYTES:
@@ -228,7 +228,7 @@ def _fast_items(type_: FieldType, value: Any) -> Any:
 
 
 def _as_slot(old: Any, items: Any) -> Any:
-    """Return items as the class of a message keeps them."""
+    """Return items in the container that the message class uses for the field."""
     if isinstance(old, array):
         made = array(old.typecode)
         if isinstance(items, bytes):
