@@ -48,7 +48,7 @@ def test_without_a_target_both_are_published(run: Run, isolated: dict[str, str])
     ('words', 'reason'),
     [
         (('theora',), "there is no transport 'theora': choose raw or compressed"),
-        (('raw', 'raw', 'raw'), '3 arguments are more than two transports'),
+        (('raw', 'raw', 'raw'), 'there are 3 arguments; give two transports at most'),
         (('raw', '--ros-args', '-p', 'out.compressed.format:=gif'), "there is no format 'gif'"),
     ],
 )

@@ -129,7 +129,7 @@ def test_a_goal_that_comes_later_ends_the_first(ros2: CommandLine, simulator: Pr
 def test_what_is_not_a_number_moves_nothing(ros2: CommandLine, simulator: Program) -> None:
     nowhere = '{x: .nan, y: 1.0}'
     ros2.ok('service', 'call', '/turtle1/teleport_absolute', 'turtlesim/srv/TeleportAbsolute', nowhere)
-    simulator.expect('A turtle cannot be put where no number says')
+    simulator.expect('A turtle cannot be moved: the target is not a finite number')
     assert 'nan' not in ros2.ok('topic', 'echo', '/turtle1/pose', '--once')
 
 

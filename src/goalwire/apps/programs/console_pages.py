@@ -1,7 +1,7 @@
-"""rviz2, rqt and their like: says which page of goalwire's console does the same, and opens it.
+"""rviz2, rqt and similar tools: each opens the page of goalwire's console with the same purpose.
 
-They are commands of their own, too, because tutorials type them without `ros2 run`. A ROS 2 that is sourced,
-or found on the path, has the real ones: then these give way.
+They are also commands of their own, because tutorials call them without `ros2 run`. If a real ROS 2 is
+sourced or on the path, its program runs instead.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ PAGES = {
     'rqt_reconfigure': ('parameters', 'its page Parameters shows and sets parameters'),
     'rviz2': ('robot', 'its page Robot shows the robot, its frames and where it goes in 3D'),
 }
-"""For each program the page to open, and a sentence about that page."""
+"""By program: the page to open, and a sentence about the page."""
 OPTIONS = {'--port': 1, '--prefer-port': 1, '--host': 1, '--token': 1, '--no-open': 0, '--read-only': 0}
-"""The console's options that are passed on, and how many words follow each."""
+"""The console's options that are passed on, and the number of values of each."""
 
 
 def rqt() -> int:
@@ -102,7 +102,7 @@ def split_options(words: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def find_real(program: str) -> str | None:
-    """Return the program of a ROS 2, if one is sourced or on the path; None if there is only this one."""
+    """Return the path of a real ROS 2's program, sourced or on the path; None if there is none."""
     own = Path(sys.argv[0]).parent.resolve()
     prefixes = [f'{each}/bin' for each in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if each]
     for folder in [*prefixes, *os.environ.get('PATH', '').split(os.pathsep)]:

@@ -24,9 +24,9 @@ CANCEL_AFTER_S = 2.0
 
 
 class FibonacciServer(Node):
-    """Counts Fibonacci numbers up to index `order`, one a second, and tells each as feedback.
+    """Computes Fibonacci numbers up to index `order`, one a second, and sends each as feedback.
 
-    `action` is one of the two types of this name; they differ in the name of the feedback's field.
+    `action` is one of the two types of this name, which differ in the name of the feedback field.
     """
 
     def __init__(self, name: str, action: type, field: str) -> None:
@@ -72,7 +72,7 @@ class FibonacciServer(Node):
 
 
 class FibonacciClient(Node):
-    """Sends one goal, logs its course, and ends the program with the result."""
+    """Sends one goal, logs its progress, and ends the program when the result comes."""
 
     def __init__(self, name: str, action: type, field: str, cancels: bool = False) -> None:
         super().__init__(name)
@@ -125,7 +125,7 @@ class FibonacciClient(Node):
 
 
 def _serve(make_node: Callable[[], Node], args: Sequence[str] | None) -> int:
-    """Spin on several threads, so that a cancel request is heard while a goal is executed."""
+    """Spin on several threads, so that a cancel request is handled while a goal executes."""
     try:
         with rclpy.init(args=None if args is None else list(args)):
             executor = MultiThreadedExecutor()

@@ -1,6 +1,6 @@
-"""republish: pictures come in raw or compressed, and go out raw or compressed. Package `image_transport`.
+"""republish: converts a topic of pictures between raw and compressed. Package `image_transport`.
 
-The topics are `in` and `out`, those with compressed pictures `in/compressed` and `out/compressed`.
+The topics are `in` and `out` for raw pictures, `in/compressed` and `out/compressed` for compressed ones.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ DEPTH = 10
 
 
 class Republisher(Node):
-    """Passes pictures on from one transport to another; without an `out_transport` to both.
+    """Republishes pictures of one transport on another, or on both without an `out_transport`.
 
-    Parameters: `in_transport` and `out_transport` in place of the arguments, and `out.compressed.format`,
-    'jpeg' or 'png'. Pictures of 16 bits and those with alpha need PNG.
+    Parameters: `in_transport` and `out_transport` instead of the arguments, and `out.compressed.format`,
+    'jpeg' or 'png'. Pictures with 16 bits or an alpha channel need PNG.
     """
 
     def __init__(self, words: list[str]) -> None:
-        """`words` are the transports. Raises UsageError for others, and without OpenCV."""
+        """`words` are the names of transports. Raises UsageError for unknown names, and without OpenCV."""
         super().__init__('image_republisher')
         source, target = [*words, '', ''][:2]
         source = declare_text(self, 'in_transport', source or 'raw')
@@ -67,14 +67,14 @@ class Republisher(Node):
             self._tell(error)
 
     def _compress(self, image: Image) -> CompressedImage:
-        """Return a picture as compressed_image_transport writes it: its encoding stands in the format."""
+        """Return a compressed picture whose format names the encoding, as in compressed_image_transport."""
         encoding = encoding_of(image.encoding)
         target = image.encoding
         if encoding.kind and encoding.kind != 'gray':
             target = f'{"bgra" if "a" in encoding.kind else "bgr"}{encoding.bits}'
         if self._format == 'jpeg' and (encoding.bits != 8 or target.startswith('bgra')):
             raise CvBridgeError(
-                f'JPEG has no pictures in {image.encoding}: choose -p out.compressed.format:=png'
+                f'JPEG cannot hold pictures in {image.encoding}: choose -p out.compressed.format:=png'
             )
         picture = self._bridge.imgmsg_to_cv2(image, target)
         message = self._bridge.cv2_to_compressed_imgmsg(picture, FORMATS[self._format])
@@ -83,7 +83,7 @@ class Republisher(Node):
         return message
 
     def _unpack(self, image: CompressedImage) -> Image:
-        """Return a picture in the encoding that its format names, or else in that of its file."""
+        """Return a raw picture in the encoding that its format names, or else in its file's own encoding."""
         picture = self._bridge.compressed_imgmsg_to_cv2(image)
         channels = 1 if picture.ndim == 2 else picture.shape[2]
         own = f'{ {1: "mono", 3: "bgr", 4: "bgra"}.get(channels, "") }{picture.dtype.itemsize * 8}'
@@ -98,9 +98,9 @@ class Republisher(Node):
 
 
 def _check(words: list[str], source: str, target: str, picture_format: str) -> None:
-    """Raise UsageError for what cannot be."""
+    """Raise UsageError for unknown transports or formats, and for too many arguments."""
     if len(words) > 2:
-        raise UsageError(f'{len(words)} arguments are more than two transports')
+        raise UsageError(f'there are {len(words)} arguments; give two transports at most')
     for transport in (source, target):
         if transport and transport not in TRANSPORTS:
             raise UsageError(f"there is no transport '{transport}': choose {' or '.join(TRANSPORTS)}")

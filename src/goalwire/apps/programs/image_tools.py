@@ -24,9 +24,9 @@ BARS = (
 )
 """Blue, green and red of the eight bars of a test picture."""
 STEP = 4
-"""Pixels that the bars move by from one picture to the next."""
+"""The shift of the bars from one picture to the next, in pixels."""
 LARGEST = 8192
-"""The pixels of one side of a picture."""
+"""The longest side of a picture, in pixels."""
 
 
 class Cam2Image(Node):
@@ -69,7 +69,7 @@ class Cam2Image(Node):
 
 
 class ShowImage(Node):
-    """Receives pictures on `image` and logs each. What shows them is the console, which it says once."""
+    """Receives pictures on `image` and logs each; names, once, the console page that shows them."""
 
     def __init__(self) -> None:
         super().__init__('showimage')
@@ -86,7 +86,7 @@ class ShowImage(Node):
 
 
 def draw_bars(width: int, height: int, shift: int, *, is_flipped: bool = False) -> bytes:
-    """Return a picture of eight upright bars, `shift` pixels further to the left; bgr8, without padding."""
+    """Return a picture of eight vertical bars, moved `shift` pixels to the left; bgr8, without padding."""
     columns = [(column + shift) % width * len(BARS) // width for column in range(width)]
     if is_flipped:
         columns.reverse()

@@ -1,4 +1,4 @@
-"""Keys of a terminal, one by one, for programs that drive a robot by them."""
+"""Reads single keys from a terminal, for programs that drive a robot by keyboard."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from select import select
 UP, DOWN, RIGHT, LEFT = '\x1b[A', '\x1b[B', '\x1b[C', '\x1b[D'
 _ESCAPE = '\x1b'
 _REST_S = 0.05
-"""How long the rest of an arrow key may take; the Escape key by itself has no rest."""
+"""Seconds to wait after an Escape character for the rest of an arrow key's sequence."""
 _ENDS = {'', '\x03', '\x04'}
-"""The end of the input, Ctrl-C and Ctrl-D as characters."""
+"""The characters that end the input: the empty one at its end, Ctrl-C and Ctrl-D."""
 
 
 def is_terminal(program: str) -> bool:
-    """Say whether there are keys to read; print an error for this program if not."""
+    """Return True if standard input is a terminal; otherwise print an error and return False."""
     if sys.stdin.isatty():
         return True
     print(f'{program}: it reads keys, and its input is not a terminal', file=sys.stderr)
@@ -34,9 +34,9 @@ def interrupt_on_signals() -> None:
 
 @contextmanager
 def keys() -> Iterator[Iterator[str]]:
-    """Give the keys as they are pressed: characters, and arrow keys as three each, until the input ends.
+    """Yield each pressed key until the input ends: a character, or three characters for an arrow key.
 
-    The terminal is left as it was. Keys that are pressed before the block begins are not read.
+    The terminal's mode is restored at the end. Keys that were pressed before the start are not read.
     """
     descriptor = sys.stdin.fileno()
     with single_keys(descriptor):
@@ -45,8 +45,8 @@ def keys() -> Iterator[Iterator[str]]:
 
 @contextmanager
 def single_keys(descriptor: int) -> Iterator[None]:
-    """Have a terminal give each key at once and show none while the block runs; then it is as it was."""
-    import termios  # not there on Windows
+    """Set the terminal to single keys without echo while the block runs, then restore its mode."""
+    import termios  # missing on Windows
     import tty
 
     before = termios.tcgetattr(descriptor)
@@ -58,7 +58,7 @@ def single_keys(descriptor: int) -> Iterator[None]:
 
 
 def split_keys(typed: str) -> list[str]:
-    """Split what was typed into keys: characters, and arrow keys as three each."""
+    """Split typed characters into keys: single characters, and three characters for an arrow key."""
     return re.findall(r'\x1b\[.?|.', typed, re.DOTALL)
 
 
@@ -72,5 +72,5 @@ def _keys(descriptor: int) -> Iterator[str]:
 def _read(descriptor: int) -> str:
     try:
         return os.read(descriptor, 1).decode('latin-1')
-    except OSError:  # the terminal is gone
+    except OSError:  # The terminal was closed.
         return ''

@@ -1,6 +1,6 @@
 """robot_state_publisher: a robot's description on a topic, and the tree of its links as transforms.
 
-Its parameters, topics and rules are those of the package of this name: https://github.com/ros/robot_state_publisher
+Parameters, topics and rules are those of the ROS 2 package of this name: https://github.com/ros/robot_state_publisher
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class RobotStatePublisher(Node):
     """Publishes `robot_description`, /tf_static for joints that are fixed and /tf for those that move.
 
-    Parameters: `robot_description` (the URDF), `publish_frequency` (Hz, the most transforms of a joint; 0:
-    without bound), `ignore_timestamp` (take each joint state, whatever its time) and `frame_prefix`.
+    Parameters: `robot_description` (the URDF), `publish_frequency` (Hz, the most transforms of a joint a
+    second; 0: no limit), `ignore_timestamp` (take each joint state, whatever its time) and `frame_prefix`.
     """
 
     def __init__(self, description: str = '', **options: object) -> None:
-        """`description` is the URDF if the parameter gives none. Raises UrdfError."""
+        """Make the node. `description` is the URDF if the parameter is empty. Raises UrdfError."""
         super().__init__(NAME, **options)  # type: ignore[arg-type]
         self._text = declare_text(self, 'robot_description', '') or description
         self.set_parameters([Parameter('robot_description', value=self._text)])
@@ -53,7 +53,7 @@ class RobotStatePublisher(Node):
         self._read_settings()
         self._robot = read_kinematics(self._text)
         self._published: dict[str, int] = {}
-        """By joint: the time of the last state that was published, in ns."""
+        """The time of each joint's last published state, in ns."""
         self._last_state_at = 0
         self._description = self.create_publisher(String, 'robot_description', LATCHED)
         self._static = StaticTransformBroadcaster(self)
@@ -122,14 +122,14 @@ class RobotStatePublisher(Node):
     def _tell_unusable(self, state: JointState) -> None:
         if state.position:
             self.get_logger().error(
-                f'Ignored a joint state of {len(state.name)} names and {len(state.position)} positions',
+                f'Ignored a joint state with {len(state.name)} names and {len(state.position)} positions',
                 throttle_duration_sec=1.0,
             )
         else:
             self.get_logger().warning('Ignored a joint state without positions', once=True)
 
     def _is_due(self, given: Iterable[str], moment: int) -> bool:
-        """Return whether the joint that was published longest ago may be published again."""
+        """Return True if the publish frequency allows another transform of the joint that waited longest."""
         if self._ignore_timestamp or not all(name in self._published for name in given):
             return True
         pause = NANOSECONDS / self._rate if self._rate > 0.0 else 0.0
@@ -157,7 +157,7 @@ class RobotStatePublisher(Node):
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run it with the URDF of its parameter, else of the file that is named; returns the exit code."""
+    """Run with the URDF of the parameter, or else of the given file; return the exit code."""
     arguments = list(sys.argv if argv is None else argv)
     words = remove_ros_args(arguments)[1:]
     if words in (['-h'], ['--help']):

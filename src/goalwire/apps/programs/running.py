@@ -28,8 +28,8 @@ def declare_text(node: Node, name: str, default: str) -> str:
 def spin(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
     """Spin the node that `make_node` returns until Ctrl-C, SIGTERM or a shutdown; returns the exit code.
 
-    `args` are those of ROS 2, sys.argv if they are None. A parameter's value that the node refuses is told in
-    a line, and the exit code is 1.
+    `args` are the arguments for rclpy.init. If the node refuses the value of a parameter, one line reports
+    it, and the exit code is 1.
     """
     try:
         with rclpy.init(args=None if args is None else list(args)):
@@ -45,7 +45,7 @@ def spin(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> in
 def spin_with_words(
     program: str, usage: str, make_node: Callable[[list[str]], Node], argv: Sequence[str] | None = None
 ) -> int:
-    """Run a program that has arguments of its own, with which `make_node` is called.
+    """Run a program that has arguments of its own, and pass them to `make_node`.
 
     If it raises UsageError, the reason and the usage are printed, and the exit code is 1.
     """

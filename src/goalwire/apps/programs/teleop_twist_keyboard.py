@@ -62,7 +62,7 @@ MOVES = {
     't': (0, 0, 1, 0),
     'b': (0, 0, -1, 0),
 }
-"""Key to x, y, z and turn, each as a factor of the speed."""
+"""By key: x, y, z and turn, each as a factor of the speed."""
 SPEEDS = {
     'q': (1.1, 1.1),
     'z': (0.9, 0.9),
@@ -71,7 +71,7 @@ SPEEDS = {
     'e': (1.0, 1.1),
     'c': (1.0, 0.9),
 }
-"""Key to the factors of speed (m/s) and turn (rad/s)."""
+"""By key: the factors by which speed and turn change."""
 
 
 class TeleopTwistKeyboard(Node):
@@ -109,7 +109,7 @@ class TeleopTwistKeyboard(Node):
         self._publisher.publish(stamped)
 
     def press(self, key: str) -> bool:
-        """Act on a key; returns whether the speeds have changed."""
+        """Carry out a key; return True if the speeds have changed."""
         if key in SPEEDS:
             linear, angular = SPEEDS[key]
             self.speed *= linear

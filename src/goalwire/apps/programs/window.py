@@ -1,4 +1,4 @@
-"""A program's window: a page in a browser of this machine, which shows what changes and may send commands."""
+"""The window of a program: a page in this machine's browser, which shows a picture and may send commands."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ HOST = '127.0.0.1'
 COMMAND_HEADER = 'X-Window-Command'
 LONGEST_COMMAND = 1 << 16
 MOST_WAITING = 300
-"""How many pictures a slow browser may lag behind before it is sent the whole anew."""
+"""The most changes that wait for a slow browser before it gets the whole picture again."""
 
 
 class Window:
-    """Serves the page, and sends each browser the whole picture at first and then what has changed.
+    """Serves the page, and sends each browser first the whole picture and then the changes.
 
-    `describe` returns the whole picture, `receive` takes a command of the page; without it the page only
-    looks. A browser's thread calls them under `lock`, which whoever changes the picture holds, too.
+    `describe` returns the whole picture; `receive` takes a command of the page, and None forbids commands.
+    The threads of browsers call both under `lock`. Hold it to change the picture, too.
     """
 
     def __init__(self, page: bytes, port: int = 0) -> None:
-        """Listen at a port of this machine, at a free one if it is 0. Raises OSError."""
+        """Listen on a port of this machine; 0 takes any free port. Raises OSError."""
         self.page = page
         self.lock = threading.Lock()
         self.describe: Callable[[], Mapping[str, Any]] = dict
@@ -49,11 +49,11 @@ class Window:
         return f'http://{HOST}:{self._server.server_port}/'
 
     def open(self) -> None:
-        """Open the user's browser; on a thread, for some browsers hold up who starts them."""
+        """Open the user's browser, on a thread: starting some browsers blocks."""
         threading.Thread(target=webbrowser.open, args=(self.url,), daemon=True, name='window-browser').start()
 
     def send(self, change: Mapping[str, Any]) -> None:
-        """Send every browser what has changed; `lock` is held."""
+        """Send a change to every browser; the caller holds `lock`."""
         if self._streams:
             text = json.dumps(change)
             for stream in self._streams:
@@ -66,7 +66,7 @@ class Window:
             for stream in self._streams:
                 stream.wake()
         with socket.create_connection((HOST, self._server.server_port)):
-            pass  # the server's wait for a connection ends
+            pass  # ends the server's wait for a connection
         self._thread.join()
         self._server.server_close()
 
@@ -92,7 +92,7 @@ class Window:
                 for text in stream.take(self):
                     write(f'data: {text}\n\n'.encode())
         except OSError:
-            pass  # the browser has gone
+            pass  # The browser has disconnected.
         finally:
             with self.lock:
                 self._streams.discard(stream)
@@ -107,7 +107,7 @@ class _Stream:
         self._needs_all = True
 
     def put(self, text: str) -> None:
-        """Add a change; the lock is held."""
+        """Add a change; the caller holds the lock."""
         if len(self._waiting) < MOST_WAITING:
             self._waiting.append(text)
         else:
@@ -116,7 +116,7 @@ class _Stream:
         self._changed.notify()
 
     def wake(self) -> None:
-        """End a wait; the lock is held."""
+        """End the wait of `take`; the caller holds the lock."""
         self._changed.notify()
 
     def take(self, window: Window) -> list[str]:
@@ -159,7 +159,7 @@ class _Page(BaseHTTPRequestHandler):
             self.send_error(404)
 
     def do_POST(self) -> None:
-        """Pass a command on. Pages of other sites must ask before they send the header, and are refused."""
+        """Pass on a command. Other sites need a preflight request for its header, which is refused."""
         window = self._window
         if not self._is_local():
             return
@@ -172,7 +172,7 @@ class _Page(BaseHTTPRequestHandler):
                 raise ValueError('the command is too long')  # noqa: TRY301 - one answer to all that is wrong
             command = json.loads(self.rfile.read(length))
             if not isinstance(command, dict):
-                raise ValueError('a command is an object')  # noqa: TRY004, TRY301
+                raise ValueError('a command must be a JSON object')  # noqa: TRY004, TRY301
         except ValueError as error:
             self.send_error(400, str(error)[:80])
             return
@@ -194,7 +194,7 @@ class _Page(BaseHTTPRequestHandler):
         self.wfile.flush()
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Say nothing: whoever reaches the port could fill the terminal."""
+        """Log nothing: any client of the port could fill the terminal."""
 
 
 def add_window_options(parser: ArgumentParser) -> None:
@@ -204,5 +204,5 @@ def add_window_options(parser: ArgumentParser) -> None:
 
 
 def to_data_url(png: bytes) -> str:
-    """Return a picture as the address that a page shows it by."""
+    """Return a picture as a data URL, for a page."""
     return f'data:image/png;base64,{base64.b64encode(png).decode()}'

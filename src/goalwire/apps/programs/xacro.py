@@ -1,4 +1,4 @@
-"""xacro: makes a URDF of macros, by the package of this name from PyPI or Debian."""
+"""xacro: expands the macros of a URDF, with the package `xacro` from PyPI or Debian."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ ADVICE = 'xacro: it is not installed; run: pip install xacro'
 
 
 def main() -> int:
-    """Run it with the words of the command line; returns the exit code."""
+    """Run xacro with the arguments of the command line; return the exit code."""
     try:
         import xacro
     except ModuleNotFoundError:

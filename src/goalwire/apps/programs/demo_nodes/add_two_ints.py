@@ -16,7 +16,7 @@ SERVICE = 'add_two_ints'
 
 
 class AddTwoIntsServer(Node):
-    """Answers `add_two_ints` with the sum of a and b, as a 64-bit number that wraps round as C's does."""
+    """Answers `add_two_ints` with the sum of a and b, a 64-bit number that overflows as in C."""
 
     def __init__(self, name: str = 'add_two_ints_server') -> None:
         super().__init__(name)
@@ -34,7 +34,7 @@ def serve(args: Sequence[str] | None = None) -> int:
 
 
 def ask(argv: Sequence[str] | None = None) -> int:
-    """Ask once for `a b`, 2 and 3 if they are not given, and log the sum; returns the exit code."""
+    """Call the service once with `a b` (default: 2 3), log the sum, and return the exit code."""
     words = rclpy.utilities.remove_ros_args(sys.argv if argv is None else argv)[1:]
     try:
         a, b = (int(word) for word in words or ('2', '3'))
@@ -46,7 +46,7 @@ def ask(argv: Sequence[str] | None = None) -> int:
 
 
 def call_once(name: str, request: AddTwoInts.Request, said: str, args: Sequence[str] | None) -> int:
-    """Wait for the service, send a request and log the `sum` as `said` has it; returns the exit code."""
+    """Wait for the service, send a request, log the sum in the format `said`, and return the exit code."""
     try:
         with rclpy.init(args=None if args is None else list(args)):
             node = rclpy.create_node(name)

@@ -1,4 +1,4 @@
-"""parameter_blackboard: a node that takes whatever parameter it is given."""
+"""parameter_blackboard: a node that accepts any parameter."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from goalwire.apps.programs.running import spin
 
 
 class ParameterBlackboard(Node):
-    """Every parameter may be set here, declared or not; overrides become parameters."""
+    """A node on which undeclared parameters may be set; it declares all overrides."""
 
     def __init__(self) -> None:
         super().__init__(

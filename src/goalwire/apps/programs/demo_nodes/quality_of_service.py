@@ -1,4 +1,4 @@
-"""talker_qos and listener_qos: the same pair, best effort unless --reliable is given."""
+"""talker_qos and listener_qos: talker and listener with best effort, or with --reliable."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from goalwire.apps.programs.running import spin
 
 
 class _Counting(Node):
-    """A node that ends its program after a number of messages, if one is given."""
+    """A node that ends its program after a given number of messages."""
 
     def __init__(self, name: str, arguments: Namespace) -> None:
         super().__init__(name)

@@ -11,7 +11,7 @@ from goalwire.apps.programs.running import spin
 
 
 class OneOffTimer(Node):
-    """A timer that ticks every 2 s makes another each time, which ticks once."""
+    """A node whose 2 s timer makes a new timer at each tick; the new timer ticks once."""
 
     def __init__(self) -> None:
         super().__init__('one_off_timer')
@@ -35,7 +35,7 @@ class OneOffTimer(Node):
 
 
 class ReuseTimer(Node):
-    """One timer is cancelled after it has ticked and started anew by a periodic one."""
+    """A node whose one-off timer cancels itself when it ticks, and is restarted by a periodic timer."""
 
     def __init__(self) -> None:
         super().__init__('reuse_timer')

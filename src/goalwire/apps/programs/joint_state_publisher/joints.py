@@ -1,4 +1,4 @@
-"""The published joints: free ones, and those that follow others; and their values in a message.
+"""The published joints, free or following another joint, and their values in a message.
 
 The rules are those of the package of this name: https://github.com/ros/joint_state_publisher
 """
@@ -18,16 +18,16 @@ class UnusableJointsError(ValueError):
 
 @record
 class JointSettings:
-    """The settings of joints in the program's parameters."""
+    """The settings of joints, from the program's parameters."""
 
     zeros: Mapping[str, float]
     """The first positions of joints, by name."""
     dependents: Mapping[str, Mimic]
-    """Joints that follow another one, besides those of the URDF."""
+    """Joints that follow another joint, in addition to the mimic joints of the URDF."""
     use_mimic_tags: bool = True
     use_smallest_joint_limits: bool = True
     positions: bool = True
-    """Whether the joints have positions before somebody publishes some; the same for the next two."""
+    """True if joints have positions before a source publishes any; likewise for the next two fields."""
     velocities: bool = False
     efforts: bool = False
 
@@ -46,7 +46,7 @@ class FreeJoint:
         self._rises = True
 
     def move(self, delta: float) -> None:
-        """Move on by `delta`; it turns round at a limit, and a continuous joint begins anew."""
+        """Move on by `delta`. At a limit the direction reverses; a continuous joint wraps round."""
         position = (self.position or 0.0) + (delta if self._rises else -delta)
         if position > self.upper and self._is_continuous:
             position = self.lower
@@ -90,7 +90,7 @@ class JointTable:
         velocities: Sequence[float],
         efforts: Sequence[float],
     ) -> None:
-        """Take a message's values for free joints, except for missing and infinite ones."""
+        """Take the values of free joints from a message; missing and infinite values are ignored."""
         for index, name in enumerate(names):
             joint = self.free.get(name)
             if joint is None:
@@ -105,7 +105,7 @@ class JointTable:
             joint.move(delta)
 
     def fill(self) -> tuple[list[str], list[float], list[float], list[float]]:
-        """Return names, positions, velocities and efforts; a list is empty if no joint has such a value."""
+        """Return lists of names, positions, velocities and efforts; without any value a list is empty."""
         free = self.free.values()
         positions, velocities, efforts = [], [], []
         if self._has_followers or any(joint.position is not None for joint in free):

@@ -1,4 +1,4 @@
-"""joint_state_publisher: publishes a position for every joint that a URDF says can move."""
+"""joint_state_publisher: publishes a position for every movable joint of a URDF."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ T = TypeVar('T', bool, int, float, list[str])
 
 
 class JointStatePublisher(Node):
-    """Publishes `joint_states` once it knows a description, of a file or of the topic `robot_description`.
+    """Publishes `joint_states` once it has a description, from a file or the topic `robot_description`.
 
     Parameters: `rate` (Hz), `publish_default_positions`, `_velocities`, `_efforts`, `use_mimic_tags`,
     `use_smallest_joint_limits`, `source_list` (topics whose joint states are taken over), `delta` (how far
@@ -36,7 +36,7 @@ class JointStatePublisher(Node):
     table: JointTable | None = None
 
     def __init__(self, file: str | None = None, lock: threading.Lock | None = None) -> None:
-        """Raises UsageError if a parameter or the file cannot be used. `lock` guards the table of joints."""
+        """Make the node. Raises UsageError for an invalid parameter or file. `lock` guards the joints."""
         super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
         self.lock = threading.Lock() if lock is None else lock
         rate = self._declare('rate', 10)
@@ -66,10 +66,10 @@ class JointStatePublisher(Node):
         self.create_timer(1.0 / rate, self._publish)
 
     def show(self) -> None:
-        """Show the joints; `lock` is held. The program with sliders shows them in its window."""
+        """Do nothing; joint_state_publisher_gui shows the joints in its window here. `lock` is held."""
 
     def _declare(self, name: str, default: T) -> T:
-        """Return a parameter's value. Raises UsageError if it has another type than its default."""
+        """Declare a parameter and return its value. Raises UsageError if its type is not the default's."""
         if not self.has_parameter(name):
             self.declare_parameter(name, default)
         value: Any = self.get_parameter(name).value
@@ -107,7 +107,7 @@ class JointStatePublisher(Node):
             self.get_logger().warning(f'The robot_description cannot be used: {error}')
 
     def _set_description(self, text: str) -> None:
-        """Raises UrdfError and UnusableJointsError."""
+        """Make the joint table of a URDF. Raises UrdfError and UnusableJointsError."""
         table = JointTable(read_kinematics(text), self._settings)
         with self.lock:
             self.table = table

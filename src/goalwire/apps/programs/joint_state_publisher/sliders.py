@@ -1,4 +1,4 @@
-"""joint_state_publisher_gui: the same with a slider for each joint, in a page of the browser."""
+"""joint_state_publisher_gui: joint_state_publisher with a slider for each joint, on a page in the browser."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NAME = 'joint_state_publisher_gui'
 
 
 class JointSliders(JointStatePublisher):
-    """A joint_state_publisher whose window shows a slider for each free joint, and sets them."""
+    """A joint_state_publisher whose window has a slider for each free joint."""
 
     def __init__(self, window: Window, file: str | None = None) -> None:
         self._window = window
@@ -48,7 +48,7 @@ class JointSliders(JointStatePublisher):
         }
 
     def _receive(self, command: Mapping[str, Any]) -> None:
-        """Carry out a command of the page; values beyond a joint's limits are cut, others passed over."""
+        """Carry out a command of the page; clamp values to the joint's limits, and ignore invalid ones."""
         if self.table is None:
             return
         free, given = self.table.free, command.get('set')

@@ -1,4 +1,4 @@
-"""buffer_server: looks up transforms for others, by an action."""
+"""buffer_server: an action server that looks up transforms for its clients."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class BufferServer(Node):
             wait = self._buffer.wait_for_transform_async(goal.target_frame, goal.source_frame, source)
         self._waits[goal_id] = wait
         try:
-            # the look-up that follows raises the right error
+            # The next look-up raises the right error.
             with contextlib.suppress(TimeoutError, asyncio.CancelledError, TransformException):
                 async with asyncio.timeout(Duration.from_msg(goal.timeout).nanoseconds / 1e9):
                     await wait

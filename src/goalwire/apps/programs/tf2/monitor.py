@@ -1,4 +1,4 @@
-"""tf2_monitor: how late transforms are, and how often they come."""
+"""tf2_monitor: prints the delays and rates of transforms."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from tf2_ros import Buffer, TransformException, TransformListener
 from goalwire.apps.programs.running import UsageError, spin_with_words
 
 KEPT = 1000
-"""How many delays of a frame, and times of a node, the figures are made of."""
+"""The number of latest delays of a frame, and of times of a node, in the figures."""
 REPORT_S = 10.0
 SOMEBODY = '<no authority available>'
-"""ROS 2's word for the unknown publisher of a transform."""
+"""The name that ROS 2 prints for a publisher of transforms, because it does not know it."""
 
 
 class Monitor(Node):
@@ -83,7 +83,7 @@ class Monitor(Node):
         sys.stdout.flush()
 
     def _chain(self, first: str, last: str) -> list[str]:
-        """Return the frames from one to the other over their common parent."""
+        """Return the chain of frames between two frames, through their common parent."""
         up, down = self._ancestors(first), self._ancestors(last)
         common = next(frame for frame in up if frame in down)
         return [*up[: up.index(common) + 1], *reversed(down[: down.index(common)])]

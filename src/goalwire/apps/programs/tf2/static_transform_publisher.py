@@ -28,7 +28,7 @@ class StaticTransformPublisher(Node):
     """Publishes one transform.
 
     Parameters: `translation.x`, `.y`, `.z` in m, `rotation.x`, `.y`, `.z`, `.w`, `frame_id` and
-    `child_frame_id`; their defaults are the parts of `given`.
+    `child_frame_id`; their defaults come from `given`.
     """
 
     def __init__(self, given: TransformStamped, name: str) -> None:
@@ -53,7 +53,7 @@ class StaticTransformPublisher(Node):
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Publish what the arguments say; returns the exit code."""
+    """Publish the transform of the arguments; return the exit code."""
     arguments = list(sys.argv if argv is None else argv)
     words = remove_ros_args(arguments)[1:]
     parser = _make_parser()
@@ -66,13 +66,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         get_logger(NAME).error(f'error parsing command line arguments: {error}')
         parser.print_usage(sys.stderr)
         return 1
-    # Most robots run several beside each other: in ROS 2 each has a name of its own, too.
+    # Robots run several of these nodes at once, so each has a name of its own, as in ROS 2.
     name = f'{NAME}_{secrets.token_urlsafe(12).replace("-", "_")}'
     return spin(lambda: StaticTransformPublisher(given, name), arguments)
 
 
 def read_arguments(words: list[str]) -> TransformStamped:
-    """Return the transform that arguments in the new or in the old style stand for. Raises UsageError.
+    """Return the transform of arguments in the new or the old style. Raises UsageError.
 
     The old style is `x y z yaw pitch roll frame child` or `x y z qx qy qz qw frame child`.
     """

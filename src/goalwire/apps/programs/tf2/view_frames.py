@@ -1,4 +1,4 @@
-"""view_frames: the tree of frames as a picture."""
+"""view_frames: draws the tree of frames."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tf2_ros import Buffer, TransformListener
 
 
 def draw(frames: Mapping[str, Mapping[str, Any]], when: float) -> str:
-    """Return the tree in Graphviz's language; `frames` is the facts of each child."""
+    """Return the tree in Graphviz's language; `frames` has the facts of each child frame."""
     lines = ['digraph G {']
     for child, facts in frames.items():
         label = '\\n'.join(

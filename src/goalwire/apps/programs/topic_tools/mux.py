@@ -1,4 +1,4 @@
-"""mux: several topics in, the chosen one out."""
+"""mux: republishes the selected one of several topics."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from goalwire.apps.programs.running import UsageError, spin_with_words
 from goalwire.apps.programs.topic_tools.passing import Input, Output
 
 NONE = '__none'
-"""The name that is selected if no input is."""
+"""The selected name if no input is selected."""
 
 
 class Mux(Node):
-    """Passes the messages of the selected input on; services `~/select`, `~/add`, `~/delete`, `~/list`."""
+    """Republishes the messages of the selected input; services `~/select`, `~/add`, `~/delete`, `~/list`."""
 
     def __init__(self, target: str, sources: list[str]) -> None:
         super().__init__('mux')

@@ -1,4 +1,4 @@
-"""relay, throttle and drop: one topic in, one topic out."""
+"""relay, throttle and drop: republish one topic on another."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DROP_USAGE = 'INPUT X Y [OUTPUT]      (X of every Y messages are dropped)'
 
 
 class Tool(Node):
-    """Passes messages of `input_topic` on to `output_topic`, if `is_passed` agrees to their size in bytes."""
+    """Republishes messages of `input_topic` on `output_topic`, if `is_passed(size)` is True."""
 
     def __init__(self, name: str, source: str, target: str) -> None:
         super().__init__(name)
@@ -55,7 +55,7 @@ def drop(argv: Sequence[str] | None = None) -> int:
 
 def _make_relay(words: list[str]) -> Node:
     if len(words) > 2:
-        raise UsageError(f'{len(words)} arguments are more than an input and an output')
+        raise UsageError(f'there are {len(words)} arguments; give an input and an output')
     source, target = [*words, '', ''][:2]
     return Tool('relay', source, target)
 
@@ -90,14 +90,14 @@ def _make_drop(words: list[str]) -> Node:
 
 
 def _by_count(node: Tool, rate: float) -> Callable[[int], bool]:
-    """Pass a message on if the last one that was passed on lies 1 / rate seconds back."""
+    """Return a filter that passes a message if the last passed one is 1 / rate seconds old."""
     last = -math.inf
 
     def is_passed(_size: int) -> bool:
         nonlocal last
         now = node.steady_s()
         if now < last:
-            last = -math.inf  # the clock went back, for example because a bag starts anew
+            last = -math.inf  # The clock jumped back, for example because a bag started again.
         if now - last < 1.0 / rate:
             return False
         last = now
@@ -107,7 +107,7 @@ def _by_count(node: Tool, rate: float) -> Callable[[int], bool]:
 
 
 def _by_bytes(node: Tool, rate: float, window: float) -> Callable[[int], bool]:
-    """Pass a message on if, with it, the window's bytes stay below the rate."""
+    """Return a filter that passes a message if the bytes within the window then stay below the rate."""
     sent: deque[tuple[float, int]] = deque()
 
     def is_passed(size: int) -> bool:

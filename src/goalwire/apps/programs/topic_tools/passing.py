@@ -1,4 +1,4 @@
-"""A topic of any type goes in, one of the same type out: the ground of relay, throttle, drop, mux."""
+"""Shared by relay, throttle, drop and mux: republishing a topic of any type."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from rclpy.subscription import Subscription
 from rosidl_runtime_py.utilities import get_message
 
 LOOKING_S = 0.1
-"""How long to wait until the next look for a publisher: rclpy has no callback for a new one."""
+"""Seconds between two checks for a publisher, because rclpy has no callback for new publishers."""
 
 
 class Input:
-    """A topic whose type and QoS are its publishers'; it is subscribed to once there is one.
+    """An input topic. Its subscription takes type and QoS from the publishers, and begins with the first one.
 
-    `open_output` is called with the message class and a QoS before the first message, `take` with each
-    message as bytes of CDR.
+    `open_output` is called with the message class and a QoS before the first message, and `take` with each
+    message in CDR.
     """
 
     def __init__(
@@ -46,12 +46,12 @@ class Input:
         if len(kinds) > 1:
             found = ', '.join(sorted(kinds))
             self._node.get_logger().warning(
-                f'{self.topic} has several types, {found}: the first is passed on'
+                f'{self.topic} has several types, {found}: only the first is used'
             )
         try:
             message: type = get_message(infos[0].topic_type)
         except (AttributeError, ModuleNotFoundError, ValueError) as error:
-            self._node.get_logger().error(f'{self.topic} has a type that is not known here: {error}')
+            self._node.get_logger().error(f'the type of {self.topic} is unknown here: {error}')
             return
         qos = _matching([info.qos_profile for info in infos])
         self._open_output(message, qos)
@@ -92,7 +92,7 @@ class Output:
 
 
 def _matching(offered: list[QoSProfile]) -> QoSProfile:
-    """Return a QoS that receives from every publisher: best effort or volatile if one of them is."""
+    """Return a QoS that matches every publisher: best effort or volatile if at least one of them is."""
     best_effort = any(qos.reliability == ReliabilityPolicy.BEST_EFFORT for qos in offered)
     volatile = any(qos.durability == DurabilityPolicy.VOLATILE for qos in offered)
     return QoSProfile(

@@ -1,1 +1,1 @@
-"""The turtle simulator of ROS 2's first pages, its window in a browser: package `turtlesim`."""
+"""The turtle simulator of ROS 2's tutorials, with its window in a browser: package `turtlesim`."""

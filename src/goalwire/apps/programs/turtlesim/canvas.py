@@ -1,4 +1,4 @@
-"""The picture that turtles draw on: a raster for the colour sensor and for browsers that come late."""
+"""The picture on which turtles draw, as pixels: for the colour sensor and for browsers that connect later."""
 
 from __future__ import annotations
 

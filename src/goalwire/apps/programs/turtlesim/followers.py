@@ -1,4 +1,4 @@
-"""draw_square and mimic: programs that watch a turtle and move one."""
+"""draw_square and mimic: programs that read a turtle's pose and command a turtle."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from goalwire.apps.programs.running import spin
 from goalwire.apps.programs.turtlesim.world import normalize
 
 SIDE = 2.0
-"""Units of a side of the square."""
+"""The side of the square, in units."""
 FORWARD, TURN = 1.0, 0.4
 NEAR, NEAR_RAD = 0.1, 0.01
 
@@ -83,7 +83,7 @@ class DrawSquare(Node):
 
 
 class Mimic(Node):
-    """Commands on `output/cmd_vel` the speeds that `input/pose` tells of."""
+    """Publishes the speeds of `input/pose` on `output/cmd_vel`."""
 
     def __init__(self) -> None:
         super().__init__('turtle_mimic')

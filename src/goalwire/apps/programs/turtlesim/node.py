@@ -30,9 +30,9 @@ from goalwire.apps.programs.window import Window, add_window_options, to_data_ur
 DEPTH = 7
 TURN_RAD_S = 1.0
 CLOSE_RAD = 0.02
-"""How near to its goal a rotation ends."""
+"""The distance from the goal at which a rotation ends, in rad."""
 STEPS_A_PICTURE = 2
-"""A browser is sent every second step: 31 pictures a second."""
+"""Browsers get every second step: 31 pictures a second."""
 
 
 class TurtleSim(Node):
@@ -69,7 +69,7 @@ class TurtleSim(Node):
 
     @property
     def is_holonomic(self) -> bool:
-        """Whether turtles may move sideways."""
+        """True if turtles may move sideways."""
         return bool(self._holonomic.value)
 
     def now_s(self) -> float:
@@ -150,7 +150,7 @@ class TurtleSim(Node):
 
     def _spawn(self, request: Spawn.Request, response: Spawn.Response) -> Spawn.Response:
         if not all(map(math.isfinite, (request.x, request.y, request.theta))):
-            self.get_logger().error('A turtle needs a place and a heading that are numbers')
+            self.get_logger().error('A turtle needs finite numbers for its place and heading')
             return response
         with self.lock:
             turtle = self.world.spawn(request.name, request.x, request.y, request.theta)
@@ -204,7 +204,7 @@ class TurtleEndpoints:
         )
 
     def close(self) -> None:
-        """Take all of it out of the graph."""
+        """Remove all endpoints of the turtle from the graph."""
         self._end_rotation(succeeded=False)
         self._action.destroy()
         for service in self._services:
@@ -253,7 +253,7 @@ class TurtleEndpoints:
 
     async def _execute(self, goal_handle: ServerGoalHandle) -> RotateAbsolute.Result:
         if not math.isfinite(goal_handle.request.theta):
-            self._node.get_logger().error('A rotation needs a heading that is a number')
+            self._node.get_logger().error('A rotation needs a finite number as its heading')
             goal_handle.abort()
             return RotateAbsolute.Result()
         if self._rotation is not None:
@@ -276,7 +276,7 @@ class TurtleEndpoints:
         sideways = twist.linear.y if self._node.is_holonomic else 0.0
         speeds = (twist.linear.x, sideways, twist.angular.z)
         if not all(map(math.isfinite, speeds)):
-            self._node.get_logger().warning('A command with speeds that are not numbers stops the turtle')
+            self._node.get_logger().warning('The turtle stops: the speeds of a command are not finite')
             speeds = (0.0, 0.0, 0.0)
         self.turtle.command(self._node.now_s(), *speeds)
 
@@ -307,7 +307,7 @@ class TurtleEndpoints:
     def _are_numbers(self, *values: float) -> bool:
         if all(map(math.isfinite, values)):
             return True
-        self._node.get_logger().error('A turtle cannot be put where no number says')
+        self._node.get_logger().error('A turtle cannot be moved: the target is not a finite number')
         return False
 
 

@@ -31,7 +31,7 @@ Use arrow keys to move the turtle.
 Use g|b|v|c|d|e|r|t keys to rotate to absolute orientations. 'f' to cancel a rotation.
 'q' to quit."""
 ARROWS = {UP: (1.0, 0.0), DOWN: (-1.0, 0.0), LEFT: (0.0, 1.0), RIGHT: (0.0, -1.0)}
-"""Key to forward and turn, each as a factor of its scale."""
+"""By key: forward and turn, each as a factor of its scale."""
 HEADINGS = {
     'g': 0.0,
     't': 0.7854,
@@ -42,7 +42,7 @@ HEADINGS = {
     'v': -1.5708,
     'b': -0.7854,
 }
-"""Key to heading in rad. The keys lie around f as the headings do around the turtle."""
+"""By key: a heading in rad. A key lies in the direction from F into which it turns the turtle."""
 
 
 class TeleopTurtle(Node):
@@ -60,7 +60,7 @@ class TeleopTurtle(Node):
         self._goal: Future[ClientGoalHandle] | None = None
 
     def press(self, key: str) -> bool:
-        """Do what a key says; returns False for the one that ends the program."""
+        """Carry out a key; return False for the key that ends the program."""
         key = key if key in ARROWS else key.lower()
         if key in ARROWS:
             forward, turn = ARROWS[key]

@@ -1,4 +1,4 @@
-"""Turtles that move and draw, without ROS and without a window. Facts of ROS 2's turtlesim.
+"""Turtles that move and draw, without ROS and without a window. The figures are those of ROS 2's turtlesim.
 
 Lengths are in units of 45 pixels, the height of the original's turtle; angles in rad, counterclockwise from
 the x axis; the lower left corner is (0, 0).
@@ -25,7 +25,7 @@ PEN: Colour = (0xB3, 0xB8, 0xFF)
 COMMAND_LASTS_S = 1.0
 """How long a turtle moves after its last command."""
 LOOKS = 8
-"""How many kinds of turtles there are to be told apart."""
+"""The number of pictures of turtles, which tell turtles apart."""
 
 
 _FLOATS = struct.Struct('fff')
@@ -42,7 +42,7 @@ class Line(NamedTuple):
 
 @dataclass
 class Turtle:
-    """Where a turtle is, how fast it moves, and what it draws with."""
+    """The pose, the speed and the pen of a turtle."""
 
     name: str
     x: float
@@ -69,7 +69,7 @@ class Turtle:
 class World:
     """All turtles, and what they have drawn.
 
-    `on_line` is called with each line, `on_wall` with a turtle's name and where it would have gone.
+    `on_line` is called with each line, `on_wall` with a turtle's name and the place beyond the wall.
     """
 
     def __init__(self, on_line: Callable[[Line], None], on_wall: Callable[[str, float, float], None]) -> None:
@@ -101,7 +101,7 @@ class World:
         return turtle
 
     def teleport(self, turtle: Turtle, x: float, y: float, theta: float) -> None:
-        """Put a turtle somewhere at once; its pen draws the way."""
+        """Move a turtle to a place at once; its pen draws the line."""
         before = turtle.pixel()
         turtle.x, turtle.y, turtle.theta = x, min(y, LENGTH), theta
         self._draw(turtle, before)
