@@ -214,7 +214,7 @@ def _check(value: Any) -> Any:
     """Return a value that may become a parameter. Raises TypeError for any other."""
     if isinstance(value, bool | int | float | str | bytes | Path | Substitution | ParameterValue):
         return value
-    if hasattr(value, 'tolist'):  # numpy's numbers
+    if hasattr(value, 'tolist'):  # numpy scalars
         return _check(value.tolist())
     if isinstance(value, Sequence):
         if all(not isinstance(item, list | tuple) or _is_text(item) for item in value):
@@ -270,7 +270,7 @@ def evaluate_value(context: LaunchContext, value: Any) -> Any:
         return str(value)
     if isinstance(value, Iterable):
         return _uniform([_item(context, item) for item in value])
-    if hasattr(value, 'tolist'):  # numpy's numbers
+    if hasattr(value, 'tolist'):  # numpy scalars
         return evaluate_value(context, value.tolist())
     raise TypeError(f'{value!r:.100} is neither a number, a boolean, a string, bytes nor a list of them')
 

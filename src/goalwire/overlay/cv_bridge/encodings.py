@@ -41,7 +41,7 @@ class Encoding(NamedTuple):
     """One of DEPTHS."""
     channels: int
     kind: str
-    """The meaning of the channels: 'gray', one of COLOURS, 'uyvy', 'yuyv', or 'rggb' and its like.
+    """The meaning of the channels: 'gray', one of COLOURS, 'uyvy', 'yuyv', or a Bayer pattern such as 'rggb'.
 
     '' if the name tells only the number of channels.
     """

@@ -112,7 +112,7 @@ class DiagnosticTaskVector:
 
     def __init__(self) -> None:
         self.tasks: list[_NamedRun] = []
-        self.lock = threading.Lock()  # held to change or copy the list; never while a task runs
+        self.lock = threading.Lock()  # guards the list; not held while a task runs
 
     def addedTaskCallback(self, task: _NamedRun) -> None:
         """Do nothing. Override this to get each task that is added."""
@@ -151,7 +151,7 @@ class DiagnosticTaskVector:
 
 
 class Updater(DiagnosticTaskVector):
-    """Runs its tasks in a period of seconds, and publishes their statuses on /diagnostics.
+    """Runs its tasks every `period` seconds, and publishes their statuses on /diagnostics.
 
     The parameter `diagnostic_updater.period` replaces the period. If `diagnostic_updater.use_fqn` is true,
     the statuses carry the node's name with its namespace, else only its name.

@@ -1,6 +1,6 @@
 """rclpy.type_support: checks for message, service and action classes, and the types for annotations.
 
-The generic names are those of rclpy 9 (ROS 2 Kilted); `MsgType` and its kin are those of rclpy 7.
+The generic names are those of rclpy 9 (ROS 2 Kilted); `MsgType` and similar names are those of rclpy 7.
 """
 
 from typing import TYPE_CHECKING, Protocol, TypeAlias, TypeVar

@@ -63,7 +63,7 @@ def get_service(identifier: str) -> type:
 def get_action(identifier: str) -> type:
     """Return the class of 'example_interfaces/action/Fibonacci' or 'example_interfaces/Fibonacci'.
 
-    Raises ValueError for what is not an action.
+    Raises ValueError for anything else.
     """
     found = get_interface(_with_kind(identifier, 'action'))
     if not is_action(found):

@@ -20,7 +20,7 @@ Converter: TypeAlias = Callable[[Any], Any]
 
 
 class TransformRegistration:
-    """Functions that transform an object, by its type; one table for the whole process."""
+    """The functions that transform objects, by type; the whole process shares one table."""
 
     _transformers: ClassVar[dict[type, Transformer]] = {}
 
@@ -38,7 +38,7 @@ class TransformRegistration:
 
 
 class ConvertRegistration:
-    """Functions that convert objects to messages, from messages and directly."""
+    """The functions that convert objects, by type: to messages, from messages, and directly."""
 
     _to_msg: ClassVar[dict[type, Converter]] = {}
     _from_msg: ClassVar[dict[type, Converter]] = {}

@@ -96,7 +96,7 @@ class AsyncNode(BaseNode):
         *,
         check_interval: float = 0.1,
     ) -> None:
-        """Wait until the node is there. A change of the graph wakes this, so `check_interval` has no effect.
+        """Wait until the node is in the graph; `check_interval` has no effect, since each change wakes this.
 
         Raises ShutDownError at shutdown.
         """

@@ -347,7 +347,7 @@ def refuse_assignment(node: object, name: str) -> NoReturn:
 
 
 reserve_properties(BaseNode)
-BaseNode.__init__.__qualname__ = 'Node.__init__'  # for Python's error if the name is missing
+BaseNode.__init__.__qualname__ = 'Node.__init__'  # shown in TypeErrors
 
 
 @contextmanager
