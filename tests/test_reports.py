@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import signal
 from typing import NamedTuple
+
+import pytest
 
 from goalwire.logging import LoggingSeverity, LogRecord
 from goalwire.reports import RejectCounters, report_failure
@@ -65,3 +68,25 @@ def test_a_failure_that_comes_again_is_told_at_powers_of_ten(records: list[LogRe
     firsts = [record.message.splitlines()[0].rpartition('; ')[2] for record in records]
     lost = 'this delivery is lost'
     assert firsts == [lost, f'{lost} (10 times by now)', f'{lost} (100 times by now)', lost, lost]
+
+
+def test_what_a_signals_handler_raises_in_a_receiver_goes_to_the_program(records: list[LogRecord]) -> None:
+    class Late(Exception):
+        pass
+
+    def ring(_number: int, _frame: object) -> None:
+        raise Late
+
+    def receive() -> None:
+        try:
+            signal.raise_signal(signal.SIGALRM)
+        except Exception as error:
+            report_failure('here', error)
+
+    before = signal.signal(signal.SIGALRM, ring)
+    try:
+        with pytest.raises(Late):
+            receive()
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert records == []

@@ -657,6 +657,10 @@ class TransportError(GoalwireError):
     """The wire itself failed."""
 
 
+class AddressTakenError(TransportError):
+    """Another program listens at the address that a session was to listen at."""
+
+
 class SecurityError(GoalwireError):
     """A keystore, an identity or a policy cannot be used as asked."""
 

@@ -6,8 +6,10 @@ the transport's thread go on.
 
 from __future__ import annotations
 
+import signal
 from collections import Counter
-from threading import Lock
+from threading import Lock, current_thread, main_thread
+from types import CodeType
 from typing import Protocol
 
 from goalwire.errors import peer_text
@@ -85,7 +87,13 @@ _failures: Counter[tuple[str, type[Exception]]] = Counter()
 
 
 def report_failure(where: str, error: Exception) -> None:
-    """Log what the receiver at `where` raised: the first of a type, and then each power of ten."""
+    """Log what the receiver at `where` raised: the first of a type, and then each power of ten.
+
+    A signal may have come while the receiver ran, and the program's handler raises in the midst of it. That
+    error is meant for the program: it is raised again, and comes out of spin.
+    """
+    if is_from_signal_handler(error):
+        raise error
     kind = where, type(error)
     with _lock:
         if kind not in _failures and len(_failures) >= _PLACES_LIMIT:
@@ -101,3 +109,21 @@ def report_failure(where: str, error: Exception) -> None:
     get_logger(LOGGER).error(
         f'{where}: its receiver raised; this delivery is lost{times}\n{traceback_text(error)}'
     )
+
+
+def is_from_signal_handler(error: BaseException) -> bool:
+    """Return whether a signal's handler raised the error, or a function that the handler called."""
+    if current_thread() is not main_thread():
+        return False  # Python calls handlers on the main thread only
+    codes = {_code_of(signal.getsignal(number)) for number in signal.valid_signals()}
+    trace = error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code in codes:
+            return True
+        trace = trace.tb_next
+    return False
+
+
+def _code_of(handler: object) -> CodeType | None:
+    code = getattr(getattr(handler, '__func__', handler), '__code__', None)
+    return code if isinstance(code, CodeType) else None

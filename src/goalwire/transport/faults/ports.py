@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from goalwire.errors import LocalError
 from goalwire.reports import report_failure
 from goalwire.rules.qos_events import PublisherEvent, SubscriptionEvent
-from goalwire.transport.contract import ClientPort, Port, PublisherPort, Request, Sample
+from goalwire.transport.contract import ClientPort, Loan, Port, PublisherPort, Request, Sample
 from goalwire.transport.faults.kinds import Kind, Moment, Packet
 from goalwire.transport.faults.plan import Plan
 
@@ -116,6 +116,14 @@ class FaultyPublisher(FaultyPort, PublisherPort):
         if self.faults.passes(Moment.SENDING, packet):
             self._inner.publish(payload)
             self.faults.passes(Moment.SENT, packet)
+
+    def borrow(self, size: int) -> None:  # noqa: ARG002
+        """Lend no memory: faults change a message's bytes, so each message is sent as bytes."""
+        self.faults.call('publisher.borrow')
+
+    def publish_loan(self, loan: Loan) -> None:
+        """Send the message that was written into a loan, as `publish` does."""
+        self.publish(bytes(loan.view))
 
     def assert_liveliness(self) -> None:
         """Show that the publisher is alive."""

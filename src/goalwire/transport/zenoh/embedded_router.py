@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from goalwire.errors import TransportError
+from goalwire.errors import AddressTakenError, TransportError
 from goalwire.reports import LOGGER
 from goalwire.transport.zenoh.settings import environment
 from goalwire.transport.zenoh.settings.native import BeyondOursError, router_settings
 from goalwire.transport.zenoh.settings.values import Configuration
-from goalwire.zenoh.io.listeners import AddressTakenError
 
 PORT_IS_TAKEN = 'listener'
 """The text in zenoh's error for a port that cannot be bound; other errors are about the configuration."""

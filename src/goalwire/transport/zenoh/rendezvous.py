@@ -200,8 +200,8 @@ class EmbeddedRouter:
 
         Raises TransportError, and ForkedError if the parent of this process has used eclipse-zenoh.
         """
+        from goalwire.errors import AddressTakenError
         from goalwire.transport.zenoh.embedded_router import open_router
-        from goalwire.zenoh.io.listeners import AddressTakenError
 
         try:
             self._router = open_router(self._port, self._config, self._note_eclipse)

@@ -8,15 +8,11 @@ from errno import EADDRINUSE
 
 from goalwire.concurrency.forks import open_privately
 from goalwire.concurrency.poller import IN, Poller
-from goalwire.errors import TransportError
+from goalwire.errors import AddressTakenError, TransportError
 from goalwire.zenoh.io.endpoints import Endpoint, locators_of, resolve
 
 AGAIN_S = 1.0
 """The pause in accepting connections after this process has run out of file descriptors."""
-
-
-class AddressTakenError(TransportError):
-    """Another program listens at the address."""
 
 
 class Listeners:
