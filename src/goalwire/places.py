@@ -44,6 +44,24 @@ def place_of_frame(frame: FrameType) -> str:
     return _shown(frame.f_code.co_filename, frame.f_lineno)
 
 
+def source_of_frame(frame: FrameType) -> str:
+    """Return the line that a frame executes, without its comment; '' if its file cannot be read."""
+    from linecache import getline  # imported here, since only warnings need it
+
+    return getline(frame.f_code.co_filename, frame.f_lineno).partition('  # ')[0].strip()
+
+
+def raising_place(error: BaseException) -> str:
+    """Return the program's innermost function and line of a traceback: 'count() in counter.py:12', or ''."""
+    found, step = '', error.__traceback__
+    while step is not None:
+        code = step.tb_frame.f_code
+        if not _is_foreign(code):
+            found = f'{code.co_qualname}() in {_shown(code.co_filename, step.tb_lineno)}'
+        step = step.tb_next
+    return found
+
+
 def function_place(function: object) -> str:
     """Return where a function or a method is defined; '' for one that is not the program's own."""
     if isinstance(function, MethodType):

@@ -94,8 +94,8 @@ def test_the_warning_is_ros_2s_own_and_true_on_every_wire(
 ) -> None:
     assert incompatible_qos_warning(event, 'chat', RELIABILITY, wire=None) == said
     lenient = incompatible_qos_warning(event, 'chat', RELIABILITY, wire='rmw_zenoh_cpp')
-    assert 'On DDS no messages will be ' in lenient
-    assert 'rmw_zenoh_cpp, which runs now, ' in lenient
+    assert 'With DDS, as on most robots, no messages will be ' in lenient
+    assert 'with rmw_zenoh_cpp, which runs here, they arrive. ' in lenient
     assert 'No messages' not in lenient
     assert lenient.partition(' QoS. ')[0] == said.partition(' QoS. ')[0]
     assert lenient.partition('Last ')[2] == said.partition('Last ')[2]

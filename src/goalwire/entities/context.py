@@ -169,9 +169,10 @@ class Context:
         use = None if ends_early() else self.override_use
         for complaint in use.describe_unused() if use else ():
             logging.get_logger('rcl').warning(complaint)
+        unanswered = self.unspun.unanswered()
         for node in self.unspun.never_spun():
-            logging.get_logger(node.logger).warning(node.describe())
-        for complaint in self.unspun.unanswered():
+            logging.get_logger(node.logger).warning(node.describe(beside_calls=bool(unanswered)))
+        for complaint in unanswered:
             logging.get_logger('rclpy').warning(complaint)
 
     def _look_early(self) -> None:

@@ -65,8 +65,11 @@ class UnspunNode:
         work_queue = self._work_queue()
         return work_queue is not None and not self.has_executor and work_queue.waits(now - 10**9)
 
-    def describe(self, *, beside_others: bool = False) -> str:
-        """Return what to do, in one sentence; `beside_others` while other nodes are spun without end."""
+    def describe(self, *, beside_others: bool = False, beside_calls: bool = False) -> str:
+        """Return what to do, in one sentence; `beside_others` while other nodes are spun without end.
+
+        `beside_calls`: the program is told to wait for an answer, too, which rclpy.spin(node) would prevent.
+        """
         kinds = ', '.join(f'{n} {kind}{"s" if n > 1 else ""}' for kind, n in self.callbacks.items())
         what, call = (
             ('was added to an executor that was never spun', 'executor.spin()')
@@ -74,6 +77,8 @@ class UnspunNode:
             else ('was never spun', 'rclpy.spin(node)')
         )
         advice = f'call {call} after you have made it'
+        if beside_calls:
+            advice = 'add it to the executor that waits for the answer'
         if beside_others:
             advice = (
                 'rclpy.spin() runs one node and does not return: write executor = SingleThreadedExecutor(), '
@@ -112,9 +117,15 @@ class UnspunNodes:
         """Return a sentence for each client whose answers nobody waited for: its node was never spun."""
         if not tells_at_end():
             return []
+        advice = 'rclpy.spin_until_future_complete(node, future) behind the call'
+        if self.never_spun():
+            advice = (
+                'executor = SingleThreadedExecutor(), executor.add_node(…) for each node, and behind the '
+                'call executor.spin_until_future_complete(future)'
+            )
         return [
             f"the program ended before the answer of the service '{client.full_name}' came: write "
-            f'rclpy.spin_until_future_complete(node, future) behind the call{at(place)}'
+            f'{advice}{at(place)}'
             for client, place in ((reference(), place) for reference, place in self._calls)
             if client is not None and client.pending and client.node.work_queue.home.driver is None
         ]

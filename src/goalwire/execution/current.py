@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from threading import local
 from typing import TYPE_CHECKING, Protocol
+
+from goalwire.places import program_frame
 
 if TYPE_CHECKING:
     from goalwire.execution.ready_queue import CallbackGroup, NodeWorkQueue
@@ -71,10 +74,12 @@ def why_it_cannot_answer(work_queue: NodeWorkQueue, group: CallbackGroup | None)
     To be called before this thread blocks until an entity of the same process has done something.
     """
     if group is not None and group in held_groups.get():
+        name, written = _describe_caller()
         return (
-            'its callback cannot run before the calling callback returns, since both are in one mutually '
-            "exclusive callback group: write 'async def' and 'await client.call_async(request)', or give one "
-            'of them a callback group of its own'
+            f'its callback cannot run before {name} returns, and {name} waits for its answer, since both are '
+            f"in one mutually exclusive callback group: write {written} and in it 'answer = await "
+            "client.call_async(request)', or give one of them a callback group of its own, "
+            'callback_group=MutuallyExclusiveCallbackGroup()'
         )
     for executor in active_executors.executors:
         if work_queue.queue is executor.work_queue.queue and executor.thread_waits_alone():
@@ -83,3 +88,15 @@ def why_it_cannot_answer(work_queue: NodeWorkQueue, group: CallbackGroup | None)
                 'put one of the nodes into another executor, or await call_async()'
             )
     return None
+
+
+def _describe_caller() -> tuple[str, str]:
+    """Return the name of the program's function that calls, and how it begins as a coroutine."""
+    frame = program_frame(sys._getframe(1))
+    code = None if frame is None else frame.f_code
+    if code is None or not code.co_name.isidentifier():  # a lambda
+        return 'the calling callback', "it as an 'async def'"
+    return (
+        f'{code.co_name}()',
+        f"'async def {code.co_name}({', '.join(code.co_varnames[: code.co_argcount])}):'",
+    )

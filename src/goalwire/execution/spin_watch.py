@@ -17,7 +17,7 @@ from goalwire.execution.callback_runner import CallbackRunner
 from goalwire.execution.monotonic import STEADY, is_machine_time
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.logging import get_logger
-from goalwire.places import outermost_program_frame, place_of_frame
+from goalwire.places import outermost_program_frame, place_of_frame, source_of_frame
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,12 +43,14 @@ _LATE_NS = 500_000_000
 """A second look is made if a timer is later than this."""
 AWAIT = "in an 'async def' write 'await asyncio.sleep(…)' and await what takes long"
 _RETURN = (
-    'let it return, and do the rest in a timer or in a thread; or spin with a MultiThreadedExecutor and give '
-    'it a callback group of its own'
+    'let it return, and do the rest in a timer, self.create_timer(seconds, self.rest), or in a thread, '
+    'threading.Thread(target=self.rest).start(); or spin with a MultiThreadedExecutor and give it '
+    'callback_group=MutuallyExclusiveCallbackGroup()'
 )
 _OWN_GROUP = (
-    'they are in one callback group, of which one runs at a time, under a MultiThreadedExecutor, too: write '
-    'callback_group=MutuallyExclusiveCallbackGroup() where you make its timer, subscription or service'
+    'callbacks of one callback group never run at the same time, even with a MultiThreadedExecutor: where '
+    'the program creates the subscription, timer or service of {}(), write '
+    'callback_group=MutuallyExclusiveCallbackGroup(), from rclpy.callback_groups'
 )
 
 
@@ -155,7 +157,8 @@ def of_pool(pool: Pool, ready: ReadyQueue, timer_heap: TimerHeap) -> Callable[[]
             remedy = more if are_all_busy else _OWN_GROUP if _holds_default_group(source) else ''
             frame = _callback_of(thread.ident) if remedy else None
             if frame is not None:
-                found.append(Suspect(frame, _mark(frame), _advise(frame, remedy)))
+                name = frame.f_code.co_name
+                found.append(Suspect(frame, _mark(frame), _advise(frame, remedy.format(name))))
         return found
 
     return find
@@ -191,6 +194,8 @@ def _advise(frame: FrameType, otherwise: str) -> str:
 
 def _tell(suspect: Suspect) -> None:
     said = suspect.said.format(suspect.frame.f_code.co_qualname)
+    line, place = source_of_frame(suspect.frame), place_of_frame(suspect.frame)
+    doing = f' (it is at: {line})' if line else ''
     get_logger('goalwire').warning(
-        f'{said}, and other callbacks wait for it: {suspect.remedy} ({place_of_frame(suspect.frame)})'
+        f'{said}{doing}, and other callbacks wait for it: {suspect.remedy} ({place})'
     )

@@ -204,14 +204,14 @@ def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *
     """
     if isinstance(event, PublisherEvent):
         found = f"New subscription discovered on topic '{topic}', requesting incompatible QoS. "
-        consequence, is_passed = 'o messages will be sent to it', 'sends'
+        consequence = 'o messages will be sent to it'
     else:
         found = f"New publisher discovered on topic '{topic}', offering incompatible QoS. "
-        consequence, is_passed = 'o messages will be received from it', 'delivers'
+        consequence = 'o messages will be received from it'
     limits = (
         f'N{consequence}. '
         if wire is None
-        else f'On DDS n{consequence}; {wire}, which runs now, {is_passed} them all the same. '
+        else f'With DDS, as on most robots, n{consequence}; with {wire}, which runs here, they arrive. '
     )
     return f'{found}{limits}Last incompatible policy: {policy.policy}{_REMEDIES.get(policy, "")}'
 

@@ -378,7 +378,7 @@ def test_a_call_that_would_wait_for_itself_raises_at_once(
     spin(node, threads=threads)
     text = str(raised.expect()[0])
     assert "a blocking call of '/add' can never be answered: its callback " in text
-    assert 'await client.call_async(request)' in text
+    assert "write 'async def callback():' and in it 'answer = await client.call_async(request)'" in text
 
 
 def test_a_call_works_inside_a_callback_of_another_group(make_node: MakeNode, spin: Spin) -> None:

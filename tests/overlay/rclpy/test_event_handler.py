@@ -186,7 +186,7 @@ def test_by_default_incompatible_qos_is_logged_on_both_sides_in_ros_2s_words(
     other.create_subscription(String, 'chat', nothing, lasting)
     spin(node, other)
     lines = logged.expect(2)
-    limit = 'N' if transport_name == DDS else 'On DDS n'
+    limit = 'N' if transport_name == DDS else 'With DDS, as on most robots, n'
     remedy = 'Last incompatible policy: RELIABILITY; write reliability=ReliabilityPolicy.RELIABLE in the '
     for begin in (
         f"n: New subscription discovered on topic 'chat', requesting incompatible QoS. {limit}o messages ",

@@ -278,11 +278,12 @@ class Execution(CallbackSource):
         if isinstance(error, ShutDownError) and not server.node.context.ok():
             server.logger.warning(f'A goal was stopped by the end of the context: {error}')
         else:
+            from goalwire.places import raising_place
             from goalwire.tracebacks import traceback_text
 
             told = f'Error raised in execute callback: {peer_text(error)}'
             outcome = 'so the goal is aborted' if self._handle.is_active else 'the goal had ended before'
-            remedy = "correct the program's line that is shown last"
+            remedy = f'correct {raising_place(error) or "the execute callback"}'
             server.logger.error(f'{told}; {outcome}: {remedy}\n{traceback_text(error)}')
         if isinstance(error, Exception):
             self._finish(server.failure(self._handle, error))

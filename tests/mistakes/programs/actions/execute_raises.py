@@ -1,5 +1,5 @@
 # The execute callback raises.
-# says: Error raised in execute callback: list index out of range; so the goal is aborted: correct the program's line that is shown last
+# says: Error raised in execute callback: list index out of range; so the goal is aborted: correct execute() in execute_raises.py:10
 import rclpy
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient, ActionServer

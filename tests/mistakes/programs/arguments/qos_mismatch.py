@@ -1,5 +1,5 @@
 # A reliable subscription meets a best-effort publisher.
-# says: New subscription discovered on topic 'chatter', requesting incompatible QoS. On DDS no messages will be sent to it; rmw_zenoh_cpp, which runs now, sends them all the same. Last incompatible policy: RELIABILITY; write reliability=ReliabilityPolicy.RELIABLE in the QoSProfile of the publisher, or BEST_EFFORT in that of the subscription
+# says: New subscription discovered on topic 'chatter', requesting incompatible QoS. With DDS, as on most robots, no messages will be sent to it; with rmw_zenoh_cpp, which runs here, they arrive. Last incompatible policy: RELIABILITY; write reliability=ReliabilityPolicy.RELIABLE in the QoSProfile of the publisher, or BEST_EFFORT in that of the subscription
 # ctrl-c: yes
 import rclpy
 from rclpy.qos import QoSProfile, ReliabilityPolicy

@@ -1,5 +1,5 @@
 # time.sleep() stands in an async callback.
-# says: the callback Robot.work() has not returned for seconds, and other callbacks wait for it: in an 'async def' write 'await asyncio.sleep(…)' and await what takes long
+# says: and other callbacks wait for it: in an 'async def' write 'await asyncio.sleep(…)' and await what takes long
 # within: 5 s
 # ctrl-c: yes
 import time

@@ -1,5 +1,5 @@
 # time.sleep() stands in a program of the asyncio API.
-# says: work() has kept the asyncio loop for seconds, and other callbacks wait for it: write 'await asyncio.sleep(…)' and not time.sleep(), and 'await asyncio.to_thread(function)' for what takes long
+# says: and other callbacks wait for it: write 'await asyncio.sleep(…)' and not time.sleep(), and 'await asyncio.to_thread(function)' for what takes long
 # within: 5 s
 # ctrl-c: yes
 import asyncio

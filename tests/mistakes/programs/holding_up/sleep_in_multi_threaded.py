@@ -1,5 +1,5 @@
 # A callback sleeps under a MultiThreadedExecutor, in the same group as a timer.
-# says: the callback Robot.hear() has not returned for seconds, and other callbacks wait for it: they are in one callback group, of which one runs at a time, under a MultiThreadedExecutor, too: write callback_group=MutuallyExclusiveCallbackGroup() where you make its timer, subscription or service
+# says: and other callbacks wait for it: callbacks of one callback group never run at the same time, even with a MultiThreadedExecutor: where the program creates the subscription, timer or service of hear(), write callback_group=MutuallyExclusiveCallbackGroup(), from rclpy.callback_groups
 # within: 4 s
 # ctrl-c: yes
 import time

@@ -1,5 +1,5 @@
 # A subscription's callback sleeps while a timer waits.
-# says: the callback Robot.hear() has not returned for seconds, and other callbacks wait for it: let it return, and do the rest in a timer or in a thread; or spin with a MultiThreadedExecutor and give it a callback group of its own
+# says: the callback Robot.hear() has not returned for seconds (it is at: time.sleep(20)), and other callbacks wait for it: let it return, and do the rest in a timer, self.create_timer(seconds, self.rest), or in a thread, threading.Thread(target=self.rest).start(); or spin with a MultiThreadedExecutor and give it callback_group=MutuallyExclusiveCallbackGroup()
 # within: 5 s
 # ctrl-c: yes
 import time

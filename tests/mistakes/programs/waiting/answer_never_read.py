@@ -1,5 +1,5 @@
 # The program ends before the answer comes.
-# says: the program ended before the answer of the service '/battery' came: write rclpy.spin_until_future_complete(node, future) behind the call
+# says: the program ended before the answer of the service '/battery' came: write executor = SingleThreadedExecutor(), executor.add_node(…) for each node, and behind the call executor.spin_until_future_complete(future)
 import rclpy
 from std_srvs.srv import Trigger
 

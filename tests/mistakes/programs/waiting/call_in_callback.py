@@ -1,5 +1,5 @@
 # A callback makes a blocking call to a service of its own node.
-# says: a blocking call of '/battery' can never be answered: its callback cannot run before the calling callback returns, since both are in one mutually exclusive callback group: write 'async def' and 'await client.call_async(request)', or give one of them a callback group of its own
+# says: a blocking call of '/battery' can never be answered: its callback cannot run before ask() returns, and ask() waits for its answer, since both are in one mutually exclusive callback group: write 'async def ask(self):' and in it 'answer = await client.call_async(request)', or give one of them a callback group of its own, callback_group=MutuallyExclusiveCallbackGroup()
 import rclpy
 from rclpy.node import Node
 from std_srvs.srv import Trigger
