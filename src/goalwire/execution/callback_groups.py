@@ -40,7 +40,7 @@ class ReentrantCallbackGroup(CallbackGroup):
     ended = ending_execution
 
     def park(self, source: CallbackSource) -> None:
-        """Post `source` again. Executors never call this, since every callback may start."""
+        """Post `source` again. Executors do not call this, since every callback of this group may start."""
         source.work_queue.post(source)
 
 

@@ -28,8 +28,9 @@ class Driven(Protocol):
         """Tell whether its callbacks cannot run while the calling thread blocks."""
 
     def add_capacity(self, count: int) -> None:
-        """Allow `count` more threads, in place of those that block in goalwire's calls; negative: take them
-        back.
+        """Allow `count` more threads, in place of threads that block in goalwire's calls.
+
+        A negative `count` takes such threads back.
         """
 
 

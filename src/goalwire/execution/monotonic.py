@@ -44,8 +44,8 @@ _MACHINE = (SteadyClock.now,)  # in a tuple, since virtual time replaces the clo
 def is_machine_time(clock: SteadyClock) -> bool:
     """Tell whether a clock shows the machine's time: no clock of a test, and no virtual time in its place.
 
-    Code that inspects a program from time to time does so only then. Virtual time leaps from one deadline to
-    the next, and the times of the inspections would be deadlines, too.
+    Code that inspects a program from time to time does so only on the machine's time. Virtual time leaps from
+    one deadline to the next, and the times of the inspections would be deadlines, too.
     """
     return clock is STEADY and SteadyClock.now in _MACHINE
 

@@ -52,7 +52,7 @@ _ASKED_AT_NS = (20_000_000, 100_000_000, 400_000_000, 2_400_000_000)
 _MUTE_AT = 1
 """The index of the time at which the contexts are ended if the main thread has not answered by then."""
 _EARLIER_NS = 10_000_000
-"""The handler of a signal may have run up to this time before the listener has read the signal's number."""
+"""The main thread may run the handler of a signal this much earlier than the listener reads its number."""
 
 
 class SignalListener:

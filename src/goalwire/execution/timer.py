@@ -69,7 +69,7 @@ def adapt_to_info(callback: object) -> Callable[[TimerInfo], object] | None:
 
     try:
         parameters = signature_of(callback).parameters.values()
-    except (TypeError, ValueError):  # a builtin that does not tell
+    except (TypeError, ValueError):  # some builtins have no signature
         return None
     for parameter in parameters:
         if _is_timer_info(parameter.annotation):

@@ -34,8 +34,8 @@ def _excepthook(_kind: type[BaseException], error: BaseException, traceback: Tra
     if not _ended_a_wait(error.with_traceback(traceback)):
         show_uncaught(error)
     if isinstance(error, KeyboardInterrupt):
-        # Python remembers that Ctrl-C ends it, and forgets it when source is compiled and run, as modules
-        # do that formatting a traceback imports. This reminds it, so that the exit status stays right.
+        # Python keeps a flag that Ctrl-C ends the program, for the exit status. Compiling and running source
+        # clears it, and the formatting of a traceback imports modules. This line sets the flag again.
         with suppress(KeyboardInterrupt):
             exec('raise KeyboardInterrupt')  # noqa: S102
 
@@ -48,7 +48,7 @@ def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
     if isinstance(error, ExternalShutdownException):
         return  # the program ends, which also ends the executors that spin in its threads
     if isinstance(error, ClosedError) and exits.has_begun():
-        return  # the same, a moment later: in a callback
+        return  # the program ends, and a callback has used an entity that is closed by now
     name = threading.current_thread().name if arguments.thread is None else arguments.thread.name
     show_uncaught(error, f'Exception in thread {name}:\n')
 
@@ -61,7 +61,7 @@ def _ended_a_wait(error: BaseException) -> bool:
         return False
     if _is_in_library(error):
         return True
-    # asyncio.run() cancels what it runs, and raises KeyboardInterrupt in place of that.
+    # On Ctrl-C asyncio.run() cancels its task, and raises KeyboardInterrupt in place of the CancelledError.
     cancelled = error.__context__
     return (
         type(cancelled).__name__ == 'CancelledError' and cancelled is not None and _is_in_library(cancelled)

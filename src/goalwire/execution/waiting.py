@@ -251,10 +251,10 @@ class Alarms(Protocol):
     """A thread that calls timer entries when they are due: `TimerThread`."""
 
     def set(self, entry: Any, due: int) -> None:
-        """Call `entry` at `due`, in ns of the steady clock."""
+        """Have `entry` called at `due`, in ns of the steady clock."""
 
     def discard(self, entry: Any) -> None:
-        """Do not call `entry`."""
+        """Remove `entry`, so that it is not called."""
 
 
 class ShutdownSignal:

@@ -103,7 +103,7 @@ class DirectFuture(asyncio.Future[None]):
         if self.done():
             return
         self.set_result(None)
-        wakeup, self._wakeup = self._wakeup, None  # the task holds a reference to this
+        wakeup, self._wakeup = self._wakeup, None  # breaks the circle of references with the task
         if wakeup is not None:
             self._context.run(wakeup, self)
 

@@ -142,7 +142,8 @@ class GoalServer(Generic[RequestT, ResultT]):
 
         `execution` comes back with Execute. Under preempt() the earlier goals are cancelled: [PublishStatus,
         StoppedByServer]. A goal that is CANCELING keeps that state: [Execute]; if it would have to wait, it
-        ends. A goal that waits already goes on waiting: []. Raises InvalidTransition after the first time.
+        ends. A goal that waits already goes on waiting: []. Raises InvalidTransition if it ran or ended
+        before.
         """
         goal = self.goals.get(goal_id)
         if goal is None or goal_id in self._places.waiting:

@@ -1,6 +1,7 @@
 """Decides whether a mission may go on by itself after its runner was away.
 
-The return of power alone must not start a machine."""
+The return of power must not be enough to start a machine.
+"""
 
 from __future__ import annotations
 
