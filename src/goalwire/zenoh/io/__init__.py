@@ -3,8 +3,8 @@
     settings        what a session is opened with
     endpoints       addresses such as tcp/localhost:7447
     socket_link     one connection: reads, writes, ends
-    identities      who is at the other side of a link, by its certificate
-    tls             the same with TLS on it
+    identities      the identity of a link's other side, by its certificate
+    tls             one connection with TLS on it
     link_maker      makes the link of a connection, plain or with TLS
     memory          lets glibc keep the memory of large messages for the next ones
     listeners       sockets that accept the connections of others
@@ -12,7 +12,7 @@
     dials           all addresses and nodes that a session connects to
     flusher         sends the small messages that links hold back for a moment to share a frame
     backpressure    threads that wait until a link has room
-    query_timer     ends the queries whose time is over
+    query_timer     ends the queries that have timed out
     relinking       restores the links after the process was stopped for a while
     fault_log       log lines about peers that broke the protocol
     native_session  the session: opens its links, carries out the protocol's requests, and closes

@@ -1,4 +1,4 @@
-"""Connecting, without waiting: to configured addresses for ever, to nodes of gossip for a while.
+"""Connects without blocking: to configured addresses for ever, to nodes of gossip for a limited time.
 
 A connection is started, and checked again when its socket is writable. A host name that needs DNS is looked
 up on a thread of its own, which ends with the answer. After a failure the next address is tried, and after
@@ -96,7 +96,7 @@ class LookUps:
 
 
 class Dial:
-    """One node that is to be reached at one of its addresses."""
+    """Connects to one node, at one of its addresses."""
 
     def __init__(
         self,
@@ -290,7 +290,7 @@ class Dial:
             self._timer = self._poller.call_later(self._pause, self.start)
 
     def refused(self) -> None:
-        """Count a round as failed: the other side has answered and ended the handshake."""
+        """Count the round as failed, since the other side has ended the handshake."""
         if not self.is_over:
             self._pause_after_round()
 

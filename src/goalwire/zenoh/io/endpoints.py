@@ -48,7 +48,7 @@ def as_port(text: str) -> int | None:
 
 
 def parse(text: str) -> Endpoint:
-    """Read an address; what stands behind '?' or '#' is left out. Raises TransportError."""
+    """Read an address; metadata after '?' or '#' is ignored. Raises TransportError."""
     protocol, found, address = text.partition('/')
     host, colon, port = address.partition('#')[0].partition('?')[0].rpartition(':')
     number = as_port(port)

@@ -20,7 +20,7 @@ class FaultLog:
         self._faults: Counter[str] = Counter()
 
     def tell(self, link: Link, why: str) -> None:
-        """Count a link that was closed, and log the reason unless the same was logged shortly before."""
+        """Count a closed link, and log the reason if its count is 1, 10, 100 and so on."""
         kind = ''.join(sign for sign in why if not sign.isdigit())
         if kind not in self._faults and len(self._faults) >= bounds.MOST_FAULTS:
             kind = ''

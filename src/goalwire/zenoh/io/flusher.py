@@ -25,7 +25,7 @@ class Flusher:
     """The flusher of one session. `held` are the links that hold messages back."""
 
     def __init__(self, name: str) -> None:
-        """`name` is that of the thread."""
+        """`name` is the name of the thread."""
         self.held: list[Outgoing] = []
         self._name = name
         self._thread: Thread | None = None
@@ -36,7 +36,7 @@ class Flusher:
         self._gate.acquire()
 
     def hold(self, link: Outgoing) -> None:
-        """Have `link` soon send what it holds back. The link's lock is held."""
+        """Have `link` send its held-back messages soon. The caller holds the link's lock."""
         self._holds += 1
         self.held.append(link)
         # Only now look whether the thread sleeps: it sets `_sleeps` first, and looks at `held` after that.

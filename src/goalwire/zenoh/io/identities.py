@@ -24,7 +24,7 @@ class PeerCertificate:
 
 
 Identify: TypeAlias = Callable[[PeerCertificate], Guard | None]
-"""Returns the guard of a link, or None to let all in. Raises SecurityError if the link is refused."""
+"""Returns the guard of a link, or None to allow everything. Raises SecurityError to refuse the link."""
 
 
 def read_peer_certificate(found: Mapping[str, Any] | None) -> PeerCertificate:

@@ -22,7 +22,7 @@ class LinkMaker:
     def __init__(
         self, owner: SocketLinkOwner, poller: Poller, files: TlsFiles, identify: Identify | None
     ) -> None:
-        """With `identify` all links have TLS, and `identify` names the other side by its certificate."""
+        """With `identify` all links must have TLS; it identifies the other side by its certificate."""
         self._owner = owner
         self._poller = poller
         self._files = files

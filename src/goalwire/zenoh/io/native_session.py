@@ -38,7 +38,7 @@ from goalwire.zenoh.protocol.transport import Role
 CONNECTING_S = 1.0
 """How long opening waits for an address that neither accepts nor refuses."""
 OTHERS_S = 0.1
-"""How long opening waits for nodes that are to connect to this one."""
+"""How long opening waits for nodes that will connect to this one."""
 CLOSING_S = 1.0
 """How long closing waits for the others to read the last messages."""
 

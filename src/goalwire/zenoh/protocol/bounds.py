@@ -86,6 +86,6 @@ together."""
 UNFINISHED_LIMIT = 2 << 30
 """Bytes of the unfinished messages of all links: two of the largest."""
 MOST_PIECES = 1 << 22
-"""Pieces of one message. Each piece costs some 60 bytes beside its content, even an empty one."""
+"""Pieces of one message. Each piece costs some 60 bytes in addition to its content, even an empty piece."""
 STALE_S = 30.0
 """How long an unfinished message is kept if no more pieces come: half of rmw_zenoh's lease."""

@@ -374,7 +374,7 @@ def request_tail(qos: int, target: int, timeout_ms: int) -> bytes:
 
 
 def query_head(consolidation: int, parameters: str, *, has_payload: bool, has_attachment: bool) -> bytes:
-    """Return a QUERY up to its payload's length, or without a payload up to its attachment."""
+    """Return a QUERY up to its payload's length; if it has no payload, up to its attachment."""
     header = QUERY | HAS_CONSOLIDATION
     out = encode_z(consolidation)
     if parameters:

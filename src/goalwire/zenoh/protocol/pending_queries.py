@@ -1,4 +1,4 @@
-"""The queries that a session has sent, by number, until their last answer or the end of their time.
+"""The queries that a session has sent, by number, until their last answer or their timeout.
 
 No lock is held: a query is put into the table, or taken out, in one step. So if two threads end a query, only
 one of them finds it.

@@ -1,12 +1,12 @@
-"""Numbers, texts, ids, extensions, timestamps and encodings: what every message is made of.
+"""Numbers, texts, ids, extensions, timestamps and encodings: the parts of every message.
 
 A number ("z") has groups of seven bits, the least significant first; every byte but the last has its top bit
 set. It has nine bytes at most, and the ninth carries eight bits, so that 64 fit. A number may be padded with
 bytes that add nothing (`86 80 80 00` is 6); sequence numbers are written so, always in four bytes.
 
-A text or a piece of data is its length, a number, and its bytes. Extensions stand in a list behind what they
-extend: each begins with a byte of an id (bits 0-3), "must be known" (0x10), a form (0x60) and "more follow"
-(0x80). The form is one of: nothing, a number (0x20), data (0x40). Equal ids with different forms are
+A text or a piece of data is its length, a number, and its bytes. Extensions follow the part that they extend,
+as a list: each begins with a byte of an id (bits 0-3), "must be known" (0x10), a form (0x60) and "more
+follow" (0x80). The form is one of: nothing, a number (0x20), data (0x40). Equal ids with different forms are
 different extensions. So both together identify an extension here, as in `header & EXTENSION`.
 """
 
@@ -87,7 +87,7 @@ def encode_data(data: bytes) -> bytes:
 
 
 def encode_text(text: str) -> bytes:
-    """Return a text behind its length in bytes."""
+    """Return a text with its length in bytes before it."""
     return encode_data(text.encode())
 
 
@@ -155,7 +155,7 @@ class Reader:
         return decode_text(self.sized())
 
     def zid(self, size: int | None = None) -> bytes:
-        """Take a Zenoh id of `size` bytes, or behind its length."""
+        """Take a Zenoh id of `size` bytes; without `size`, its length stands before it."""
         size = self.z(8) if size is None else size
         if not 0 < size <= MAX_ID:
             raise ZenohProtocolError(f'a Zenoh id has 1 to {MAX_ID} bytes, not {size}')

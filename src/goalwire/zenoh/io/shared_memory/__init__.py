@@ -5,9 +5,9 @@ for each chunk that is lent. It sends a reader the place of the header. The read
 their numbers, copies the payload or keeps a view of it, and lowers the count in the header. A count of 0
 means that the chunk is free.
 
-    layout            what the segments hold, byte for byte
+    layout            the content of the segments, byte for byte
     segments          files in /dev/shm: made, opened, locked, swept
-    agreement         how two sides agree, in INIT and OPEN
+    agreement         the negotiation of two sides, in INIT and OPEN
     allocator         finds free places in a data segment
     pool              the writer: chunks, headers, and which reader holds which chunk
     lender            the writer's side of one link: tests that the reader can read, then lends

@@ -7,7 +7,8 @@
 
 A side that cannot open the other's segment (another machine, another user, another container) says nothing,
 and the link carries bytes. Zenoh until 1.9 and Zenoh since 1.10 store the challenge differently and write
-OPEN differently. Between themselves they do not agree; this side speaks to each in its own way.
+OPEN differently. The two versions do not share memory with each other. This side uses the form of its
+partner.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A chunk is borrowed, filled once, and lent to each link that takes it. Each loan has a header of its own with
 a count of 1, which its reader lowers. So the writer never changes a header that is lent, and needs no atomic
-instruction. The pool looks at the headers when it needs room, and finds what has come back.
+instruction. When the pool needs room, it looks for headers with a count of 0.
 
 Of all data in a segment, the writer trusts only the count. The places, sizes and holders of chunks stand in
 tables of its own.

@@ -4,8 +4,8 @@ The content of another process's segment may be nonsense, and may change at any 
 into memory of our own, and its values are checked against the sizes of the segments. After the payload is
 copied, the header is read again: an equal generation means that the chunk was not reused meanwhile.
 
-A writer of goalwire's lends each header to one link alone and waits for it. Its chunks may be viewed in
-place. Chunks of any other writer are copied at once, since it may take them back by time.
+A writer of goalwire's lends each header to one link only, and waits until it is given back. Its chunks may be
+viewed in place. Chunks of any other writer are copied at once, since it may take them back by time.
 """
 
 from __future__ import annotations
@@ -181,7 +181,7 @@ class MemoryReader:
         return payload if is_intact else None
 
     def _view(self, metadata: Metadata, segment: ForeignSegment, offset: int, pointer: Pointer) -> memoryview:
-        """Return a view that gives the header back when nobody uses it any more.
+        """Return a view that gives the header back when the last reference to the view is gone.
 
         The view has a mapping of its own, which lives as long as the view, even after the link has ended.
         """
