@@ -86,7 +86,7 @@ def test_a_map_without_a_size_of_cells_is_refused(resolution: float) -> None:
 
 
 def test_a_map_that_lacks_cells_is_refused() -> None:
-    with pytest.raises(RemoteError, match='says 2 x 2 cells and has 3'):
+    with pytest.raises(RemoteError, match='should have 2 x 2 cells, but has 3'):
         draw_map(grid(2, 2, [0, 0, 0]))
 
 
