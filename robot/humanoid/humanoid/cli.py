@@ -35,7 +35,7 @@ CLOSED_PIPE = 141  # the exit code if nobody reads the output any more, as after
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run one command line; the exit code of the process."""
+    """Run one command line and return the exit code of the process."""
     lifeline.hold(os.environ)
     try:
         try:
@@ -43,13 +43,13 @@ def main(args: Sequence[str] | None = None) -> int:
         finally:
             print(end='', flush=True)
     except BrokenPipeError:
-        # The interpreter writes what is left when it ends, and would complain.
+        # The interpreter flushes the output when it ends, and would print an error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return CLOSED_PIPE
 
 
 def _run(arguments: list[str]) -> int:
-    """Arguments after a program's name belong to that program, `--ros-args` included."""
+    """Run the command; arguments after a program's name, `--ros-args` included, go to that program."""
     try:
         if arguments and arguments[0] in PROGRAMS:
             program = importlib.import_module(PROGRAMS[arguments[0]])
@@ -98,7 +98,7 @@ def _advice(module: str) -> str:
 
 
 def _options(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Return a command with its options, and ROS 2's arguments, which `--ros-args` begins."""
+    """Return a command with its options, and the arguments for ROS 2, from `--ros-args` on."""
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
     parser = _parser()
     options = parser.parse_args(arguments[:at])

@@ -7,7 +7,7 @@ from builtin_interfaces.msg import Time as TimeMsg
 from rclpy.node import Node
 
 NANOSECONDS = 1_000_000_000
-LAST = 2**31 * NANOSECONDS - 1  # the last moment that ROS messages can name, in January 2038
+LAST = 2**31 * NANOSECONDS - 1  # the last time that a ROS message can hold, in January 2038
 
 
 def now(node: Node) -> float:
@@ -21,7 +21,7 @@ def stamp(node: Node) -> TimeMsg:
 
 
 def time_msg(nanoseconds: int) -> TimeMsg:
-    """Since 1970; a later moment than messages can name becomes the last one of these."""
+    """Return a time since 1970 as a message; a time that is too late for it becomes LAST."""
     sec, nanosec = divmod(min(nanoseconds, LAST), NANOSECONDS)
     return TimeMsg(sec=sec, nanosec=nanosec)
 
@@ -31,6 +31,6 @@ def seconds(moment: TimeMsg | DurationMsg) -> float:
 
 
 def duration_msg(length: float) -> DurationMsg:
-    """`length` in seconds; one longer than messages can name (68 years) becomes the longest of these."""
+    """Return `length` seconds as a message; more than 68 years, the most it can hold, become that."""
     sec, nanosec = divmod(round(min(length * NANOSECONDS, LAST)), NANOSECONDS)
     return DurationMsg(sec=sec, nanosec=nanosec)

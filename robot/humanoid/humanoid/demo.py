@@ -20,20 +20,20 @@ from humanoid.world.names import choose
 
 MISSION = 'mission'
 LATE = 'battery_service'  # started only after the mission has missed it
-FOR_VIEWERS = 'robot_state_publisher'  # of no use to the mission, so without a page started last
+FOR_VIEWERS = 'robot_state_publisher'  # the mission does not need it; without a page it starts last
 WITHOUT_PAGE = 'the demo goes on without the page'
 PAGE_WITHIN = 30.0  # s for the page to be served, before the mission begins without it
 TIME_LIMIT = 180.0  # s: a mission takes about 15, with physics and its three steps more 70
 
 
 class Failed(Exception):
-    """The demo cannot go on; the text says why, naming the program."""
+    """The demo cannot go on; the text says why and names the program."""
 
 
 def demo(
     *, physics: bool | None = None, sim_time: bool = False, view: bool = False, world: str | None = None
 ) -> int:
-    """0 only if every step of the mission ended as it should and no program ended before its time.
+    """Run the demo; return 0 only if every step succeeded and no program ended early.
 
     `physics` as in humanoid.physics.choice, `view`: with the page in the browser, which is served before the
     mission begins, `world`: a name or a file. Raises Taken, NotInstalled, BadWorld and NoView.
@@ -61,7 +61,7 @@ def demo(
                 _follow(supervisor, summary, show, [(name, *arguments) for name in later])
         except Failed as failure:
             problem = str(failure)
-            supervisor.stop(MISSION)  # while there are servers left to cancel its goals
+            supervisor.stop(MISSION)  # while the servers still run, so that they can cancel its goals
     if summary.begun:
         print(summary.table())
     if problem is None and not summary.all_well:
@@ -77,7 +77,7 @@ def _start(supervisor: Supervisor, name: str, *arguments: str) -> None:
 
 
 def _await_page(supervisor: Supervisor) -> None:
-    """Until the page is served, so that a viewer sees the whole mission, or cannot be. Raises Failed."""
+    """Wait until the page is served or has failed: so a viewer sees the whole mission. Raises Failed."""
     deadline = time.monotonic() + PAGE_WITHIN
     while True:
         event = supervisor.next_event(deadline)
@@ -100,7 +100,7 @@ def _relay(event: Printed | Ended) -> None:
 
 
 def _follow(supervisor: Supervisor, summary: Summary, show: Sink, later: Sequence[Sequence[str]]) -> None:
-    """Until the mission has ended; `later`: the programs that begin when it retries. Raises Failed."""
+    """Follow the mission to its end; start the programs in `later` when it retries. Raises Failed."""
     deadline = time.monotonic() + TIME_LIMIT
     while True:
         event = supervisor.next_event(deadline)
@@ -125,9 +125,9 @@ def _follow(supervisor: Supervisor, summary: Summary, show: Sink, later: Sequenc
 
 
 def _judge_end(supervisor: Supervisor, summary: Summary, ended: Ended) -> None:
-    """Return where the mission has run to its end. Raises Failed."""
+    """Return if the mission has run to its end. Raises Failed."""
     if ended.name == MISSION:
-        # A server's death may be what the mission stumbled over, and be next in the queue.
+        # The mission may have failed because a server ended: that event may be next in the queue.
         while event := supervisor.next_event(time.monotonic()):
             if isinstance(event, Ended) and event.name != console.NAME:
                 ended = event

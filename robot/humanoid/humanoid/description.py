@@ -1,4 +1,4 @@
-"""Where the description of the body is: the URDF of the package humanoid_description."""
+"""Finds the description of the body: the URDF of the package humanoid_description."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class NoDescription(ModuleNotFoundError):
 
 
 def urdf_path() -> Path:
-    """The file beside these programs: of the workspace, or of what pip installed; else of ROS 2's index.
+    """Return the file: from the workspace, from what pip installed, or from ROS 2's package index.
 
     Raises NoDescription.
     """
@@ -33,5 +33,5 @@ def urdf_path() -> Path:
 
 
 def urdf_text() -> str:
-    """The description itself. Raises NoDescription."""
+    """Return the text of the description. Raises NoDescription."""
     return urdf_path().read_text(encoding='utf-8')

@@ -1,4 +1,4 @@
-"""How a server is, once a second on /diagnostics, as diagnostic_updater tells it."""
+"""Publishes the health of a server once a second on /diagnostics, as diagnostic_updater does."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Health:
 
 
 class Diagnostics:
-    """Asks `check` once a second and publishes what it says; a check that fails is an ERROR."""
+    """Calls `check` once a second and publishes its result; a check that raises is an ERROR."""
 
     def __init__(self, node: Node, what: str, check: Callable[[], Health]) -> None:
         self._node, self._check = node, check

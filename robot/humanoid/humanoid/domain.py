@@ -1,8 +1,8 @@
-"""One humanoid in a ROS domain: whoever starts one claims its domain first.
+"""One humanoid in a ROS domain: a program that starts a robot claims its domain first.
 
 A claim is a locked file on this machine, which the system lets go when the process ends, however it ends;
-servers that are started one by one share such a lock. What locks cannot tell of, other machines and other
-users, is looked for in the domain itself, by a process of its own (humanoid.look).
+servers that are started one by one share such a lock. A lock does not show robots of other machines and
+users; a separate process (humanoid.look) searches the domain itself for their servers.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from pathlib import Path
 from humanoid.look import SOMEBODY_IS_THERE
 
 VARIABLE = 'ROS_DOMAIN_ID'
-CLAIMED = 'HUMANOID_DOMAIN_CLAIMED'  # set for the children of who holds the domain
+CLAIMED = 'HUMANOID_DOMAIN_CLAIMED'  # set for the children of the process that holds the domain
 DEFAULT = '0'
-LAST = 101  # beyond it DDS' ports are in the range that Linux gives to others
+LAST = 101  # in higher domains DDS uses ports that Linux gives to other programs
 
 
 class Taken(Exception):
@@ -32,8 +32,8 @@ class Taken(Exception):
 def claimed(*, may_move: bool) -> Iterator[None]:
     """Hold a domain without a humanoid while the block runs. Raises Taken.
 
-    That is the domain of ROS_DOMAIN_ID, or domain 0. Where the variable is not set and `may_move`, the next
-    domain that is free will do; it is printed, and this process and its children use it.
+    That is the domain of ROS_DOMAIN_ID, or domain 0. If the variable is not set and `may_move`, the next
+    free domain is taken and printed, and this process and its children use it.
     """
     given = os.environ.get(VARIABLE, '').strip()
     domain, lock = _first_free(given, may_move=may_move)
@@ -48,20 +48,20 @@ def claimed(*, may_move: bool) -> Iterator[None]:
 
 @contextmanager
 def taking_part() -> Iterator[None]:
-    """Keep others from claiming the domain in which one server runs, while the block runs."""
+    """While the block runs, keep others from claiming the domain in which this server runs."""
     if os.environ.get(CLAIMED):
         yield
         return
     lock = _open(os.environ.get(VARIABLE, '').strip() or DEFAULT)
     try:
-        _locks(lock, shared=True)  # beside a whole humanoid it may stand in for a server that died
+        _locks(lock, shared=True)  # if a whole humanoid holds the lock, this server may replace one that died
         yield
     finally:
         os.close(lock)
 
 
 def _first_free(given: str, *, may_move: bool) -> tuple[str, int]:
-    """The domain to use and the descriptor that holds it. Raises Taken."""
+    """Return the domain to use and the file descriptor of its lock. Raises Taken."""
     wanted = given or DEFAULT
     lock = _claim(wanted)
     if lock is not None:
@@ -80,7 +80,7 @@ def _first_free(given: str, *, may_move: bool) -> tuple[str, int]:
 
 
 def _claim(domain: str) -> int | None:
-    """The descriptor that holds a domain in which there is no humanoid; None if there is one."""
+    """Lock a domain and return the descriptor; None if a humanoid is in it."""
     lock = _open(domain)
     try:
         if _locks(lock) and not _somebody_is_in(domain):
@@ -93,7 +93,7 @@ def _claim(domain: str) -> int | None:
 
 
 def _open(domain: str) -> int:
-    """The descriptor of the file that stands for a domain."""
+    """Open the lock file of a domain and return its descriptor."""
     wire = os.environ.get('RMW_IMPLEMENTATION', '')
     user = os.getuid() if hasattr(os, 'getuid') else 0
     name = re.sub(r'\W', '_', f'humanoid_{user}_{wire}_{domain}')[:100] + '.lock'
@@ -102,7 +102,7 @@ def _open(domain: str) -> int:
 
 
 def _locks(descriptor: int, *, shared: bool = False) -> bool:
-    """False where another process holds the file; on Windows nothing is shared."""
+    """Lock the file; return False if another process holds it. On Windows no lock is shared."""
     try:
         if sys.platform == 'win32':
             import msvcrt
@@ -124,7 +124,7 @@ def _somebody_is_in(domain: str) -> bool:
         env={**os.environ, VARIABLE: domain},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,  # what is wrong with ROS here, the servers will say
+        stderr=subprocess.DEVNULL,  # if ROS does not work here, the servers will say so
         check=False,
     )
     return looked.returncode == SOMEBODY_IS_THERE

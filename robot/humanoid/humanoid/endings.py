@@ -1,7 +1,7 @@
 """How a goal begins and ends.
 
-Its end is decided by a control tick and carried out by the goal's own execute callback. What goes wrong on
-the way ends this one goal: it is refused, or aborted with the reason, and the server goes on.
+A control tick decides the end; the goal's own execute callback carries it out. An error on
+the way ends only this goal: it is refused, or aborted with the reason, and the server goes on.
 """
 
 from __future__ import annotations
@@ -52,12 +52,12 @@ class Decision:
 
     async def wait(self) -> Ending:
         ending = await self._future
-        assert ending is not None  # rclpy's futures may hold None; this one never does
+        assert ending is not None  # by its type, a future of rclpy may hold None; this future never does
         return ending
 
 
 class Decided(Protocol):
-    """A goal that runs, as its server keeps it."""
+    """A running goal in its server's table."""
 
     @property
     def decision(self) -> Decision: ...
@@ -67,7 +67,7 @@ D = TypeVar('D', bound=Decided)
 
 
 def judged(node: Node, check: Callable[[], str | None]) -> GoalResponse:
-    """REJECT where `check` returns why the goal cannot be taken, or fails; the reason is logged."""
+    """Return REJECT, and log why, if `check` returns a reason or raises; else return ACCEPT."""
     try:
         reason = check()
     except Exception as error:
@@ -80,12 +80,12 @@ def judged(node: Node, check: Callable[[], str | None]) -> GoalResponse:
 
 
 class GoalFailed(Exception):
-    """A goal cannot go on, and nothing is wrong with the server; the text is the result's message."""
+    """A goal cannot go on although the server works; the text is the result's message."""
 
 
 @contextmanager
 def or_abort(node: Node, end: Callable[[Ending], None]) -> Generator[None, None, None]:
-    """Where the block fails, `end` is told to abort the goal, with the reason as its message."""
+    """If the block raises, call `end` to abort the goal, with the reason as its message."""
     try:
         yield
     except GoalFailed as reason:
@@ -106,7 +106,7 @@ def settle(goal_handle: ServerGoalHandle, ending: Ending) -> None:
 
 
 async def carry_out(node: Node, goal_handle: ServerGoalHandle, goals: dict[bytes, D]) -> tuple[D, Ending]:
-    """Wait until a tick has decided how a goal ends, and end it so; it is taken off its server's `goals`."""
+    """Wait until a tick decides how a goal ends; end it that way and remove it from `goals`."""
     key = bytes(goal_handle.goal_id.uuid)
     goal = goals[key]
     try:

@@ -1,4 +1,4 @@
-"""Several robots in one domain: each has a name (its namespace, and the prefix of its frames) and colours."""
+"""Several robots in one domain. Each has colours, and a name: its namespace and the prefix of its frames."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from humanoid.world.names import parameter
 MAP = 'map'  # the frame in which the robots of a fleet stand beside each other
 APART = 1.5  # m
 
-# Body and accent, as red, green and blue; robots beyond the last begin with the first again.
+# Body and accent, as red, green and blue. If there are more robots, the colours repeat.
 COLOURS = (
     ((0.87, 0.89, 0.92), (0.16, 0.47, 0.80)),
     ((0.94, 0.87, 0.80), (0.85, 0.42, 0.12)),
@@ -25,7 +25,7 @@ COLOURS = (
 
 
 class BadName(ValueError):
-    """A robot cannot be called so; the text says why."""
+    """A robot cannot have this name; the text says why."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,11 @@ class Member:
     world: Path | None = None
 
     def label(self, program: str) -> str:
-        """The name of the server's program in the output."""
+        """Return the name under which the output shows a server's program."""
         return f'{self.name}/{program}' if self.name else program
 
     def arguments(self, program: str, folder: Path) -> Sequence[str]:
-        """The command that starts the server's program; `folder` has the files that it needs."""
+        """Return the arguments that start a server's program; `folder` holds the files that it needs."""
         arguments = self._in_world(program)
         if not self.name:
             return ['--ros-args', *arguments] if arguments else []
@@ -51,7 +51,7 @@ class Member:
         if program in BASED and self.world is None:
             arguments += ['-p', f'map_frame:={MAP}', '-p', f'place:=[0.0, {-APART * self.number}, 0.0]']
         if program == SIMULATION:
-            arguments += ['-p', 'publish_clock:=false']  # there is one /clock, and each has its own time
+            arguments += ['-p', 'publish_clock:=false']  # robots share /clock, but not their time
         if program == VIEWED:
             file = folder / f'{self.name}.urdf'
             file.write_text(coloured(urdf_text(), self.number), encoding='utf-8')
@@ -65,7 +65,7 @@ class Member:
 
 
 def fleet(names: Sequence[str], world: Path | None = None) -> Sequence[Member]:
-    """The robots of these names, or the one without a name. Raises BadName."""
+    """Return the robots of these names, or one robot without a name. Raises BadName."""
     if world is not None and len(names) > 1:
         raise BadName(f'a world has room for one robot, and {" and ".join(names)} cannot both be in it')
     for name in names:
@@ -77,7 +77,7 @@ def fleet(names: Sequence[str], world: Path | None = None) -> Sequence[Member]:
 
 
 def coloured(text: str, number: int) -> str:
-    """The description with the colours of robot `number`."""
+    """Return the description with the colours of robot `number`."""
     for material, colour in zip(('body', 'accent'), COLOURS[number % len(COLOURS)], strict=True):
         rgba = ' '.join(f'{part:g}' for part in (*colour, 1.0))
         text = re.sub(rf'(<material name="{material}"><color rgba=")[^"]*', rf'\g<1>{rgba}', text)

@@ -1,4 +1,4 @@
-"""Movements that the robot knows by name: one after the other, joints to angles in rad."""
+"""The gestures: each is a list of movements made in turn, from joint names to angles in rad."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from humanoid.model import JOINT_BY_NAME, JOINTS
 
 QUICKEST = 0.4  # s for one movement
-UNHURRIED = 1.25  # of the time that a joint needs at its greatest velocity
+UNHURRIED = 1.25  # times as long as a joint needs at its greatest velocity
 WAVES = 3
 
 Movement = Mapping[str, float]
@@ -22,6 +22,6 @@ STAND: Sequence[Movement] = ({joint.name: joint.home for joint in JOINTS},)
 
 
 def unhurried(movement: Movement, here: Mapping[str, float]) -> float:
-    """The seconds that a movement takes from where the joints are."""
+    """Return the seconds that an unhurried movement takes from the present joint angles."""
     ways = [abs(angle - here[name]) / JOINT_BY_NAME[name].max_velocity for name, angle in movement.items()]
     return max(QUICKEST, UNHURRIED * max(ways))

@@ -1,4 +1,4 @@
-"""Which nodes are at the other end: of a service that was called, of a topic that was published."""
+"""Finds the nodes at the other end of a service or a topic."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ def client_nodes(node: Node, service: str) -> list[str]:
 
 
 def has_service(node: Node, name: str, namespace: str, service: str) -> bool:
-    """Whether the node of that name is a server of the service."""
+    """Return True if the node of that name is a server of the service."""
     wanted = node.resolve_service_name(service)
     try:
         services = node.get_service_names_and_types_by_node(name, namespace)
-    except (RuntimeError, ValueError):  # it has gone, or its name is not known yet
+    except (RuntimeError, ValueError):  # the node has gone, or the graph does not have its name yet
         return False
     return any(each == wanted for each, _ in services)
 
 
 def publisher_gid(info: Mapping[str, object]) -> bytes | None:
-    """Return who has published a message, by the info that came with it.
+    """Return the gid of a message's publisher, from the message info of the callback.
 
-    rclpy tells it since ROS 2 Lyrical; None in older ones.
+    rclpy tells it since ROS 2 Lyrical; with an older one the result is None.
     """
     told = info.get('publisher_gid')
     gid = told.get('data') if isinstance(told, Mapping) else None
@@ -42,7 +42,7 @@ def publisher_gid(info: Mapping[str, object]) -> bytes | None:
 
 
 def publisher_nodes(node: Node, topic: str, gid: bytes | None = None) -> list[str]:
-    """Return the nodes that publish a topic: the one whose publisher has that gid, or else all of them."""
+    """Return the node whose publisher on the topic has that gid; if none has, all nodes that publish it."""
     infos = node.get_publishers_info_by_topic(topic)
     those = [info for info in infos if bytes(info.endpoint_gid) == gid] or infos
     return sorted({full_name(info.node_name, info.node_namespace) for info in those})

@@ -8,12 +8,12 @@ import threading
 import time
 from collections.abc import MutableMapping
 
-VARIABLE = 'HUMANOID_LIFELINE'  # set for a child whose standard input is its lifeline
+VARIABLE = 'HUMANOID_LIFELINE'  # set for a child that ends when its standard input closes
 GRACE = 3.0  # s between asking this process to stop and ending it
 
 
 def hold(environment: MutableMapping[str, str]) -> None:
-    """Watch standard input from a thread of its own, if whoever started this process asked for it."""
+    """Watch standard input on a separate thread, if the process that started this one asked for it."""
     if environment.pop(VARIABLE, None):
         threading.Thread(target=_watch, name='lifeline', daemon=True).start()
 

@@ -1,9 +1,9 @@
-"""Look whether one of the humanoid's servers is in this ROS domain: a program for humanoid.domain."""
+"""Checks if one of the humanoid's servers is in this ROS domain; humanoid.domain runs this program."""
 
 from __future__ import annotations
 
-LOOK_FOR = 1.0  # s for the servers of the domain to be seen
-SOMEBODY_IS_THERE = 3  # the exit code; 0 if nobody is
+LOOK_FOR = 1.0  # s to wait until the servers of the domain are discovered
+SOMEBODY_IS_THERE = 3  # the exit code if a server is there; else it is 0
 
 
 def main() -> int:
@@ -19,7 +19,7 @@ def main() -> int:
     base = ActionClient(node, MoveToPosition, 'move_to_position')
     arm = ActionClient(node, MoveArm, 'move_arm')
     seen = (
-        joints.wait_for_service(timeout_sec=LOOK_FOR)  # by then the others are known too
+        joints.wait_for_service(timeout_sec=LOOK_FOR)  # after this wait the others are known, too
         or battery.service_is_ready()
         or base.server_is_ready()
         or arm.server_is_ready()

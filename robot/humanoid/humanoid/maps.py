@@ -13,12 +13,12 @@ Array = NDArray[np.float64]
 Cells = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
-OCCUPIED_FROM = 65  # of 100: a cell that is more likely occupied than this counts as such
+OCCUPIED_FROM = 65  # of 100: a cell with a higher value counts as occupied
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """Where the cells lie: the corner of the first one (m), their size (m), and how many there are."""
+    """The grid of cells: the corner of the first cell (m), the size of a cell (m), and their number."""
 
     x: float
     y: float
@@ -27,26 +27,26 @@ class Geometry:
     columns: int
 
     def cells(self, points: Array) -> Cells:
-        """Row and column of each of the points (n, 2), which need not be on the map."""
+        """Return the row and column of each of the points (n, 2); they may be off the map."""
         found: Cells = np.floor((points[:, ::-1] - [self.y, self.x]) / self.resolution).astype(np.intp)
         return found
 
     def inside(self, cells: Cells) -> Flags:
-        """Which of the cells are on the map."""
+        """Return which of the cells are on the map."""
         row, column = cells[:, 0], cells[:, 1]
         on: Flags = (row >= 0) & (row < self.rows) & (column >= 0) & (column < self.columns)
         return on
 
     def centres(self, cells: Cells) -> Array:
-        """The middle of each cell, x and y in m."""
+        """Return the centre of each cell, x and y in m."""
         middle: Array = (cells[:, ::-1] + 0.5) * self.resolution + [self.x, self.y]
         return middle
 
 
 def read(grid: OccupancyGrid) -> tuple[Geometry, Flags]:
-    """Where a map's cells lie, and which are occupied; what is unknown counts as free.
+    """Return a map's grid, and which cells are occupied; unknown cells count as free.
 
-    Raises ValueError for a map whose data does not fit its size, or that is turned.
+    Raises ValueError if the data does not fit the map's size, or if the map's origin is rotated.
     """
     info = grid.info
     data = np.asarray(grid.data, dtype=np.int8)
@@ -62,7 +62,7 @@ def read(grid: OccupancyGrid) -> tuple[Geometry, Flags]:
 
 
 def write(geometry: Geometry, costs: NDArray[np.int8], frame: str, stamp: TimeMsg) -> OccupancyGrid:
-    """A grid of values from 0 to 100."""
+    """Return an OccupancyGrid with values from 0 to 100."""
     message = OccupancyGrid()
     message.header.frame_id, message.header.stamp = frame, stamp
     info = message.info

@@ -1,6 +1,6 @@
 """The humanoid in numbers: its joints, its base and its battery.
 
-The joints' limits have their one home in the description (humanoid.description), the others here.
+The joints' limits are defined in the description (humanoid.description), all other numbers here.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from humanoid.description import urdf_text
 from humanoid.urdf import Description, UrdfJoint, parse
 
-MOVING_SPEED = 0.01  # rad/s for a joint, m/s for the base: slower than this is at rest
-GREATEST_SPEED = 100.0  # the same units: no robot of this kind is that fast, whatever a message says
+MOVING_SPEED = 0.01  # rad/s for a joint, m/s for the base: anything slower counts as at rest
+GREATEST_SPEED = 100.0  # the same units: a message with a higher speed is wrong
 
-# Named first wherever joints are listed, whatever order the description has.
+# These joints come first in every list, in any order of the description.
 FIRST = (
     'left_arm_shoulder',
     'left_arm_elbow',
@@ -48,7 +48,7 @@ class JointSpec:
 
     @property
     def arrived_within(self) -> float:
-        """So close to its target, it is there."""
+        """How close to its target the joint counts as arrived."""
         return 0.001 if self.prismatic else 0.01
 
 
@@ -86,7 +86,7 @@ class BaseSpec:
 
     max_speed: float = 0.8  # m/s
     max_turn_rate: float = 1.5  # rad/s
-    radius: float = 0.28  # m: a disc about base_link that has the robot in it, its arms hanging
+    radius: float = 0.28  # m: radius of a disc about base_link that contains the robot with its arms hanging
 
 
 BASE = BaseSpec()
@@ -94,7 +94,7 @@ BASE = BaseSpec()
 
 @dataclass(frozen=True)
 class BatterySpec:
-    """Charge in ampere hours, current in A, voltage in V; draws add up."""
+    """Charge in ampere hours, current in A, voltage in V; the draws are added up."""
 
     capacity: float = 15.0
     empty_voltage: float = 42.0
@@ -103,7 +103,7 @@ class BatterySpec:
     draw_per_base_speed: float = 25.0  # A per m/s
     draw_per_joint_speed: float = 6.0  # A per rad/s, summed over the joints
     charge_current: float = 12.0
-    idle_power: float = 1.0  # W: motors that work less than this are at rest
+    idle_power: float = 1.0  # W: with less power the motors count as at rest
     rest_before_charging: float = 2.0  # s without motion until the dock's contacts close
 
 

@@ -38,7 +38,7 @@ from humanoid.text import brief
 from humanoid.walking.names import BALANCES, BALANCING, FALLEN, GET_UP, LIES, PUSH
 
 WATCH_EVERY = 1.0  # s
-GOAL_OVERHEAD = 5.0  # s beyond what a goal itself may take
+GOAL_OVERHEAD = 5.0  # s to wait for the result beyond the goal's own time
 ARRIVED, FAILED, STOPPED = 0, 1, 130
 
 Told = TypeVar('Told')
@@ -49,18 +49,18 @@ class Impossible(Exception):
 
 
 def operate(options: argparse.Namespace, ros_args: list[str]) -> int:
-    """Carry out one of COMMANDS; its exit code. Ctrl-C cancels the goal under way and waits for its end."""
+    """Carry out one of COMMANDS; return the exit code. Ctrl-C cancels the running goal and awaits its end."""
     # Ctrl-C must reach this program before it reaches ROS: goals in motion are cancelled first.
     try:
         rclpy.init(
             args=[*(ros_args or ['--ros-args']), *_namespace(options.name)],
             signal_handler_options=SignalHandlerOptions.NO,
         )
-    except RuntimeError as error:  # ROS 2's arguments say what cannot be
+    except RuntimeError as error:  # the arguments for ROS 2 are invalid
         return _complain(options.command, brief(str(error)))
     signal.signal(signal.SIGTERM, _interrupt)
     try:
-        with Robot(f'operator_{os.getpid()}') as robot:  # there may be several
+        with Robot(f'operator_{os.getpid()}') as robot:  # the name is unique: several such programs may run
             return COMMANDS[options.command](robot, options)
     except KeyboardInterrupt:
         print('stopped')
@@ -112,7 +112,7 @@ def _odometry(robot: Robot) -> Odometry:
 
 
 def _refused(robot: Robot, otherwise: str, joints: Collection[str] = ()) -> str:
-    """Why a goal was refused, as far as can be told from here: `otherwise` if nothing stands against it."""
+    """Return the probable reason of a refusal; `otherwise` if neither the stop nor the balance is it."""
     try:
         status = robot.next_message(DiagnosticStatus, STATUS, latched())
     except NoAnswer:
@@ -123,7 +123,7 @@ def _refused(robot: Robot, otherwise: str, joints: Collection[str] = ()) -> str:
 
 
 def _balance(robot: Robot, joints: Collection[str]) -> str:
-    """Return why a robot on its own feet cannot take a goal; '' if it can, or if it is another robot."""
+    """Return why a walking robot cannot take a goal; '' if it can, or if the robot does not walk."""
     if not robot.node.count_publishers(FALLEN):
         return ''
     if robot.next_message(Bool, FALLEN, latched()).data:
@@ -237,7 +237,7 @@ def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = N
 
 
 def _progress(text: str) -> None:
-    """Show how far it is, only on a terminal; '' clears the line."""
+    """Show the progress on a terminal; '' clears the line."""
     if sys.stdout.isatty():
         print(f'\r\033[K{text}', end='', flush=True)
 
@@ -251,7 +251,7 @@ def _ended(goal: GoalRun, where: str) -> int:
 
 
 def watch(robot: Robot, _options: argparse.Namespace) -> NoReturn:
-    """Print a line a second: the base, and the joints that move. Raises NoAnswer where the robot has gone."""
+    """Print a line a second: the base, and the joints that move. Raises NoAnswer if the robot is gone."""
     ticks: SimpleQueue[None] = SimpleQueue()
     states: deque[JointState] = deque(maxlen=1)
     bases: deque[Odometry] = deque(maxlen=1)

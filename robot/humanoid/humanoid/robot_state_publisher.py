@@ -1,7 +1,7 @@
 """The description and the links as transforms: ROS 2's robot_state_publisher, with the humanoid's URDF.
 
-The program of the package robot_state_publisher does the work. This one starts it and ends with it, so that
-`humanoid up` starts it, and stops it, as it does with the robot's own programs.
+This program starts the one of the package robot_state_publisher and ends with it, so that
+`humanoid up` can start and stop it like the robot's own programs.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ PACKAGE = 'robot_state_publisher'
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run it with the URDF file that is named, or the humanoid's; returns its exit code."""
+    """Run it with the URDF file that is given, or the humanoid's; return its exit code."""
     arguments = list(sys.argv[1:] if args is None else args)
     given = arguments.pop(0) if arguments and not arguments[0].startswith('-') else str(urdf_path())
     process = subprocess.Popen(
@@ -36,7 +36,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _ros2() -> Sequence[str]:
-    """Return the command `ros2` of this Python, else that of the path."""
+    """Return the command `ros2` of this Python, else the one on the PATH."""
     beside = Path(sys.executable).parent / 'ros2'
     return [str(beside) if beside.exists() else which('ros2') or 'ros2']
 

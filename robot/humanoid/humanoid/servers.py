@@ -8,16 +8,16 @@ SERVERS = (
     'robot_state_publisher',
 )
 SIMULATED = ('joint_state_service', 'navigation_action_server')
-"""With physics one program does their work: the simulation."""
+"""With physics the program `simulation` replaces these two."""
 SIMULATION = 'simulation'
 VIEWED = 'robot_state_publisher'
 WORLD = 'world_server'
 IN_WORLD = (WORLD, 'localiser', 'navigator')
-"""They run beside the others where there is a world."""
+"""These programs run in addition if there is a world."""
 BASED = ('navigation_action_server', SIMULATION)
-"""They know where the robot stands on the map."""
+"""These programs are told where the robot starts on the map."""
 FRAMED = (*BASED, 'joint_state_service', VIEWED, *IN_WORLD)
-"""They name frames."""
+"""These programs publish frame names, so they need the parameter `frame_prefix`."""
 
 
 def servers(*, physics: bool, world: bool = False) -> tuple[str, ...]:

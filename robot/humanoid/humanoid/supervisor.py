@@ -1,4 +1,4 @@
-"""Programs as child processes: started, listened to, and none left behind."""
+"""Runs programs as child processes: starts them, reads their output, and ends all of them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from typing import Self
 
 from humanoid import lifeline
 
-STOP_WITHIN = 5.0  # s for a child to end by itself once asked
+STOP_WITHIN = 5.0  # s for a child to end after it was asked to
 TAIL = 20  # lines of output kept to explain a failure
 
 
@@ -56,7 +56,7 @@ class Child:
 
 
 class Supervisor:
-    """Use as a context manager: leaving it, in whatever way, stops every child.
+    """A context manager: to leave it, also by an exception, stops every child.
 
     A child ignores the terminal's Ctrl-C (it has a process group of its own) and is told to stop by
     SIGTERM instead. If the supervisor itself is killed, the children's lifelines close and they leave.
@@ -99,7 +99,7 @@ class Supervisor:
         return process.pid
 
     def next_event(self, deadline: float | None = None) -> Event | None:
-        """The next thing that happened, or None once time.monotonic() has passed `deadline`."""
+        """Wait for the next event; return None once time.monotonic() has passed `deadline`."""
         try:
             left = None if deadline is None else max(deadline - time.monotonic(), 0.0)
             return self._events.get(timeout=left)
@@ -107,11 +107,11 @@ class Supervisor:
             return None
 
     def tail(self, name: str) -> Sequence[str]:
-        """The last lines that a program printed."""
+        """Return the last lines that a program printed."""
         return [line for child in self._children if child.name == name for line in child.tail]
 
     def stop(self, *names: str) -> None:
-        """Ask the children of these names (without any: all) to end, then end those that do not."""
+        """Ask the children of these names to end (without names: all), then kill those that do not end."""
         children = [child for child in self._children if not names or child.name in names]
         for child in children:
             if not child.done.is_set():
@@ -136,16 +136,16 @@ class Supervisor:
         self._events.put(Ended(child.name, child.process.pid, returncode))
 
     def _stop_asked(self, number: int, _frame: FrameType | None) -> None:
-        self._events.put(StopAsked(number))  # SimpleQueue.put may interrupt itself
+        self._events.put(StopAsked(number))  # SimpleQueue.put is reentrant, so a signal handler may call it
 
 
 def program(name: str, *arguments: str) -> Sequence[str]:
-    """The command of one of the robot's own programs (humanoid.cli)."""
+    """Return the command of one of the robot's own programs (humanoid.cli)."""
     return [sys.executable, '-m', 'humanoid', name, *arguments]
 
 
 def ending(returncode: int) -> str:
-    """How a process ended, in words."""
+    """Return how a process ended, in words."""
     if returncode < 0:
         try:
             return f'was killed by {signal.Signals(-returncode).name}'

@@ -8,11 +8,11 @@ import shutil
 from textwrap import fill
 
 LONGEST = 400  # characters of a reason
-LONGEST_NAME = 60  # characters of a name that is not one of ours
+LONGEST_NAME = 60  # characters shown of a name that comes from outside
 
 
 def brief(text: str, longest: int = LONGEST) -> str:
-    """The text, or its beginning and its end if it has more than `longest` characters."""
+    """Return the text; if it has more than `longest` characters, only its beginning and its end."""
     if len(text) <= longest:
         return text
     half = longest // 2
@@ -20,7 +20,7 @@ def brief(text: str, longest: int = LONGEST) -> str:
 
 
 def quoted(text: str) -> str:
-    """The text in quotes, its control characters escaped, of bounded length."""
+    """Return the text in quotes, with control characters escaped, shortened if it is long."""
     return repr(brief(text, LONGEST_NAME))
 
 
@@ -36,11 +36,11 @@ def finite(text: str) -> float:
 
 
 def columns() -> int:
-    """How many characters a line may have: COLUMNS, the terminal's width, or 80."""
+    """Return how many characters a line may have: by COLUMNS, else by the terminal, else 80."""
     return shutil.get_terminal_size((80, 24)).columns
 
 
 def indented(text: str) -> str:
-    """The text in lines no longer than that, the later ones a little to the right of the first."""
+    """Return the text in lines of at most `columns()` characters; all but the first are indented."""
     start = len(text) - len(text.lstrip())
     return fill(text, max(columns(), 20), subsequent_indent=' ' * (start + 4), break_on_hyphens=False)

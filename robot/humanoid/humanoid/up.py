@@ -25,7 +25,7 @@ def up(
     view: bool = False,
     world: str | None = None,
 ) -> int:
-    """Relay what the servers print. One that ends by itself leaves the others running, and 1 is returned.
+    """Print the servers' output. If one ends by itself, the others go on, and the result is 1.
 
     `physics` as in humanoid.physics.choice, `names` as in humanoid.fleet: a robot for each, `view`: with the
     page in the browser, `world`: a name or a file. Raises Taken, NotInstalled, BadName, BadWorld and NoView.

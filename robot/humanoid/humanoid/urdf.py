@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 
 from humanoid.text import brief, quoted
 
-LARGEST = 16_000_000  # characters of a description
+LARGEST = 16_000_000  # characters that a description may have
 MOVING = ('revolute', 'continuous', 'prismatic')
 KINDS = (*MOVING, 'fixed', 'floating', 'planar')
 
@@ -27,13 +27,13 @@ class BadDescription(ValueError):
 
 @dataclass(frozen=True)
 class Transform:
-    """Where a child frame lies in its parent: metres, and a quaternion of length 1."""
+    """The pose of a child frame in its parent: metres, and a quaternion of length 1."""
 
     translation: Vector = (0.0, 0.0, 0.0)
     rotation: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
     def __matmul__(self, other: Transform) -> Transform:
-        """`other`, which is given in this frame, as seen from this frame's parent."""
+        """Return `other`, which is relative to this frame, in the frame of this frame's parent."""
         moved = rotated(self.rotation, other.translation)
         x, y, z = (a + b for a, b in zip(self.translation, moved, strict=True))
         return Transform((x, y, z), product(self.rotation, other.rotation))
@@ -67,11 +67,11 @@ class UrdfJoint:
 
     @property
     def moves(self) -> bool:
-        """Whether one number says where it is."""
+        """True if one number describes the joint's position."""
         return self.kind in MOVING
 
     def transform(self, position: float) -> Transform:
-        """Where the child lies in the parent."""
+        """Return the child's pose in the parent at a position of the joint."""
         if not self.moves:
             return self.origin
         x, y, z = self.axis
@@ -88,10 +88,10 @@ class Description:
     name: str
     root: str
     links: Sequence[str]
-    joints: Mapping[str, UrdfJoint]  # in the order of the text
+    joints: Mapping[str, UrdfJoint]  # in the order of the URDF
 
     def positions(self, given: Mapping[str, float]) -> dict[str, float]:
-        """The given positions, and those of the joints that mimic one of them."""
+        """Return the given positions, with those of the joints that mimic one of them."""
         found = dict(given)
         for name, joint in self.joints.items():
             if joint.mimic is not None:
@@ -106,7 +106,7 @@ class Description:
         return found
 
     def pose(self, link: str, given: Mapping[str, float]) -> Transform:
-        """Where a link is in the root's frame; joints that are not given are at 0. Raises KeyError."""
+        """Return a link's pose in the root's frame; joints that are not given are at 0. Raises KeyError."""
         positions = self.positions(given)
         above = {joint.child: joint for joint in self.joints.values()}
         pose = Transform()
@@ -136,7 +136,7 @@ def parse(text: str) -> Description:
 
 
 def tree(text: str) -> ET.Element:
-    """Read a description's XML, and judge it no further. Raises BadDescription."""
+    """Parse a description's XML without further checks. Raises BadDescription."""
     if len(text) > LARGEST:
         raise BadDescription(f'{len(text)} characters are more than {LARGEST}')
     try:
@@ -148,7 +148,7 @@ def tree(text: str) -> ET.Element:
 
 
 class _NoDoctype(ET.TreeBuilder):
-    """Builds the tree; called by the parser as soon as it meets a document type."""
+    """Builds the tree, and refuses a document type as soon as the parser meets one."""
 
     def doctype(self, _name: str, _public: str | None, _system: str | None) -> None:
         raise BadDescription('it has a document type (<!DOCTYPE>), which descriptions need not have')
@@ -254,7 +254,7 @@ def _axis(element: ET.Element | None, where: str) -> Vector:
 
 
 def _root(links: Sequence[str], joints: Sequence[UrdfJoint]) -> str:
-    """The one link that is nobody's child. Raises BadDescription where the links make no tree."""
+    """Return the only link without a parent. Raises BadDescription if the links do not form a tree."""
     known, below = set(links), dict[str, str]()
     for joint in joints:
         for link in (joint.parent, joint.child):
@@ -297,10 +297,10 @@ def _check_mimics(joints: Mapping[str, UrdfJoint]) -> None:
             leader = joints[leader.joint].mimic
 
 
-# Quaternions of our own, a dozen lines: the robot's programs run on any ROS 2, so they import nothing of
-# goalwire, and tf_transformations would be one more package to install there.
+# Quaternions are written here: the robot's programs run on any ROS 2, so they import nothing of
+# goalwire, and tf_transformations would be another package to install.
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
-    """The turn `b`, followed by the turn `a`, both seen from outside."""
+    """Return the rotation `b` followed by `a`, both about fixed axes."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -323,12 +323,12 @@ def rotated(turn: Quaternion, vector: Vector) -> Vector:
 
 
 def orientation(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """The turn by these angles, in rad: roll first, about the parent's fixed axes."""
+    """Return the rotation by these angles in rad: roll first, about the parent's fixed axes."""
     return _of_rpy((roll, pitch, yaw))
 
 
 def _of_rpy(angles: Vector) -> Quaternion:
-    """Roll, pitch and yaw about the parent's fixed axes, in this order, as URDF counts them."""
+    """Return the rotation by roll, pitch and yaw about the parent's fixed axes, in URDF's order."""
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(angle / 2.0), math.cos(angle / 2.0)) for angle in angles)
     return (
         sr * cp * cy - cr * sp * sy,

@@ -1,4 +1,4 @@
-"""The page in the browser beside the robot: goalwire's console, where that is installed.
+"""The page in the browser beside the robot: goalwire's console, if that is installed.
 
 `python -m humanoid.view` is a program like the others: it ends with the process that started it.
 """
@@ -16,7 +16,7 @@ from humanoid import lifeline
 NAME = 'view'
 NEEDED = 'nicegui'
 PORT = 8420
-"""The page's, while no other program has it: a page that is open goes on when the robot is started again."""
+"""The page's port if it is free. It stays the same, so an open page reconnects when the robot restarts."""
 
 
 class NoView(Exception):
@@ -32,7 +32,7 @@ def command() -> Sequence[str]:
 
 
 def is_served(line: str) -> bool:
-    """Whether a line of its output says that the page is served."""
+    """Return True if a line of the program's output says that the page is served."""
     return line.startswith('the console is at ')
 
 

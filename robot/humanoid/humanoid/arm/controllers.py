@@ -28,14 +28,14 @@ from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
 from humanoid.walking.listener import FallListener
 
 NEWER = 'Pre-empted by a newer goal'
-STALLED_AFTER = 0.3  # s without motion, short of the target: something is between the fingers
-STALLED_FOR = 15  # joint states that show it; a server that had no time to look has seen none
+STALLED_AFTER = 0.3  # s without motion before the target is reached: something is between the fingers
+STALLED_FOR = 15  # joint states without motion are needed, too: a server that was held up has received few
 FINGERS = 2  # each moves by half the gap
 
 
 @dataclass
 class Run:
-    """One accepted goal on its way. `decision` is made by a tick; `code` goes with it."""
+    """One accepted goal in execution. A tick makes `decision`; `code` is the error code of its result."""
 
     goal: ServerGoalHandle
     began: float
@@ -43,13 +43,13 @@ class Run:
     code: int = FollowJointTrajectory.Result.INVALID_GOAL
     following: Following | None = None
     target: float = 0.0  # m, of one finger
-    moved: float = 0.0  # when it was last seen moving
-    sights: int = 0  # how many joint states had come by then
+    moved: float = 0.0  # when the joint states last showed motion
+    sights: int = 0  # how many joint states had arrived by then
     stalled: bool = False
 
 
 class Controller:
-    """One goal at a time for joints of its own; what each kind does with it is in the classes below."""
+    """Executes one goal at a time for its own joints; the subclasses below move them."""
 
     def __init__(
         self, node: Node, limbs: Limbs, stop: StopListener, fall: FallListener, joints: Sequence[str]
@@ -89,7 +89,7 @@ class Controller:
                 self.end(Ending(End.CANCELED, 'Goal canceled'))
 
     def end(self, ending: Ending) -> None:
-        """Decide how the goal in motion ends, if there is one; short of its target its joints hold."""
+        """Decide how the goal in motion ends, if there is one; unless it succeeded, its joints hold."""
         run, self._running = self._running, None
         if run is not None:
             self._limbs.release(self.joints)
@@ -104,14 +104,14 @@ class Controller:
         )
 
     def _accept(self, handle: ServerGoalHandle) -> None:
-        """Goals begin in the order of their acceptance, so the one in motion is always the older one."""
+        """Begin a goal. Goals begin in the order of acceptance, so the goal in motion is the older one."""
         self.end(Ending(End.ABORTED, NEWER))
         moment = now(self._node)
         run = self._runs[bytes(handle.goal_id.uuid)] = self._running = Run(handle, moment)
         self._limbs.take(self.joints)
         with or_abort(self._node, self.end):
             self._begin(run, moment)
-        if self._stop.stopped:  # it was thrown between the goal's acceptance and its beginning
+        if self._stop.stopped:  # the switch was thrown between the goal's acceptance and its beginning
             self.end(Ending(End.ABORTED, self._stop.ended))
         handle.execute()
 
@@ -133,7 +133,7 @@ class Controller:
 
 
 class TrajectoryController(Controller):
-    """FollowJointTrajectory. All joints of the controller are to be named; a goal with some is refused."""
+    """FollowJointTrajectory. A goal must name all joints of the controller."""
 
     def _refusal(self, goal: FollowJointTrajectory.Goal, taken: set[str]) -> str | None:
         return refusal(goal, ours=self.joints, here=self._limbs.here, busy=taken, now=now(self._node))

@@ -19,7 +19,7 @@ def refusal(
     busy: Collection[str],
     joints: Mapping[str, JointSpec],
 ) -> str | None:
-    """Why the goal cannot be taken, or None. Angles in rad; `here` is what the joint states last showed."""
+    """Return why the goal cannot be taken, or None. Angles in rad; `here`: the last joint states."""
     if not names:
         return 'it names no joint'
     if not SHORTEST <= duration <= LONGEST:  # NaN included

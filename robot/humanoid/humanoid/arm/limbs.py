@@ -13,27 +13,27 @@ from humanoid.clock import duration_msg, now, seconds
 from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME
 
-OLDEST = 0.5  # s that joint states may have been on their way
+OLDEST = 0.5  # s: joint states with an older stamp are counted from their arrival
 
 
 class Limbs:
-    """The joints as the last joint states show them, and `joint_command`."""
+    """Keeps the last joint states and publishes `joint_command`."""
 
     def __init__(self, node: Node, on_sight: Callable[[], None]) -> None:
-        """`on_sight` is called with each joint state that shows a joint of ours."""
+        """`on_sight` is called after each joint state that names a joint of this robot."""
         self.here: dict[str, float] = {}  # rad or m
         self.speeds: dict[str, float] = {}
         self.efforts: dict[str, float] = {}
-        self.sights = 0  # how many joint states have come
-        self.seen = 0.0  # s of the node's clock
-        self.measured = 0.0  # the same: when the joints were so
+        self.sights = 0  # how many joint states have arrived
+        self.seen = 0.0  # s of the node's clock: when the last one arrived
+        self.measured = 0.0  # s of the node's clock: when the joints were measured
         self.taken: set[str] = set()  # joints that move for a goal
         self._node, self._on_sight = node, on_sight
         self._commands = node.create_publisher(JointTrajectory, 'joint_command', 10)
         node.create_subscription(JointState, 'joint_states', self._see, 10)
 
     def _see(self, states: JointState) -> None:
-        """Joint states need not name every joint; what is not an angle of ours (NaN, a tail) is not seen."""
+        """Take joint states, which need not name every joint. NaN and the joints of others are skipped."""
         positions = _numbers(states.name, states.position)
         if not positions:
             return
@@ -41,13 +41,13 @@ class Limbs:
         self.speeds.update(_numbers(states.name, states.velocity))
         self.efforts.update(_numbers(states.name, states.effort))
         self.seen = now(self._node)
-        stamped = seconds(states.header.stamp)  # or 0, or a time of a clock that is not ours
+        stamped = seconds(states.header.stamp)  # may be 0, or come from another clock
         self.measured = stamped if 0.0 <= self.seen - stamped <= OLDEST else self.seen
         self.sights += 1
         self._on_sight()
 
     def samples(self, names: Collection[str]) -> Mapping[str, JointSample]:
-        """The joints, which are seen, as the last joint states show them."""
+        """Return the joints of these names as the last joint states show them; each has been seen."""
         return {
             name: JointSample(self.here[name], self.speeds.get(name, 0.0), self.efforts.get(name, 0.0))
             for name in names

@@ -1,4 +1,4 @@
-"""One arm motion: how far it is, and when it is over."""
+"""One arm motion: its progress, and when it has ended."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SIGHT_LOST_AFTER = 1.0  # s without joint states
 
 @dataclass(frozen=True)
 class ArmMotion:
-    """From `start` to `target` (rad, or m), begun at `began` (s of the node's clock)."""
+    """A motion from `start` to `target` (rad, or m) that began at `began` (s of the node's clock)."""
 
     names: Sequence[str]
     start: Sequence[float]
@@ -22,7 +22,7 @@ class ArmMotion:
     began: float
 
     def fraction_done(self, here: Mapping[str, float]) -> float:
-        """Of the joint with the longest way, 0 to 1."""
+        """Return the progress, 0 to 1, of the joint with the longest way."""
         ways = [abs(end - begin) for begin, end in zip(self.start, self.target, strict=True)]
         in_tolerances = [way / within for way, within in zip(ways, self._within, strict=True)]
         if max(in_tolerances) <= 1.0:
@@ -34,7 +34,7 @@ class ArmMotion:
         return all(off <= within for off, within in zip(self._off(here), self._within, strict=True))
 
     def failure(self, here: Mapping[str, float], seen: float, now: float) -> str | None:
-        """Why the motion can no longer succeed, or None; `seen` is when the last joint states came."""
+        """Return why the motion can no longer succeed, or None; the last joint states came at `seen`."""
         if now - seen > SIGHT_LOST_AFTER:
             return f'no joint states for {now - seen:.1f} s: is joint_state_service running?'
         if now - self.began > self.duration + PATIENCE:
@@ -47,9 +47,9 @@ class ArmMotion:
 
     @property
     def _within(self) -> Sequence[float]:
-        """How close to its target each joint has to be."""
+        """How close to its target each joint must come."""
         return [JOINT_BY_NAME[name].arrived_within for name in self.names]
 
     def _off(self, here: Mapping[str, float]) -> Sequence[float]:
-        """How far each joint is from its target, rad or m."""
+        """Return how far each joint is from its target, in rad or m."""
         return [abs(end - here[name]) for name, end in zip(self.names, self.target, strict=True)]

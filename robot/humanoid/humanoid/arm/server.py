@@ -35,12 +35,12 @@ from humanoid.running import run
 from humanoid.walking.listener import FallListener
 from humanoid.walking.names import BALANCES, BALANCING, FELL
 
-TICK = 0.05  # s: looks at the joints and gives feedback at 20 Hz
+TICK = 0.05  # s between two ticks: they check the joints and send feedback, at 20 Hz
 
 
 @dataclass
 class Reach:
-    """One accepted goal on its way, or one movement of a gesture, which has none."""
+    """One accepted goal in execution, or one movement of a gesture, which has no goal."""
 
     goal: ServerGoalHandle | None
     names: Sequence[str]
@@ -58,7 +58,7 @@ class ArmActionServer(Node):
         self._stop = StopListener(self, self._emergency)
         self._fall = FallListener(self, partial(self._end_all, FELL))
         self._diagnostics = Diagnostics(self, 'arms', self._health)
-        self._balancing: frozenset[str] = frozenset()  # joints that a robot which balances keeps for itself
+        self._balancing: frozenset[str] = frozenset()  # joints that a walking robot needs for its balance
         self.create_subscription(String, BALANCING, self._learn, latched())
         self._controllers: dict[str, Controller] = {}
         for side in ('left', 'right'):
@@ -79,7 +79,7 @@ class ArmActionServer(Node):
         super().destroy_node()
 
     def _see(self) -> None:
-        """Only a server that knows the joints and the emergency stop appears: clients then need not guess."""
+        """Offer the actions once the joints and the emergency stop are known: clients may rely on that."""
         if self._action_server is not None or not self._stop.has_heard:
             return
         self._action_server = ActionServer(
@@ -94,7 +94,7 @@ class ArmActionServer(Node):
         for name, controller in self._controllers.items():
             grips = isinstance(controller, GripperController)
             controller.offer(GripperCommand if grips else FollowJointTrajectory, name)
-        waiting = ReentrantCallbackGroup()  # for their callbacks wait until the joints have moved
+        waiting = ReentrantCallbackGroup()  # the callbacks of these services wait until the joints have moved
         self.create_service(Trigger, 'wave', self._wave, callback_group=waiting)
         self.create_service(Trigger, 'stand', self._stand, callback_group=waiting)
         self.get_logger().info('Arm Action Server ready')
@@ -127,7 +127,7 @@ class ArmActionServer(Node):
             start = [self._limbs.here[name] for name in reach.names]
             reach.motion = ArmMotion(reach.names, start, target, duration, now(self))
             self._command(reach.names, reach.motion.target, reach.motion.duration)
-        if self._stop.stopped and not reach.decision.made:  # thrown between acceptance and beginning
+        if self._stop.stopped and not reach.decision.made:  # the switch was thrown meanwhile
             self._end(reach, Ending(End.ABORTED, self._stop.ended))
 
     async def _wave(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -139,7 +139,7 @@ class ArmActionServer(Node):
     async def _perform(
         self, done: str, movements: Sequence[Movement], response: Trigger.Response
     ) -> Trigger.Response:
-        """Answer once all of them are made, or one could not be."""
+        """Make the movements in turn; answer after the last one, or after the first that fails."""
         response.success, response.message = True, done
         for movement in movements:
             ending = await self._make(movement)

@@ -1,4 +1,4 @@
-"""Trajectories: which are refused, and how joints that follow one are judged on the way and at its end."""
+"""Trajectories: which are refused, and when the joints follow one too inaccurately."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME, JointSpec
 from humanoid.text import quoted
 
-JUMP = 0.05  # rad: so far from the joint a first point at time 0 may be
+JUMP = 0.05  # rad: how far a first point at time 0 may be from the joint
 LONGEST = 3600.0  # s from now to a trajectory's end
 Goal = FollowJointTrajectory.Goal
 Result = FollowJointTrajectory.Result
@@ -33,7 +33,7 @@ def refusal(
     now: float,
     joints: Mapping[str, JointSpec] = JOINT_BY_NAME,
 ) -> str | None:
-    """Why the goal cannot be taken by the controller of the joints `ours`, or None. `now` in s."""
+    """Return why the controller of the joints `ours` cannot take the goal, or None. `now` in s."""
     trajectory = goal.trajectory
     names = list(trajectory.joint_names)
     if goal.multi_dof_trajectory.points or goal.multi_dof_trajectory.joint_names:
@@ -98,7 +98,7 @@ def _too_fast(joint: JointSpec, here: float, waypoints: Sequence[Waypoint]) -> s
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a trajectory ends: a code of FollowJointTrajectory's result, and why."""
+    """How a trajectory ends: an error code of FollowJointTrajectory's result, and the reason."""
 
     code: int
     message: str
@@ -130,15 +130,15 @@ class Following:
         self._goal = _bounds(goal.goal_tolerance, at_end)
 
     def desired(self, moment: float) -> Mapping[str, tuple[float, float]]:
-        """Where the joints should be, and how fast."""
+        """Return the positions and velocities that the joints should have."""
         return {name: self._paths[name].at(moment) for name in self.names}
 
     def verdict(
         self, here: Mapping[str, JointSample], measured: float, seen: float, now: float
     ) -> Verdict | None:
-        """How it ends, or None if it goes on.
+        """Return how the trajectory ends, or None if it goes on.
 
-        The joints were so at `measured`, by the stamp of the joint states, which came at `seen`.
+        The joint states arrived at `seen`; by their stamp they were measured at `measured`.
         """
         if now - max(seen, self._began) > SIGHT_LOST_AFTER:
             lost = f'no joint states for {now - seen:.1f} s: is joint_state_service running?'
@@ -161,7 +161,7 @@ class Following:
         wanted: Mapping[str, tuple[float, float]],
         here: Mapping[str, JointSample],
     ) -> str:
-        """The joints that are farther off than they may be, and how far; '' if there are none."""
+        """Return the joints that are out of tolerance, and by how much, as text; '' if none is."""
         found = []
         for name, (position, velocity) in wanted.items():
             unit, bound = JOINT_BY_NAME[name].unit, bounds[name]

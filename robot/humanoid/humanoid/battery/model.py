@@ -8,17 +8,17 @@ SECONDS_PER_HOUR = 3600.0
 
 
 class Battery:
-    """Counts charge. Speeds come from outside; `step` is all that happens over time."""
+    """Counts the charge, which changes only in `step` and `step_power`."""
 
     def __init__(self, fraction: float, spec: BatterySpec = BATTERY) -> None:
-        """`fraction` of the capacity is in it, 0 to 1."""
+        """`fraction`: the charge at the start, as a part of the capacity from 0 to 1."""
         self.spec = spec
         self.charge = fraction * spec.capacity  # Ah
         self.current = -spec.idle_draw  # A, negative while discharging
         self._resting = 0.0  # s
 
     def step(self, elapsed: float, base_speed: float, joint_speed: float) -> None:
-        """Let `elapsed` seconds pass: the base at m/s, the joints at rad/s, summed over all of them."""
+        """Let `elapsed` seconds pass: the base at so many m/s, the sum of all joints at so many rad/s."""
         moving = base_speed > MOVING_SPEED or joint_speed > MOVING_SPEED
         self._pass(elapsed, self._draw(base_speed, joint_speed), moving=moving)
 

@@ -23,15 +23,15 @@ from humanoid.running import run
 
 TICK = 0.1  # s between battery steps
 TELL_EVERY = 1.0  # s
-LOW, EMPTY = 0.2, 0.05  # of the capacity: diagnostics warn, and call it an error
-STALE_AFTER = 0.5  # s: a speed or a power that nobody confirms any longer counts as none
-GREATEST_POWER = 100_000.0  # W: no motors of this kind do that, whatever a message says
-MOST_TOLD = 1000  # powers between two ticks
+LOW, EMPTY = 0.2, 0.05  # of the capacity: below them diagnostics tell WARN, and ERROR
+STALE_AFTER = 0.5  # s: an older speed or power no longer counts
+GREATEST_POWER = 100_000.0  # W: a message with more power is wrong, and is ignored
+MOST_TOLD = 1000  # messages of motor power kept between two ticks
 FIRST_CHARGE = 0.8  # of the capacity
 
 
 class Seen:
-    """The last speed heard of, and when. What cannot be a speed (NaN, 1e300) is not heard."""
+    """The last speed received, and when. Impossible speeds (NaN, 1e300) are ignored."""
 
     def __init__(self) -> None:
         self._speed = 0.0
@@ -46,7 +46,7 @@ class Seen:
 
 
 class Power:
-    """The motors' power as they tell it, in W. What cannot be a power (NaN, -1, 1e300) is not heard."""
+    """The power that the motors report, in W. Impossible values (NaN, -1, 1e300) are ignored."""
 
     def __init__(self) -> None:
         self._told: list[float] = []
@@ -58,7 +58,7 @@ class Power:
             self._at = at
 
     def mean(self, at: float) -> float | None:
-        """The mean of what was told since the last call, or None if nobody tells it any longer."""
+        """Return the mean power reported since the last call, or None if reports no longer come."""
         if at - self._at > STALE_AFTER:
             self._told.clear()
             return None

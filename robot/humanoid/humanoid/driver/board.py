@@ -19,7 +19,7 @@ from humanoid.model import JOINTS, JointSpec
 from humanoid.text import finite
 
 HOLD_AFTER = 0.5  # s without a frame
-PERIOD = 0.02  # s between two looks at the motors
+PERIOD = 0.02  # s between two steps of the motors
 
 
 class MotorBoard:
@@ -37,11 +37,11 @@ class MotorBoard:
 
     @property
     def damaged(self) -> int:
-        """How many frames came with a wrong check sum."""
+        """How many frames arrived with a wrong checksum."""
         return self._decoder.damaged
 
     def receive(self, data: bytes) -> bytes:
-        """The board's answer."""
+        """Take bytes from the line and return the board's answer."""
         return b''.join(self._answer(frame) for frame in self._decoder.feed(data))
 
     def _answer(self, frame: Frame) -> bytes:
@@ -76,7 +76,7 @@ class MotorBoard:
 
 
 def serve(board: MotorBoard, line: int, over: int, spoil: Callable[[bytes], bytes] = bytes) -> None:
-    """Answer on `line` until something can be read from `over`. `spoil` changes what goes out."""
+    """Answer on `line` until `over` becomes readable. `spoil` may damage the bytes that are sent."""
     while True:
         ready = select.select([line, over], [], [], PERIOD)[0]
         board.move()
@@ -86,7 +86,7 @@ def serve(board: MotorBoard, line: int, over: int, spoil: Callable[[bytes], byte
             continue
         try:
             data = os.read(line, 65536)
-        except OSError:  # nobody has the other end open
+        except OSError:  # no program has the other end open
             time.sleep(PERIOD)
             continue
         answer = spoil(board.receive(data))

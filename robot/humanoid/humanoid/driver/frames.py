@@ -43,20 +43,20 @@ def states(number: int, joints: Sequence[tuple[float, float, float]]) -> Frame:
 
 
 def positions_of(frame: Frame) -> Mapping[int, float]:
-    """Raises ValueError if the payload is none of TARGETS."""
+    """Return the position for each index. Raises ValueError if this is not a payload of TARGETS."""
     if frame.kind != TARGETS or len(frame.payload) % _TARGET.size:
         raise ValueError('no targets')
     return dict(_TARGET.iter_unpack(frame.payload))
 
 
 def joints_of(frame: Frame) -> Sequence[tuple[float, float, float]]:
-    """Of STATES; a last joint that is cut off is left out."""
+    """Return the joints in a payload of STATES; a last joint that is cut off is left out."""
     whole = len(frame.payload) // _STATE.size * _STATE.size
     return list(_STATE.iter_unpack(frame.payload[:whole]))
 
 
 class Decoder:
-    """Finds frames in what a line brings. After a damaged one it goes on at the next that is whole."""
+    """Finds frames in the bytes of a line. After a damaged frame it continues with the next whole one."""
 
     def __init__(self) -> None:
         self.damaged = 0  # frames whose check sum was wrong
@@ -83,7 +83,7 @@ class Decoder:
                     yield Frame(kind, number, body[_HEAD.size :])
                     continue
             self.damaged += 1
-            self._kept = self._kept[1:]  # a frame may begin within what looked like one
+            self._kept = self._kept[1:]  # a frame may begin within bytes that only looked like a frame
 
 
 def _crc(data: bytes) -> int:

@@ -2,9 +2,9 @@
 
 `DrivenJoints` is the JointSource that JointStateService owns. It calls its driver from a thread of its own,
 50 times a second, so a bus may block as long as that. Commands become targets along their path, at most as
-fast as the joints' limits allow. It has a watchdog: where nobody has called `update` for 0.5 s, or the motors
+fast as the joints' limits allow. It has a watchdog: if nobody has called `update` for 0.5 s, or the motors
 have not answered for as long, all commands are dropped and every joint is told to hold where it is. An answer
-with a reading that is not a number counts as none.
+with a reading that is not a number counts as a missing answer.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ class MotorDriver(Protocol):
         """Send positions (rad or m) to go to; without any, ask only for the states."""
 
     def read(self) -> Mapping[str, JointSample]:
-        """The joints that the motors tell of, as of now."""
+        """Return the present state of each joint that the motors report."""
 
     def close(self) -> None:
-        """Give the line back. Idempotent."""
+        """Close the line. May be called twice."""
 
 
 class DrivenJoints:
@@ -62,8 +62,8 @@ class DrivenJoints:
         """
         self._hold_after = hold_after
         self._driver, self._joints = driver, joints
-        self._lock = threading.Lock()  # held for a few assignments at a time
-        self._clock = now, time.monotonic()  # the node's at the last update, and when that was
+        self._lock = threading.Lock()  # held only for a few assignments
+        self._clock = now, time.monotonic()  # the node's time at the last update, and the steady time then
         self._paths: dict[str, Path] = {}
         self._targets: dict[str, float] = {}
         self._held = False
@@ -106,11 +106,11 @@ class DrivenJoints:
 
     @property
     def holds(self) -> bool:
-        """Whether the watchdog has made the joints hold."""
+        """True if the watchdog has made the joints hold."""
         return self._held
 
     def update(self, now: float) -> None:
-        """Raises DriverError if the motors have not answered of late."""
+        """Take the node's time. Raises DriverError if the motors have not answered lately."""
         with self._lock:
             self._clock = now, time.monotonic()
             self._samples = dict(self._readings)
@@ -140,7 +140,7 @@ class DrivenJoints:
                 self._driver.write(self._next_targets())
                 readings = self._driver.read()
                 _check(readings, self._joints)
-            except Exception as error:  # a driver's own faults are troubles of the motors too
+            except Exception as error:  # an exception of the driver counts as a failure of the motors
                 with self._lock:
                     self._trouble = str(error) or type(error).__name__
                 continue

@@ -28,13 +28,13 @@ class SerialMotors:
         self._index = {name: index for index, name in enumerate(names)}
         self._line: int | None = None
         self._tried = -REOPEN_EVERY
-        self._why = f'{path} is unplugged'  # for as long as it is not opened anew
+        self._why = f'{path} is unplugged'  # the reason, until the line is open again
         self._decoder = Decoder()
         self._number = 0
 
     @property
     def damaged(self) -> int:
-        """How many answers came with a wrong check sum."""
+        """How many answers arrived with a wrong checksum."""
         return self._decoder.damaged
 
     def write(self, targets_: Mapping[str, float]) -> None:
@@ -51,7 +51,7 @@ class SerialMotors:
             raise self._lost(error) from error
 
     def read(self) -> Mapping[str, JointSample]:
-        """The answer to the last `write`; older ones, which were late, are passed over."""
+        """Return the answer to the last `write`; late answers to earlier ones are skipped."""
         line = self._open()
         deadline = time.monotonic() + ANSWER_WITHIN
         while True:

@@ -19,11 +19,11 @@ class StatePublishers:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._known: dict[bytes, Publisher] = {}
-        self._may_look = True  # for a publisher that is not known: once between two calls of `look`
+        self._may_look = True  # `find` may ask the graph once between two calls of `look`
 
     @property
     def have_switch(self) -> bool:
-        """Whether a switch was among them at the last look."""
+        """True if a switch was among the publishers at the last look."""
         return any(publisher.is_switch for publisher in self._known.values())
 
     def look(self) -> Mapping[bytes, Publisher]:
@@ -40,9 +40,9 @@ class StatePublishers:
         return known
 
     def find(self, info: Mapping[str, object]) -> Publisher:
-        """Return the publisher of a message, by the info that came with it.
+        """Return the publisher of a message, from the message info of its callback.
 
-        Where rclpy does not tell its gid, the publisher is known only if there is just one.
+        If rclpy does not tell the gid, the publisher is known only if the topic has just one.
         """
         gid = publisher_gid(info)
         if gid is None:
@@ -57,12 +57,12 @@ class StatePublishers:
 
 
 class StopListener:
-    """How the emergency stop stands, as a server knows it; `on_stop` is called when the robot has to stop."""
+    """The state of the emergency stop as a server hears it; calls `on_stop` when the robot must stop."""
 
     def __init__(
         self, node: Node, on_stop: Callable[[], None], press: Callable[[], None] | None = None
     ) -> None:
-        """`press` throws a switch, and stands for a node that has one: its own publishers do not count then.
+        """`press` throws this node's own switch, if it has one: its own publishers are then not counted.
 
         Without `press` the listener presses the button of all switches.
         """
@@ -76,8 +76,8 @@ class StopListener:
         else:
             self._press = press
             self._ignored = node.get_fully_qualified_name()
-        # On DDS a subscription that wants the history hears no publisher that keeps none. So there are two,
-        # and each publisher is heard by one of them: two queues would mix up the order of what it says.
+        # On DDS a transient-local subscription does not match a volatile publisher. So there are two,
+        # and each publisher is heard by only one of them: two queues would mix up the order of its messages.
         node.create_subscription(Bool, STATE, self._hear_latched, latched())
         node.create_subscription(Bool, STATE, self._hear_volatile, 1)
         node.create_timer(TOLD_EVERY, self._look, clock=steady())
@@ -88,7 +88,7 @@ class StopListener:
 
     @property
     def stopped_by(self) -> Publisher | None:
-        """The publisher that says "stopped"; None if nobody does."""
+        """The publisher that says "stopped"; None if no publisher does."""
         return self._votes.stopped_by
 
     @property
@@ -112,7 +112,7 @@ class StopListener:
 
     @property
     def has_heard(self) -> bool:
-        """Whether the switch has said how it stands; True, too, if none is there. Asks the graph."""
+        """True if the switch has told its state, or if there is no switch. Asks the graph."""
         self._publishers.look()
         return self._votes.knows_switch or not self._publishers.have_switch
 
@@ -122,7 +122,7 @@ class StopListener:
         return f'{ENDED}: {self.why}' if self.why else ENDED
 
     def settle(self) -> None:
-        """Forget who was lost: a switch was thrown for that, and keeps the robot stopped."""
+        """Forget the lost publisher: a switch was thrown because of it, and now keeps the robot stopped."""
         self._votes.lost = ''
 
     def _hear_latched(self, state: Bool, info: Mapping[str, object]) -> None:

@@ -1,4 +1,4 @@
-"""The names of the emergency stop, and what refusals and results say of it."""
+"""The names of the emergency stop, and its texts in refusals and results."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 SWITCH = 'emergency_stop'
 STATE = 'emergency_stopped'
 STATUS = 'emergency_stop_status'
-TOLD_EVERY = 0.2  # s, of the steady clock: a simulation that pauses is not without its switch
+TOLD_EVERY = 0.2  # s of the steady clock: a paused simulation must not seem to have lost its switch
 REFUSAL = f'emergency stop: nothing moves until {SWITCH} is called with false'
 ENDED = 'Emergency stop'
 
 
 def latched() -> QoSProfile:
-    """The QoS of the topics that tell how the emergency stop stands."""
+    """Return the QoS of the topics that tell the state of the emergency stop."""
     return QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 

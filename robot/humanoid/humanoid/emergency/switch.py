@@ -16,29 +16,29 @@ from humanoid.text import brief
 
 
 class StopSwitch:
-    """`on_stop` is called as soon as it is thrown, or another publisher says that the robot is stopped.
+    """Calls `on_stop` as soon as the switch is thrown, or another publisher says "stopped".
 
-    On `emergency_stopped` it says how it stands itself; its status has what the others say, too.
+    On `emergency_stopped` it publishes only its own state; the status also covers the other publishers.
     """
 
     def __init__(self, node: Node, on_stop: Callable[[], None]) -> None:
         self._node, self._on_stop = node, on_stop
         self._thrown = False
-        self._reason = ''  # why it is thrown
-        self._by = ''  # the node that has thrown it, or the nodes of which one has
+        self._reason = ''  # why the switch was thrown
+        self._by = ''  # the node that has thrown the switch, or a phrase that names the possible nodes
         self._told = DiagnosticStatus()  # the last status
         self._state = node.create_publisher(Bool, STATE, latched())
         self._status = node.create_publisher(DiagnosticStatus, STATUS, latched())
         node.create_service(SetBool, SWITCH, self._asked)
         node.create_subscription(Bool, SWITCH, self._pressed, 10)
         self._others = StopListener(node, on_stop, press=self._throw_for_the_lost)
-        # First told by the timer, so once the node spins: who has heard it counts on hearing it again.
+        # The timer publishes the first state, once the node spins: listeners then expect regular repetitions.
         node.create_timer(TOLD_EVERY, self._tell, clock=steady())
         self._tell_why()
 
     @property
     def stopped(self) -> bool:
-        """Whether the robot is stopped, by this switch or by another publisher."""
+        """True if this switch or another publisher has stopped the robot."""
         return self._thrown or self._others.stopped
 
     @property
@@ -74,7 +74,7 @@ class StopSwitch:
         self._tell_why()
 
     def _throw(self) -> None:
-        """Stopping twice stops twice: what has come to move in between is told to hold."""
+        """Throw the switch. `on_stop` is called each time: something may have begun to move since."""
         changed, self._thrown = not self._thrown, True
         self._on_stop()
         self._tell_state()
@@ -82,7 +82,7 @@ class StopSwitch:
             self._node.get_logger().warning('EMERGENCY STOP')
 
     def _explain(self, what: str, nodes: list[str]) -> None:
-        """Tell why it was thrown; the first reason stays until the release."""
+        """Publish why the switch was thrown; the first reason stays until the release."""
         if not self._reason:
             self._by = brief(one_of(nodes))
             self._reason = f'{self._by} {what}'
@@ -103,7 +103,7 @@ class StopSwitch:
         self._state.publish(Bool(data=self._thrown))
 
     def _tell_why(self) -> None:
-        """Tell the status if it has changed: OK or ERROR, the reason as its message, `stopped` and `by`."""
+        """Publish the status if it has changed: OK or ERROR, the reason, and `stopped` and `by`."""
         status = DiagnosticStatus(level=DiagnosticStatus.OK, message='released')
         status.name = f'{self._node.get_fully_qualified_name()[1:]}: emergency stop'
         status.hardware_id = self._node.get_namespace().strip('/') or 'humanoid'

@@ -3,11 +3,11 @@
 A *switch* is a publisher whose node has the service `emergency_stop`, too. It repeats its state, so its
 silence is noticed. Anybody else is a *stranger*: a console, a recording, a second program. The rules:
 
-- Whoever says "stopped" stops the robot, until the same publisher says "released".
-- Nobody's "released" takes back what another has said. So publishers that disagree mean stopped.
-- The robot stops if a switch falls silent, or if a stranger goes away that said "stopped". It stays so until
+- A publisher that says "stopped" stops the robot, until the same publisher says "released".
+- A "released" never cancels the "stopped" of another publisher. So one "stopped" is enough.
+- The robot stops if a switch falls silent, or if a stranger that said "stopped" disappears. It stays so until
   a switch was thrown and released.
-- A stranger's "released" means nothing else.
+- A stranger's "released" only takes back its own "stopped".
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import NamedTuple
 
-MISSED = 5  # times that a switch was due and was not heard: after 1 s it is gone
+MISSED = 5  # repetitions that a switch may miss; after 1 s it counts as gone
 GONE = 'its switch is gone: is joint_state_service running?'
 
 
 class Publisher(NamedTuple):
     """A publisher of `emergency_stopped`."""
 
-    gid: bytes  # b'' if it is not known which of several has published
-    node: str  # or a phrase for the nodes of which one is meant
+    gid: bytes  # b'' if several publishers are possible
+    node: str  # its name, or a phrase that names the possible nodes
     is_switch: bool
     is_latched: bool | None = None  # None if it is not known
 
@@ -43,17 +43,17 @@ class StopVotes:
 
     def __init__(self) -> None:
         self.lost = ''
-        """Why the robot is stopped although nobody says so any more; '' if that is not so."""
+        """Why the robot stays stopped after a publisher was lost; '' if none was."""
         self._votes: dict[bytes, Vote] = {}
 
     @property
     def knows_switch(self) -> bool:
-        """Whether a switch was heard so far."""
+        """True if a switch has been heard."""
         return bool(self.lost) or any(vote.publisher.is_switch for vote in self._votes.values())
 
     @property
     def stopped_by(self) -> Publisher | None:
-        """The publisher that says "stopped"; of several a stranger, since no service releases that."""
+        """A publisher that says "stopped", a stranger first: the service cannot release a stranger's stop."""
         stopping = [vote.publisher for vote in self._votes.values() if vote.stopped]
         return min(stopping, key=lambda publisher: publisher.is_switch, default=None)
 
@@ -62,9 +62,9 @@ class StopVotes:
         return bool(self.lost) or self.stopped_by is not None
 
     def hear(self, publisher: Publisher, *, stopped: bool) -> bool:
-        """Take down what a publisher says; return whether a switch has to be thrown.
+        """Record what a publisher says; return True if a switch must be thrown because of it.
 
-        That is so if a switch says "released" and cannot know better: another one was lost, or this one has
+        It must if a switch says "released" without knowing of a stop: another one was lost, or this one has
         just been started.
         """
         before = self._votes.get(publisher.gid)
@@ -82,9 +82,9 @@ class StopVotes:
         return throw
 
     def look(self, present: Collection[bytes]) -> bool:
-        """Return whether a publisher was lost since the last look; `present` are the gids of those there are.
+        """Return True if a publisher was lost; `present` has the gids of the present publishers.
 
-        Looks are counted, not seconds: a program that had no time to look has missed nothing yet.
+        Looks are counted, not seconds: so a program that was held up does not believe that a switch is gone.
         """
         lost = ''
         for gid, vote in list(self._votes.items()):

@@ -1,1 +1,1 @@
-"""The joints: where they are, where they are told to go, and the service that says so."""
+"""The joints: their states, their commands, and the service that reports and moves them."""

@@ -11,18 +11,18 @@ from humanoid.model import MOVING_SPEED, JointSpec
 from humanoid.text import quoted
 
 MOST_POINTS = 1000  # in one trajectory
-GREATEST_ACCELERATION = 1e6  # rad/s², m/s²: with greater ones a path overflows to what is not a number
+GREATEST_ACCELERATION = 1e6  # rad/s², m/s²: with more, the arithmetic of a path could overflow
 
 
 class CommandRefused(ValueError):
-    """The command names something that the joints cannot do; nothing of it was carried out."""
+    """The joints cannot do what the command asks; no part of it was carried out."""
 
 
 @dataclass(frozen=True)
 class Waypoint:
     """Be at `position` (rad, or m), `time` seconds after the command's start.
 
-    Where they are given, with this velocity (rad/s, or m/s) and acceleration (the same per second).
+    The velocity (rad/s, or m/s) and the acceleration (the same per second) are optional.
     """
 
     time: float
@@ -32,7 +32,7 @@ class Waypoint:
 
 
 class Point(NamedTuple):
-    """A point of a trajectory: s from its start, and numbers for each joint; only positions must be there."""
+    """A point of a trajectory: s from its start, and numbers for each joint; only positions are required."""
 
     time: float
     positions: Sequence[float]
@@ -48,7 +48,7 @@ def plan(
 ) -> dict[str, list[Waypoint]]:
     """Check a trajectory and sort it by joint.
 
-    Without points the plan is empty for each name: hold it where it is. Raises CommandRefused.
+    Without points, each joint gets an empty plan, which means: hold. Raises CommandRefused.
     """
     for name in names:
         if name not in joints:
@@ -85,7 +85,7 @@ def plan(
 def _check_derivatives(
     names: Sequence[str], point: Point, joints: Mapping[str, JointSpec], *, last: bool
 ) -> None:
-    """Velocities within the joints' limits, and at rest at the end; accelerations that are numbers."""
+    """Check that velocities are within limits and zero at the end, and that accelerations are finite."""
     for what, values in (('velocities', point.velocities), ('accelerations', point.accelerations)):
         if len(values) not in (0, len(names)):
             raise CommandRefused(f'a point has {len(values)} {what} for {len(names)} joints')
@@ -107,7 +107,7 @@ def _check_derivatives(
 
 
 def check_limits(joint: JointSpec, position: float) -> None:
-    """Raise CommandRefused where `joint` cannot be at `position` (NaN included)."""
+    """Raise CommandRefused if `joint` cannot be at `position`, or if that is NaN."""
     if not joint.lower <= position <= joint.upper:
         raise CommandRefused(
             f'{joint.name} cannot go to {position} {joint.unit}; '

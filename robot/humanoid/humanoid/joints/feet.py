@@ -1,4 +1,4 @@
-"""The floor under the soles of a kinematic robot: it carries the weight where a sole is low enough."""
+"""The floor under the soles of a kinematic robot: a sole that is low enough carries weight."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from humanoid.description import urdf_text
 from humanoid.model import DESCRIPTION
 
 SOLES = ('left_sole', 'right_sole')
-TOUCHES_WITHIN = 0.005  # m above the lower sole
+TOUCHES_WITHIN = 0.005  # m: a sole that is higher than that above the lower one carries nothing
 GRAVITY = 9.80665  # m/s²
 
 
 def weight() -> float:
-    """The robot's weight in N."""
+    """Return the robot's weight in N."""
     masses = urdf.tree(urdf_text()).iter('mass')
     return GRAVITY * sum(float(mass.get('value', '0')) for mass in masses)
 
 
 def loads(positions: Mapping[str, float], weight: float) -> Mapping[str, float]:
-    """Newtons on each sole, in equal parts on those that touch the floor. Positions as in joint_states."""
+    """Return the N on each sole; soles on the floor share the weight. Positions as in joint_states."""
     heights = {sole: DESCRIPTION.pose(sole, positions).translation[2] for sole in SOLES}
     lowest = min(heights.values())
     touching = [sole for sole, height in heights.items() if height - lowest <= TOUCHES_WITHIN]

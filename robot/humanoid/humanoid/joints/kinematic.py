@@ -13,10 +13,10 @@ from humanoid.model import JOINT_BY_NAME, JointSpec
 
 @dataclass(frozen=True)
 class Path:
-    """From waypoint to waypoint, as joint_trajectory_controller of ros2_control goes.
+    """The path of one joint between waypoints, as ros2_control's joint_trajectory_controller interpolates.
 
-    Straight on if one of two has no velocity; with the velocities of both on a cubic, with their
-    accelerations too on a quintic polynomial.
+    Linear if one of two waypoints has no velocity; cubic if both have velocities; if both have
+    accelerations too, a quintic polynomial.
     """
 
     start: float
@@ -24,7 +24,7 @@ class Path:
 
     @classmethod
     def begun(cls, start: float, here: JointSample, waypoints: Sequence[Waypoint]) -> Path:
-        """From where the joint is when it is told; a first waypoint at time 0 is where it begins instead."""
+        """Return the path from the joint's present state, or from a waypoint at time 0 if there is one."""
         if waypoints[0].time > 0.0:
             return cls(start, [Waypoint(0.0, here.position, here.velocity), *waypoints])
         return cls(start, waypoints)
@@ -33,7 +33,7 @@ class Path:
         return self.at(now)[0]
 
     def at(self, now: float) -> tuple[float, float]:
-        """Where the joint should be, and how fast: rad and rad/s, or m and m/s."""
+        """Return the joint's position and velocity at a time: rad and rad/s, or m and m/s."""
         time = now - self.start
         after = bisect_right(self.waypoints, time, key=lambda waypoint: waypoint.time)
         if after in (0, len(self.waypoints)):
@@ -47,7 +47,7 @@ class Path:
 
 
 def _polynomial(a: Waypoint, b: Waypoint) -> Sequence[float]:
-    """The factors of the way from `a` to `b`, of the powers of the time since `a`."""
+    """Return the coefficients of the polynomial from `a` to `b`, in the time since `a`."""
     t, way = b.time - a.time, b.position - a.position
     if a.velocity is None or b.velocity is None:
         return a.position, way / t

@@ -30,11 +30,11 @@ from humanoid.running import check_range, run
 from humanoid.text import LONGEST_NAME, brief
 
 RATE = 50.0  # Hz
-LONGEST_HOLD = 60.0  # s that the watchdog of real joints may wait
+LONGEST_HOLD = 60.0  # s: the largest value of the parameter `hold_after`
 
 
 class JointStateService(Node):
-    """Owns the joints; everybody else asks it or commands it. Pass a JointSource to drive real ones."""
+    """Owns the joints; other nodes ask it or command it. Pass a JointSource to drive real joints."""
 
     def __init__(self, source: JointSource | None = None) -> None:
         super().__init__('joint_state_service')
@@ -46,7 +46,7 @@ class JointStateService(Node):
         self._trouble: str | None = None
         self._prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
         self._weight = feet.weight()
-        self._soles = {  # physics and real feet have sensors of their own
+        self._soles = {  # a simulation with physics, and real feet, publish their own
             sole: self.create_publisher(WrenchStamped, f'{sole}/wrench', qos_profile_sensor_data)
             for sole in (feet.SOLES if source is None else ())
         }
@@ -83,7 +83,7 @@ class JointStateService(Node):
         return response
 
     def _hold(self) -> None:
-        """Every joint where it is."""
+        """Make every joint hold its position."""
         self._source.follow({name: [] for name in self._source.joints}, now(self))
 
     def _health(self) -> Health:
@@ -111,7 +111,7 @@ class JointStateService(Node):
         try:
             self._source.update(now(self))
             samples = read_all(self._source)
-        except Exception as error:  # no joint states, then: what they would show is old
+        except Exception as error:  # joint states are not published then: they would show old values
             self._trouble = f'{type(error).__name__}: {error}'
             raise
         self._trouble = None
@@ -136,9 +136,9 @@ class JointStateService(Node):
 
 
 def _driven(port: str, moment: float, hold_after: float) -> DrivenJoints:
-    """Raises DriverError and BadParameter."""
+    """Open the driver of the motors. Raises DriverError and BadParameter."""
     check_range('hold_after', hold_after, 0.02, LONGEST_HOLD)
-    from humanoid.driver.serial import SerialMotors  # only POSIX has it
+    from humanoid.driver.serial import SerialMotors  # the driver of serial lines exists only on POSIX
 
     return DrivenJoints(SerialMotors(port), now=moment, hold_after=hold_after)
 

@@ -1,4 +1,4 @@
-"""Where joint states come from and joint commands go: the seam between the node and the robot."""
+"""The interface between the node and the robot: joint states come from it, commands go to it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from humanoid.model import MOVING_SPEED, JointSpec
 
 @dataclass(frozen=True)
 class JointSample:
-    """One joint at one moment: rad, rad/s, N·m."""
+    """The state of one joint at one moment, in rad, rad/s and N·m."""
 
     position: float
     velocity: float
@@ -29,7 +29,7 @@ class JointSample:
 
 
 class JointSource(Protocol):
-    """The joints of one robot. `KinematicJoints` simulates them; real hardware goes here.
+    """The joints of one robot. `KinematicJoints` simulates them; a class for real hardware takes its place.
 
     To drive real joints, write a class with these four members around the motor bus and hand it to
     `JointStateService(source)`. All calls come from one thread, `update` 50 times a second; none may
@@ -42,10 +42,10 @@ class JointSource(Protocol):
         """The joints by name, in the order in which `joint_states` lists them."""
 
     def update(self, now: float) -> None:
-        """Bring readings and set-points up to `now`."""
+        """Update the readings and the set-points for the time `now`."""
 
     def read(self, name: str) -> JointSample:
-        """The joint as of the last update."""
+        """Return the joint's state at the last update."""
 
     def follow(self, plan: Plan, start: float) -> None:
         """Move the plan's joints through their waypoints, counted from `start`; other joints go on as before.
@@ -67,7 +67,7 @@ def read_all(source: JointSource) -> Sequence[tuple[str, JointSample]]:
 
 
 def check_finite(samples: Mapping[str, JointSample]) -> None:
-    """Raise NotANumber if a reading is not a number. Nothing may be commanded or published from such ones."""
+    """Raise NotANumber if a reading is not a number. It may not be published or used in commands."""
     for name, sample in samples.items():
         if not sample.is_finite:
             raise NotANumber(f'the reading of {name} is not a number: {sample}')

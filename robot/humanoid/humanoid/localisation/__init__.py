@@ -1,1 +1,1 @@
-"""Where the robot is on its map: scans are matched with the map, and odometry is corrected by that."""
+"""Finds the robot on its map: scans are matched with the map, and the result corrects odometry."""

@@ -1,9 +1,10 @@
-"""Fits a scan into a map: the pose at which the points of the scan lie on the edges of what is occupied.
+"""Fits a scan into a map: finds the pose at which its points lie on the edges of occupied cells.
 
 The map becomes a field of signed distances to the nearest edge. A pose is improved by Gauss-Newton steps on
 the distances of the points; points far from any edge (people, closed doors) lose their weight. A prior keeps
-the pose where the scan says nothing, as along a bare corridor. Textbook: Censi, "An ICP variant using a
-point-to-line metric" (2008), and likelihood fields of Thrun, Burgard and Fox, "Probabilistic Robotics", 6.4.
+the pose in directions that the scan does not determine, such as along a bare corridor. Textbook: Censi, "An
+ICP variant using a point-to-line metric" (2008), and likelihood fields of Thrun, Burgard and Fox,
+"Probabilistic Robotics", 6.4.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from humanoid.navigation.base import Pose2D, turn_between
 FARTHEST = 1.0  # m: a point farther from all edges counts as one that far away
 STEPS = 10
 SCALE = 0.08  # m: a point that far from an edge has a quarter of its weight
-DEVIATION = 0.06  # m, of a point: scanner, map and what they leave out
-FITS_WITHIN = 0.12  # m of an edge, of a point that fits
-ENOUGH = 15  # points, for a match
+DEVIATION = 0.06  # m: standard deviation of a point, for errors of the scanner and of the map
+FITS_WITHIN = 0.12  # m: a point fits if it is that near to an edge
+ENOUGH = 15  # points that a match needs at least
 NARROW = (0.02, 0.02, 0.02)  # m, m, rad: how far odometry may be off between two scans
-WIDE = (0.3, 0.3, 0.3)  # the same, after somebody has said where the robot is
-SEARCH_WAY, SEARCH_TURN = 0.6, math.radians(30.0)  # how far around a given pose is searched
+WIDE = (0.3, 0.3, 0.3)  # the same, after a person has set the pose (`initialpose`)
+SEARCH_WAY, SEARCH_TURN = 0.6, math.radians(30.0)  # how far around a given pose the search goes
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Matcher:
             self._field = np.full(occupied.shape, FARTHEST)
 
     def refine(self, points: Array, guess: Pose2D, prior: tuple[float, float, float] = NARROW) -> Match:
-        """The pose near `guess` at which the points (n, 2), given in the robot's frame, fit best.
+        """Return the pose near `guess` at which the points (n, 2) of the robot's frame fit best.
 
         `prior`: how far the guess may be off: m, m and rad, as standard deviations.
         """
@@ -76,7 +77,7 @@ class Matcher:
         return Match(found, np.linalg.inv(information), self.share_that_fits(points, found))
 
     def search(self, points: Array, guess: Pose2D) -> Match:
-        """The best pose within 0.6 m and 30° of `guess`: a coarse grid of poses, then refined."""
+        """Return the best pose within 0.6 m and 30° of `guess`: try a coarse grid of poses, then refine."""
         few = points[:: max(len(points) // 60, 1)]
         ways = np.arange(-SEARCH_WAY, SEARCH_WAY + 0.01, 0.1)
         best, best_score = guess, -math.inf
@@ -93,7 +94,7 @@ class Matcher:
         return self.refine(points, best, WIDE)
 
     def share_that_fits(self, points: Array, pose: Pose2D) -> float:
-        """The share of the points that lie on an edge of the map; 0 without points."""
+        """Return the share of the points that lie on an edge of the map; 0 without points."""
         if not len(points):
             return 0.0
         placed, _ = _place(points, np.array([pose.x, pose.y, pose.yaw]))
@@ -101,7 +102,7 @@ class Matcher:
         return float((np.abs(distance) <= FITS_WITHIN).mean())
 
     def _look_up(self, points: Array) -> tuple[Array, Array]:
-        """The signed distance at each point and its slope, linear between the middles of cells."""
+        """Return the signed distance and its slope at each point, interpolated between the cells' centres."""
         geometry, field = self._geometry, self._field
         at = (points - [geometry.x, geometry.y]) / geometry.resolution - 0.5
         column = np.clip(at[:, 0], 0.0, geometry.columns - 1.001)
@@ -117,7 +118,7 @@ class Matcher:
 
 
 def _place(points: Array, pose: Array) -> tuple[Array, Array]:
-    """The points as seen from the map, and how they move while the pose turns."""
+    """Return the points in the map's frame, and their derivatives by the pose's angle."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     turned = points @ np.array([[cos, sin], [-sin, cos]])
     return turned + pose[:2], np.stack([-turned[:, 1], turned[:, 0]], axis=1)

@@ -1,6 +1,6 @@
-"""localiser: tells where `odom` lies in `map`, by matching scans with the map, as ROS 2's amcl does.
+"""localiser: publishes the transform from `map` to `odom`, from scans matched with the map, as amcl does.
 
-It hears `map`, `odom`, `scan` and `initialpose`, and publishes the transform and `amcl_pose`.
+It subscribes to `map`, `odom`, `scan` and `initialpose`, and publishes `amcl_pose`, too.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ from humanoid.world.names import BadWorld
 
 MAP = 'map'
 HOLDS_FOR = 0.3  # s: how far into the future a transform is dated, so that it holds until the next one
-REMEMBERED = 100  # odometry messages: two seconds
-LOST_BELOW = 0.35  # share of the points that fit
+REMEMBERED = 100  # odometry messages that are kept: those of two seconds
+LOST_BELOW = 0.35  # if a smaller share of the points fits, the robot does not know where it is
 LASER = DESCRIPTION.pose('laser', {}).translation
 
 
@@ -50,8 +50,8 @@ class Localiser(Node):
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         self._matcher: Matcher | None = None
         self._odometry: deque[tuple[float, Pose2D]] = deque(maxlen=REMEMBERED)
-        self._offset = self._first_pose(world)  # of odom in the map
-        self._asked: Pose2D | None = None  # by initialpose, and not yet searched around
+        self._offset = self._first_pose(world)  # the pose of odom in the map
+        self._asked: Pose2D | None = None  # a pose from initialpose: the next scan is matched around it
         self._match: Match | None = None
         self._transforms = TransformBroadcaster(self)
         self._pose = self.create_publisher(PoseWithCovarianceStamped, 'amcl_pose', latched())
@@ -64,7 +64,7 @@ class Localiser(Node):
         self.get_logger().info('Localiser ready')
 
     def _first_pose(self, world: str) -> Pose2D:
-        """Where the robot was brought up: as the parameter says, else as the world does."""
+        """Return where the robot started: by the parameter initial_pose, else by the world file."""
         try:
             start = load(world).start if world else (0.0, 0.0, 0.0)
         except BadWorld as error:
@@ -86,7 +86,7 @@ class Localiser(Node):
         self._odometry.append((seconds(told.header.stamp), target_of(told.pose.pose)))
 
     def _place_robot(self, told: PoseWithCovarianceStamped) -> None:
-        """Somebody says where the robot is: the next scan is matched around that."""
+        """Take a pose that a person has set: the next scan is matched around it."""
         pose, frame = target_of(told.pose.pose), told.header.frame_id
         if frame not in ('', MAP):
             self.get_logger().warning(f'Ignored initialpose: it is in {quoted(frame)}, not in {MAP!r}')
@@ -126,7 +126,7 @@ class Localiser(Node):
         self._pose.publish(message)
 
     def _tell_state(self, _request: GetState.Request, response: GetState.Response) -> GetState.Response:
-        """Say "active" once a scan was matched: clients of Nav2 wait for amcl's state."""
+        """Answer "active" once a scan was matched: clients of Nav2 wait for amcl's state."""
         return tell_state(response, is_active=self._match is not None)
 
     def _health(self) -> Health:
@@ -140,7 +140,7 @@ class Localiser(Node):
 
 
 def scan_points(scan: LaserScan) -> Array:
-    """The points that a scan has met, in the frame of base_link: (n, 2), in m."""
+    """Return the points where the beams of a scan ended, in the frame base_link: (n, 2), in m."""
     ranges = np.asarray(scan.ranges, dtype=np.float64)
     angles = scan.angle_min + np.arange(len(ranges)) * scan.angle_increment
     met = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges <= scan.range_max)

@@ -1,6 +1,6 @@
 """Service calls and goals that end: every wait has a deadline.
 
-The node spins on a thread of its own; callbacks only put what arrives into a queue, and the mission takes it
+The node spins on its own thread; callbacks only put what arrives into a queue, and the mission takes it
 out on the main thread. So Ctrl-C interrupts a wait, never a callback.
 """
 
@@ -24,7 +24,7 @@ from humanoid.mission.retry import NoAnswer
 from humanoid.text import brief
 
 FIND_WITHIN = 3.0  # s for a server to appear
-CANCEL_WITHIN = 2.0  # s for a goal to end once its cancellation was asked for
+CANCEL_WITHIN = 2.0  # s for a goal to end after the request to cancel it
 
 STATUS_NAME = {
     GoalStatus.STATUS_UNKNOWN: 'UNKNOWN',
@@ -35,7 +35,7 @@ STATUS_NAME = {
 
 
 def wait_for(future: Future[Any], timeout: float, what: str) -> Any:
-    """The future's result, or NoAnswer."""
+    """Wait for the future and return its result. Raises NoAnswer."""
     done: SimpleQueue[Future[Any]] = SimpleQueue()
     future.add_done_callback(done.put)
     try:
@@ -45,7 +45,7 @@ def wait_for(future: Future[Any], timeout: float, what: str) -> Any:
 
 
 def call(client: Client[Any, Any], request: Any, timeout: float) -> Any:
-    """One request, one response; the timeout covers the wait for the server too. Raises NoAnswer."""
+    """Send a request and return the response; `timeout` covers the wait for the server. Raises NoAnswer."""
     deadline = time.monotonic() + timeout
     if not client.wait_for_service(timeout_sec=timeout):
         raise NoAnswer(f'{client.srv_name}: no server within {timeout:.1f} s')
@@ -87,7 +87,7 @@ class GoalRun:
         return self._result.result
 
     def feedback(self) -> Iterator[Any]:
-        """Feedback as it comes, until the result is there. Raises NoAnswer at the deadline."""
+        """Yield the feedback as it arrives, until the result is there. Raises NoAnswer at the deadline."""
         while self.accepted and self._result is None:
             try:
                 arrived = self._inbox.get(timeout=self._left())
@@ -107,7 +107,7 @@ class GoalRun:
             pass
 
     def cancel(self) -> CancelGoal.Response:
-        """Ask for cancellation; the result tells whether it came to that. Raises NoAnswer."""
+        """Ask to cancel the goal; its result tells if it was cancelled. Raises NoAnswer."""
         reply: CancelGoal.Response = wait_for(
             self._handle.cancel_goal_async(), self._left(), f'{self._name}: cancel request'
         )
@@ -134,6 +134,6 @@ class GoalRun:
 
 
 def _reason(result: Any) -> str:
-    """The text of a result: its name in our actions, in those of control_msgs, and in those of nav2_msgs."""
+    """Return a result's text, from the field that has it in our actions, in control_msgs or in nav2_msgs."""
     names = ('message', 'error_string', 'error_msg')
     return next((text for text in (str(getattr(result, name, '')) for name in names) if text), '')

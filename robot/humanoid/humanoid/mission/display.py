@@ -1,4 +1,4 @@
-"""A mission on the screen: moving bars where `rich` and a terminal are there, plain lines elsewhere."""
+"""A mission on the screen: moving bars on a terminal if `rich` is installed, else plain lines."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def display() -> Iterator[Sink]:
-    """A function that shows each event given to it."""
+    """Give a function that shows each event passed to it."""
     if sys.stdout.isatty():
         try:
             from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -33,7 +33,7 @@ def display() -> Iterator[Sink]:
 
 
 class Bars:
-    """One bar a step. Rich is optional: a plain ROS 2 installation lacks it."""
+    """Shows a bar for each step. Rich is optional: a plain ROS 2 installation lacks it."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
@@ -60,7 +60,7 @@ class Bars:
 
 
 class PlainLines:
-    """A line for each beginning, end and retry, and for each quarter of the way."""
+    """Prints a line for each start, end and retry of a step, and for each quarter of its progress."""
 
     def __init__(self) -> None:
         self._quarter = 0

@@ -21,7 +21,7 @@ class Began:
 
 @dataclass(frozen=True)
 class Progressed:
-    """How far the step is, 0 to 1, and what it sees."""
+    """The progress of a step, 0 to 1, and a text about it."""
 
     number: int
     fraction: float
@@ -40,7 +40,7 @@ class Retrying:
 
 @dataclass(frozen=True)
 class Finished:
-    """The step ended; `ok` if as expected."""
+    """The step ended; `ok` is True if it went as expected."""
 
     number: int
     ok: bool
@@ -59,7 +59,7 @@ def to_line(event: Event) -> str:
 
 
 def from_line(line: str) -> Event | None:
-    """The event in a line of a mission's output, or None if it is other text."""
+    """Return the event in a line of a mission's output, or None for other text."""
     if not line.startswith(MARK):
         return None
     fields = json.loads(line[len(MARK) :])

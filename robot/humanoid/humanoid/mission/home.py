@@ -11,15 +11,15 @@ from humanoid.mission.robot import Robot
 from humanoid.model import BASE
 from humanoid.navigation.base import yaw_of
 
-AT_HOME = 0.1  # m, and rad: a base that is nearer stands at home
-UNHURRIED = 2.0  # times what a base at full speed takes: one in physics speeds up, and slows down
-ROUND_THINGS = 8.0  # the same in a world: ways round walls and people are longer
-LEAST = 10.0  # s: to turn round takes time, too
-ENDS_WITHIN = 5.0  # s beyond what the goal itself may take
+AT_HOME = 0.1  # m and rad: a base within this distance counts as at home
+UNHURRIED = 2.0  # times the time at full speed: a base with physics speeds up and slows down
+ROUND_THINGS = 8.0  # the same in a world: the way round walls and people is longer
+LEAST = 10.0  # s at the least: turning round takes time, too
+ENDS_WITHIN = 5.0  # s to wait for the result beyond the goal's own time
 
 
 def distance_home(odometry: Odometry) -> float:
-    """How far the base is from home, in m."""
+    """Return how far the base is from home, in m."""
     place = odometry.pose.pose.position
     return math.hypot(place.x, place.y)
 
@@ -31,7 +31,7 @@ def is_at_home(odometry: Odometry) -> bool:
 
 
 def drive_home(robot: Robot, odometry: Odometry, allowed: float | None = None) -> GoalRun:
-    """Send the base home from where it is; `allowed` s for the way, or else twice what it needs."""
+    """Send the base home within `allowed` s; by default twice the time that it needs."""
     in_world = robot.in_world
     if allowed is None:
         hurry = ROUND_THINGS if in_world else UNHURRIED

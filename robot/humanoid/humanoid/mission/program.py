@@ -24,7 +24,7 @@ from humanoid.running import join
 
 
 def carry_out(robot: Robot, mission: Sequence[Step], tell: Sink) -> None:
-    """All steps in order; one that fails does not keep the others from being tried."""
+    """Run all steps in order; a step that fails does not stop the others."""
     for number, step in enumerate(mission, start=1):
         tell(Began(number, len(mission), step.name, step.expected))
         began = time.monotonic()
@@ -36,7 +36,7 @@ def carry_out(robot: Robot, mission: Sequence[Step], tell: Sink) -> None:
 
 
 def _report(number: int, tell: Sink) -> Report:
-    """The reporter that step `number` is given."""
+    """Return the Report for step `number`."""
     return Report(
         lambda fraction, text: tell(Progressed(number, fraction, text)),
         lambda attempt, wait, reason: tell(Retrying(number, attempt, wait, reason)),
@@ -71,9 +71,10 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _begin_at_home(robot: Robot) -> None:
-    """Drive home first if the base is somewhere else: the steps count on where they begin.
+    """Drive home first if the base is somewhere else: the steps expect to begin there.
 
-    Raises NotAsExpected and NoAnswer. A base that does not tell where it is begins where it stands.
+    If the base does not tell its position, the mission begins where the base stands. Raises NotAsExpected
+    and NoAnswer.
     """
     try:
         odometry = robot.next_message(Odometry, 'odom')

@@ -11,7 +11,7 @@ T = TypeVar('T')
 
 
 class NoAnswer(Exception):
-    """A call did not end in time; the text names the service or action and how long was waited."""
+    """A call did not end in time; the text names the service or action, and the time waited."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Backoff:
     longest: float = 1.0
 
     def pause(self, attempt: int) -> float:
-        """After attempt number `attempt`, counted from 1."""
+        """Return the pause after attempt number `attempt`, counted from 1."""
         return min(self.first * self.factor ** (attempt - 1), self.longest)
 
 
@@ -37,10 +37,10 @@ def retry(
     sleep: Callable[[float], None] = time.sleep,
     clock: Callable[[], float] = time.monotonic,
 ) -> tuple[T, int]:
-    """Call `attempt(seconds)` until it answers; the answer and the number of attempts it took.
+    """Call `attempt(seconds)` until it answers; return the answer and the number of attempts.
 
-    Only for requests that may safely be made twice. Each attempt may take `attempt_timeout`, all of them and
-    the pauses together `timeout` seconds. `on_retry(attempt, pause, why)` is told of each that failed.
+    Only for requests that may safely be made twice. Each attempt may take `attempt_timeout` s; all attempts
+    and pauses together may take `timeout` s. `on_retry(attempt, pause, why)` is called after each failed one.
     Raises the last attempt's NoAnswer.
     """
     deadline = clock() + timeout

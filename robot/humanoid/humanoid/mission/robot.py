@@ -26,7 +26,7 @@ from humanoid.mission.retry import NoAnswer
 
 ANSWER_WITHIN = 2.0  # s for a service call
 DOORS = 'doors'
-LOCALISED = 'amcl_pose'  # the topic of whoever knows where the robot is on a map
+LOCALISED = 'amcl_pose'  # the topic of a node that knows the robot's pose on a map
 HAND = 'left_gripper_controller/gripper_cmd'
 
 Told = TypeVar('Told')
@@ -35,7 +35,7 @@ Told = TypeVar('Told')
 class Robot:
     """A node with clients of the robot's services and actions, spinning until the block is left.
 
-    The clients that a mission of ten steps does not need are made where they are used.
+    Clients that the mission of ten steps does not need are created when they are first used.
     """
 
     def __init__(self, name: str = 'mission') -> None:
@@ -89,17 +89,17 @@ class Robot:
 
     @property
     def in_world(self) -> bool:
-        """Whether the robot finds its way on a map; False while nothing of it is known yet."""
+        """True if the robot localises itself on a map; False until that is discovered."""
         return bool(self.node.count_publishers(LOCALISED))
 
     def drive(
         self, x: float, y: float, z: float = 0.0, *, allowed: float, timeout: float, frame: str = ''
     ) -> GoalRun:
-        """Send the base to (x, y, z) m in a frame: without one, on the map if there is one, else in `odom`.
+        """Send the base to (x, y, z) m in `frame`; by default on the map if there is one, else in `odom`.
 
         The server may take `allowed` seconds, the whole goal `timeout`.
         """
-        self._base.wait_for_server(timeout_sec=FIND_WITHIN)  # by then it is known whether there is a map
+        self._base.wait_for_server(timeout_sec=FIND_WITHIN)  # then it is known whether there is a map
         goal = MoveToPosition.Goal()
         goal.target_pose.header.frame_id = frame or ('map' if self.in_world else 'odom')
         goal.target_pose.pose.position = Point(x=x, y=y, z=z)
@@ -124,7 +124,7 @@ class Robot:
         return GoalRun(self._hand, HAND, goal, timeout)
 
     def wave(self, timeout: float) -> Trigger.Response:
-        """Have it wave; the answer comes when it has waved."""
+        """Make the robot wave; the answer comes when it has waved."""
         client = self.node.create_client(Trigger, 'wave')
         response: Trigger.Response = call(client, Trigger.Request(), timeout)
         return response
@@ -136,8 +136,8 @@ class Robot:
         return response
 
     def doors(self) -> Sequence[str]:
-        """The doors of the world around the robot. Raises NoAnswer if the robot is not there."""
-        if not self._battery.wait_for_service(timeout_sec=ANSWER_WITHIN):  # by then the others are known too
+        """Return the names of the world's doors. Raises NoAnswer if there is no robot."""
+        if not self._battery.wait_for_service(timeout_sec=ANSWER_WITHIN):  # then all are known
             raise NoAnswer(f'{self._battery.srv_name}: no server within {ANSWER_WITHIN:.1f} s')
         prefix = self.node.resolve_service_name(f'{DOORS}/x').removesuffix('x')
         names = [name for name, _ in self.node.get_service_names_and_types() if name.startswith(prefix)]
@@ -151,7 +151,7 @@ class Robot:
 
     @contextmanager
     def joint_states(self) -> Generator[SimpleQueue[JointState], None, None]:
-        """The joint states that come while the block runs."""
+        """Give a queue of the joint states that arrive while the block runs."""
         came: SimpleQueue[JointState] = SimpleQueue()
         subscription = self.node.create_subscription(JointState, 'joint_states', came.put, 10)
         try:

@@ -15,10 +15,10 @@ from humanoid.mission.retry import Backoff, NoAnswer, retry
 from humanoid.mission.robot import Robot
 from humanoid.model import JOINTS, MOVING_SPEED
 
-MEASURED_WITHIN = 0.01  # rad: a joint that has mass stands at its stop only about
+MEASURED_WITHIN = 0.01  # rad: a joint with mass does not stand exactly at its stop
 GOAL_WITHIN = 40.0  # s for a whole goal of this mission
-ALLOWED = 30.0  # s for a drive: a robot that walks turns first, and is not fast
-ARRIVED_WITHIN = 0.05  # m: feet that step do not stand to the millimetre
+ALLOWED = 30.0  # s for a drive: a walking robot turns first, and is slow
+ARRIVED_WITHIN = 0.05  # m: a walking robot does not stop exactly at its target
 RAISED = {'left_arm_shoulder': 1.5, 'left_arm_elbow': 1.0}
 LOWERED = {'left_arm_shoulder': 0.5, 'left_arm_elbow': 0.0}
 GAP = 0.05  # m between the fingers of an open hand
@@ -51,7 +51,7 @@ def expect(truth: bool, happened: str) -> None:
 
 
 def battery_by_retry(robot: Robot, report: Report) -> str:
-    """The service may still be down: short attempts, growing pauses."""
+    """Ask for the battery status while the service may be down: short attempts, growing pauses."""
     status, attempts = retry(
         robot.battery,
         attempt_timeout=0.5,
@@ -114,7 +114,7 @@ def drive(robot: Robot, report: Report) -> str:
         _watch_drive(run, report)
         expect(run.status == 'SUCCEEDED' and run.result.success, f'{run.status}: {run.result.message}')
         x, y = run.result.final_pose.pose.position.x, run.result.final_pose.pose.position.y
-    within = 0.1 if robot.in_world else ARRIVED_WITHIN  # m: one that finds its way by a scanner is less exact
+    within = 0.1 if robot.in_world else ARRIVED_WITHIN  # m: localisation by a scanner is less exact
     expect(abs(x - 1.2) < within and abs(y - 0.9) < within, f'it stands at ({x:.2f}, {y:.2f}) m')
     return f'SUCCEEDED at ({x:.2f}, {y:.2f}) m'
 
@@ -165,7 +165,7 @@ def too_little_time(robot: Robot, report: Report) -> str:
 
 
 def home_with_lowered_arm(robot: Robot, report: Report) -> str:
-    """Two actions at once, and a service before and after them."""
+    """Drive home and lower the arm at once; call a service before and after."""
     before = robot.battery().battery.charge
     with (
         robot.reach(LOWERED, duration=1.5, timeout=GOAL_WITHIN) as arm,
@@ -181,9 +181,9 @@ def home_with_lowered_arm(robot: Robot, report: Report) -> str:
 
 
 def wave(robot: Robot, report: Report) -> str:
-    """The service answers at its end; what it has done is seen in the joint states."""
+    """Wave. The service answers at the end; the joint states show the movement."""
     with robot.joint_states() as states:
-        _next(states)  # they come before it waves
+        _next(states)  # wait for the first joint states before it waves
         answer = robot.wave(GOAL_WITHIN)
         expect(answer.success, answer.message)
         seen = [_next(states) for _ in range(states.qsize())]
@@ -209,7 +209,7 @@ def grip(robot: Robot, report: Report) -> str:
 
 
 def emergency_stop(robot: Robot, report: Report) -> str:
-    """Both goals under way end, the robot stands, nothing is taken until the release, and then it obeys."""
+    """Stop: both goals end, the robot stands, new goals are refused until the release, then accepted."""
     with (
         robot.reach({'left_arm_shoulder': 2.0}, duration=10.0, timeout=GOAL_WITHIN) as arm,
         robot.drive(9.0, 9.0, allowed=30.0, timeout=GOAL_WITHIN) as base,
@@ -246,7 +246,7 @@ def emergency_stop(robot: Robot, report: Report) -> str:
 
 
 def _go_on(run: GoalRun, way: float) -> None:
-    """Until the base has gone so many metres."""
+    """Wait until the base has gone `way` m."""
     whole = None
     for feedback in run.feedback():
         whole = whole or feedback.distance_remaining
@@ -256,7 +256,7 @@ def _go_on(run: GoalRun, way: float) -> None:
 
 
 def _stand_still(robot: Robot) -> JointState:
-    """Wait until no joint moves; the joint state that shows it."""
+    """Wait until no joint moves; return the joint state that shows it."""
     deadline = time.monotonic() + GOAL_WITHIN
     with robot.joint_states() as states:
         while time.monotonic() < deadline:
@@ -267,7 +267,7 @@ def _stand_still(robot: Robot) -> JointState:
 
 
 def _once_released(send: Callable[[], GoalRun], report: Report) -> GoalRun:
-    """The goal that is accepted: a server hears of the release by a topic, so a moment later than we do."""
+    """Send the goal until it is accepted: a server learns of the release by a topic, so a little later."""
 
     def attempt(_seconds: float) -> GoalRun:
         run = send()
@@ -305,7 +305,7 @@ def _watch_drive(run: GoalRun, report: Report) -> None:
 
 
 def steps(*, battery_starts_late: bool = False, whole_body: bool = False) -> Sequence[Step]:
-    """The chapter's ten steps; with `whole_body` it also waves, grips, and is stopped.
+    """Return the ten steps of the mission; with `whole_body` the robot also waves, grips, and is stopped.
 
     `battery_starts_late`: the battery service is started only after the mission has missed it.
     """

@@ -10,7 +10,7 @@ from humanoid.mission.events import Began, Event, Finished
 from humanoid.text import columns
 
 GAP = '  '
-NARROWEST = 6  # characters of a column
+NARROWEST = 6  # characters that a column has at least
 HEAD = ('', 'step', 'expected', 'happened', 'time')
 
 
@@ -18,7 +18,7 @@ class Summary:
     """Collects a mission's events."""
 
     def __init__(self, total: int | None = None) -> None:
-        """`total`: the number of steps, if it is known before the first of them begins."""
+        """`total`: the number of steps, if it is known before the first step begins."""
         self._total = total
         self._began: dict[int, Began] = {}
         self._finished: dict[int, Finished] = {}
@@ -36,7 +36,7 @@ class Summary:
 
     @property
     def complete(self) -> bool:
-        """True once every step has ended, one way or the other."""
+        """True once every step has ended, in success or failure."""
         return self._total is not None and len(self._finished) == self._total
 
     @property
@@ -45,7 +45,7 @@ class Summary:
         return self.complete and all(event.ok for event in self._finished.values())
 
     def table(self) -> str:
-        """A row for each step that began, no wider than the terminal; the last line counts them all."""
+        """Return a row for each step that began, no wider than the terminal, and a line with the totals."""
         rows = [HEAD, *(self._row(began) for began in self._began.values())]
         widths = _fitted([max(len(row[column]) for row in rows) for column in range(len(HEAD))], columns())
         head, *body = ['\n'.join(_lines(row, widths)) for row in rows]
@@ -66,7 +66,7 @@ class Summary:
 
 
 def _fitted(widths: Sequence[int], whole: int) -> list[int]:
-    """The columns' widths, the widest made narrower until all fit `whole` characters."""
+    """Return the columns' widths; the widest is made narrower until all fit `whole` characters."""
     fitted = list(widths)
     while sum(fitted) + len(GAP) * (len(fitted) - 1) > whole and max(fitted) > NARROWEST:
         fitted[fitted.index(max(fitted))] -= 1
@@ -74,7 +74,7 @@ def _fitted(widths: Sequence[int], whole: int) -> list[int]:
 
 
 def _lines(row: Sequence[str], widths: Sequence[int]) -> Iterator[str]:
-    """The lines of one row: what is too long for its column goes on below."""
+    """Return the lines of one row; text that is too long for its column continues below."""
     cells = [
         wrap(text, max(width, 1), break_on_hyphens=False) for text, width in zip(row, widths, strict=True)
     ]

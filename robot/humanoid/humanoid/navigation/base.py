@@ -11,7 +11,7 @@ from humanoid.model import BASE, DESCRIPTION, BaseSpec
 
 @dataclass(frozen=True)
 class Pose2D:
-    """On the floor: metres, and the heading in rad, counter-clockwise from x."""
+    """A pose on the floor: metres, and the heading in rad, counter-clockwise from x."""
 
     x: float = 0.0
     y: float = 0.0
@@ -33,7 +33,7 @@ PELVIS = -DESCRIPTION.pose('base_footprint', {}).translation[2]  # m, of base_li
 
 @dataclass(frozen=True)
 class Placement:
-    """Where base_link is and how it moves: its height above the floor in m, roll and pitch in rad."""
+    """The placement of base_link: its height above the floor in m, roll and pitch in rad."""
 
     pose: Pose2D
     height: float
@@ -42,7 +42,7 @@ class Placement:
 
 
 class MobileBase(Protocol):
-    """The base of one robot. `Base` simulates it without mass; physics and real hardware go here.
+    """The base of one robot. `Base` simulates it without mass; others use physics or real hardware.
 
     All calls come from one thread, `step` 50 times a second; none may block for longer than a few
     milliseconds.
@@ -50,7 +50,7 @@ class MobileBase(Protocol):
 
     @property
     def pose(self) -> Pose2D:
-        """Where it is now."""
+        """The pose of the base now."""
 
     @property
     def height(self) -> float:
@@ -62,35 +62,35 @@ class MobileBase(Protocol):
 
     @property
     def velocity(self) -> Velocity2D:
-        """How fast it moves now."""
+        """The velocity of the base now."""
 
     @property
     def arrived(self) -> bool:
-        """Whether it is at the target that it drives to."""
+        """True if the base is at its target."""
 
     def drive_to(self, target: Pose2D) -> None:
-        """Drive there; a newer target replaces the older one."""
+        """Drive to a target; a newer target replaces the older one."""
 
     def drive_at(self, velocity: Velocity2D) -> None:
         """Move at a velocity in the base's own frame, as far as it can, until told otherwise."""
 
     def stop(self) -> None:
-        """Come to a stand."""
+        """Stop moving."""
 
     def distance_to(self, target: Pose2D) -> float:
-        """How far the target is, in m."""
+        """Return the distance to a target, in m."""
 
     def step(self, elapsed: float, /) -> None:
-        """Move for `elapsed` s, where that is not done by itself."""
+        """Move for `elapsed` s; a base that moves by itself does nothing here."""
 
 
 @runtime_checkable
 class SimulatedBase(Protocol):
-    """A base whose simulation knows the true pose, whatever the base itself believes."""
+    """A simulated base: the simulation knows the true pose, which odometry may miss."""
 
     @property
     def truth(self) -> Placement:
-        """The true pose now, in the frame of the pose at which it was started."""
+        """The true pose now, relative to the pose at the start."""
 
 
 class Base:
@@ -102,7 +102,7 @@ class Base:
     def __init__(self, spec: BaseSpec = BASE) -> None:
         self._spec = spec
         self._target: Pose2D | None = None
-        self._asked = STANDING  # a velocity, where there is no target
+        self._asked = STANDING  # the velocity to keep if there is no target
         self.pose = Pose2D()
         self.height, self.tilt = PELVIS, (0.0, 0.0)
         self.velocity = STANDING
@@ -115,7 +115,7 @@ class Base:
         self._target = target
 
     def drive_at(self, velocity: Velocity2D) -> None:
-        """A velocity beyond what the base can do is taken in its direction, as fast as it can."""
+        """Move at a velocity; a velocity beyond the base's limits is scaled down to them."""
         self._target = None
         speed, spec = math.hypot(velocity.x, velocity.y), self._spec
         share = min(1.0, spec.max_speed / speed) if speed > 0.0 else 1.0
@@ -153,7 +153,7 @@ class Base:
         self.velocity = _velocity(before, self.pose, elapsed)
 
     def _move(self, elapsed: float) -> None:
-        """By the velocity that was asked for, on an arc whose chord lies in the direction of its middle."""
+        """Move at the velocity asked for, on an arc whose chord has the heading of the arc's middle."""
         if self._asked == self.velocity == STANDING:
             return
         asked, pose = self._asked, self.pose
@@ -171,19 +171,19 @@ class Base:
 
 
 def _velocity(before: Pose2D, after: Pose2D, elapsed: float) -> Velocity2D:
-    """The motion from one pose to the next, seen from the base."""
+    """Return the velocity that leads from one pose to the next, in the base's frame."""
     vx, vy = (after.x - before.x) / elapsed, (after.y - before.y) / elapsed
     cos, sin = math.cos(after.yaw), math.sin(after.yaw)
     return Velocity2D(cos * vx + sin * vy, cos * vy - sin * vx, turn_between(before.yaw, after.yaw) / elapsed)
 
 
 def turn_between(start: float, end: float) -> float:
-    """The shortest turn from one heading to another, in rad within -π to π."""
+    """Return the shortest turn from one heading to another, in rad from -π to π."""
     return math.remainder(end - start, math.tau)
 
 
 def compose(frame: Pose2D, pose: Pose2D) -> Pose2D:
-    """`pose`, which is given in `frame`, as seen from where `frame` is given."""
+    """Return `pose`, which is relative to `frame`, in the frame in which `frame` is given."""
     cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
     return Pose2D(
         frame.x + cos * pose.x - sin * pose.y,
@@ -193,11 +193,11 @@ def compose(frame: Pose2D, pose: Pose2D) -> Pose2D:
 
 
 def invert(pose: Pose2D) -> Pose2D:
-    """The origin, as seen from `pose`."""
+    """Return the inverse of `pose`: where the origin lies, seen from it."""
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     return Pose2D(-cos * pose.x - sin * pose.y, sin * pose.x - cos * pose.y, -pose.yaw)
 
 
 def yaw_of(x: float, y: float, z: float, w: float) -> float:
-    """The heading of an orientation; its quaternion need not have length 1, and all zeros mean no turn."""
+    """Return the heading of a quaternion of any length; all zeros mean heading 0."""
     return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)

@@ -1,4 +1,4 @@
-"""Odometry that drifts: feet slide, so a robot's own count of its way goes wrong bit by bit."""
+"""Odometry that drifts: feet slide, so the error of the counted way grows."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 from humanoid.navigation.base import Pose2D, turn_between
 
-DRIFT = (0.02, 0.02, 0.01)  # of the odometry in a world, if nothing else is asked for
+DRIFT = (0.02, 0.02, 0.01)  # the default drift of odometry in a world
 
 
 @dataclass(frozen=True)
 class DriftSpec:
-    """How wrong the count goes. Zeros: not at all."""
+    """The size of the errors; with zeros odometry is exact."""
 
-    way: float = 0.0  # share of the way that is counted too much
-    turn: float = 0.0  # share of each turn that is counted too much
-    veer: float = 0.0  # rad that the heading goes wrong in each m of the way
+    way: float = 0.0  # share of the way that odometry counts in addition
+    turn: float = 0.0  # share of each turn that odometry counts in addition
+    veer: float = 0.0  # rad of error of the heading for each m of the way
 
     @property
     def none(self) -> bool:
@@ -24,14 +24,14 @@ class DriftSpec:
 
 
 class Drift:
-    """The pose that the robot believes in, beside the one that it has."""
+    """The pose by odometry, beside the true pose."""
 
     def __init__(self, spec: DriftSpec, pose: Pose2D) -> None:
         self._spec = spec
         self._true = self.pose = pose
 
     def follow(self, true: Pose2D) -> Pose2D:
-        """Count the motion since the last call, as wrong as it may be; the pose that this comes to."""
+        """Add the motion since the last call, with its errors, and return the pose by odometry."""
         if self._spec.none:
             self._true = self.pose = true
             return true

@@ -9,7 +9,7 @@ from humanoid.text import quoted
 FRAME = 'odom'
 FARTHEST = 1000.0  # m from the origin, along each axis
 LONGEST = 86400.0  # s: a day
-GREATEST_TURN = 1000.0  # a quaternion's components need not have length 1, but their squares be numbers
+GREATEST_TURN = 1000.0  # a quaternion may have any length, but the squares of its components must be finite
 
 
 def refusal(
@@ -18,7 +18,7 @@ def refusal(
     orientation: tuple[float, float, float, float],
     timeout: float,
 ) -> str | None:
-    """Why the goal cannot be taken, or None. Metres, a quaternion (x, y, z, w), seconds."""
+    """Return why the goal cannot be taken, or None. Metres, a quaternion (x, y, z, w), seconds."""
     if frame not in ('', FRAME):
         return f'frame_id {quoted(frame)} is unknown to the base; use {FRAME!r} or leave it empty'
     if not _within(FARTHEST, position):
@@ -33,5 +33,5 @@ def refusal(
 
 
 def _within(greatest: float, numbers: Iterable[float]) -> bool:
-    """False for NaN too."""
+    """Return True if all numbers are within the limit; False if one is NaN."""
     return all(abs(number) <= greatest for number in numbers)

@@ -1,4 +1,4 @@
-"""The guard of the base in a world: whatever asks it to move, it does not walk into what its scanner sees."""
+"""The guard of the base in a world: it limits every velocity, so that the base hits nothing that is seen."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from humanoid.clock import seconds
 from humanoid.model import BASE, DESCRIPTION
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D
 
-MARGIN = 0.03  # m between the robot's outline and what it may come near to
-AHEAD = (0.1, 0.2, 0.3, 0.45, 0.6)  # s at which the way ahead is looked at: the last covers braking
-SHARES = (1.0, 0.7, 0.4, 0.2, 0.1)  # of the velocity that are tried
-OLDEST = 0.5  # s: an older scan says nothing of what is there now
-REMEMBERED = 50  # poses of the base, so that a scan is placed where it was taken
+MARGIN = 0.03  # m that the robot's outline keeps from obstacles
+AHEAD = (0.1, 0.2, 0.3, 0.45, 0.6)  # s ahead at which the way is checked: the last one covers braking
+SHARES = (1.0, 0.7, 0.4, 0.2, 0.1)  # shares of the velocity that are tried
+OLDEST = 0.5  # s: an older scan is not used
+REMEMBERED = 50  # poses of the base that are kept, to place a scan where it was taken
 
 Points = NDArray[np.float64]
 
 
 class Guard:
-    """Knows the last scan, and how much of a velocity is safe. It needs no map."""
+    """Decides, by the last scan and without a map, how much of a velocity is safe."""
 
     def __init__(self) -> None:
         at = DESCRIPTION.pose('laser', {}).translation
         self._laser = at[0], at[1]
         self._poses: deque[tuple[float, Pose2D]] = deque(maxlen=REMEMBERED)
-        self._points: Points | None = None  # in the frame that the poses are in
+        self._points: Points | None = None  # in the frame of the poses
         self._taken = -math.inf
 
     def note_pose(self, moment: float, pose: Pose2D) -> None:
@@ -52,9 +52,9 @@ class Guard:
         self._taken = taken
 
     def limit(self, wish: Velocity2D, pose: Pose2D, moment: float) -> Velocity2D:
-        """As much of a velocity as is safe. Turning on the spot always is, for the outline is a disc.
+        """Return the safe part of a velocity. Turning on the spot is safe, because the outline is a disc.
 
-        Without a scan of the last 0.5 s nothing is.
+        Without a scan of the last 0.5 s no motion is safe.
         """
         if self._points is None or not -OLDEST <= moment - self._taken <= OLDEST:
             return STANDING
@@ -76,7 +76,7 @@ class Guard:
 
 
 def _place(pose: Pose2D, vx: float, vy: float, turn: float, after: float) -> tuple[float, float]:
-    """Where the base is after some seconds, on the chord of its arc."""
+    """Return where the base is after some seconds, on the chord of its arc."""
     yaw = pose.yaw + turn * after / 2.0
     cos, sin = math.cos(yaw), math.sin(yaw)
     return pose.x + (cos * vx - sin * vy) * after, pose.y + (sin * vx + cos * vy) * after

@@ -1,4 +1,4 @@
-"""The base in a world: its guard hears the scanner."""
+"""Connects the guard of the base to the scanner's topic."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from humanoid.navigation.guard import Guard
 
 
 class Surroundings:
-    """The ears of the base for what is around it."""
+    """Hears the scanner, and limits the velocity of the base by it."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -20,7 +20,7 @@ class Surroundings:
         node.create_subscription(LaserScan, 'scan', self._guard.hear, qos_profile_sensor_data)
 
     def limit(self, wish: Velocity2D, pose: Pose2D) -> Velocity2D:
-        """As much of a velocity as leaves room to what the scanner sees."""
+        """Return the part of a velocity that keeps the base away from what the scanner sees."""
         allowed = self._guard.limit(wish, pose, now(self._node))
         if allowed != wish:
             self._node.get_logger().warning(
@@ -30,5 +30,5 @@ class Surroundings:
         return allowed
 
     def note_pose(self, moment: float, pose: Pose2D) -> None:
-        """Remember where the base believes that it is at a moment (s), for scans that come later."""
+        """Remember the base's pose by odometry at a moment (s): scans of that moment arrive later."""
         self._guard.note_pose(moment, pose)

@@ -41,7 +41,7 @@ def stamped(pose: Pose2D, stamp: TimeMsg, prefix: str = '') -> PoseStamped:
 def odometry(
     base: MobileBase | Placement, pose: Pose2D, frame: str, stamp: TimeMsg, prefix: str = ''
 ) -> Odometry:
-    """That base_link is at `pose` in `frame`, and how fast it moves in its own frame."""
+    """Make the Odometry: base_link's pose in `frame`, and its velocity in its own frame."""
     message = Odometry()
     message.header.frame_id = frame
     message.header.stamp = stamp
@@ -59,7 +59,7 @@ def odometry(
 
 
 def transform(odometry: Odometry) -> TransformStamped:
-    """The same place as a transform from odom to base_link."""
+    """Make the transform from odom to base_link."""
     message = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
     place = odometry.pose.pose.position
     message.transform.translation.x = place.x
@@ -70,7 +70,7 @@ def transform(odometry: Odometry) -> TransformStamped:
 
 
 def placed(frame: str, place: Pose2D, stamp: TimeMsg, child: str) -> TransformStamped:
-    """Where `child` lies in `frame`."""
+    """Make the transform that places `child` in `frame`."""
     message = TransformStamped(child_frame_id=child)
     message.header.frame_id = frame
     message.header.stamp = stamp
@@ -100,7 +100,7 @@ def imu(
 
 
 def _diagonal(variances: Iterable[float]) -> Sequence[float]:
-    """A covariance, row by row."""
+    """Return a diagonal covariance, row by row."""
     own = list(variances)
     size = len(own)
     return [own[row] if row == column else 0.0 for row in range(size) for column in range(size)]

@@ -75,28 +75,28 @@ class NavigationActionServer(Node):
         self._drives: dict[bytes, Drive] = {}
         self._driving: Drive | None = None
         self._stepped = now(self)
-        self._by_hand: float | None = None  # when cmd_vel, and not the navigator, asked for a motion last
-        self._told: float | None = None  # when cmd_vel came last, while the base moves by it
-        self._velocity = self._wish = STANDING  # as it was at the last tick; as cmd_vel asks
+        self._by_hand: float | None = None  # when cmd_vel (not the navigator) last asked for motion
+        self._told: float | None = None  # when the last velocity arrived, while the base follows velocities
+        self._velocity = self._wish = STANDING  # the velocity at the last tick; the velocity asked for
         self._odometry = self.create_publisher(Odometry, 'odom', 10)
         self._transforms = TransformBroadcaster(self)
         self._map = self._told_place()
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         self._surroundings = _surroundings(self) if world else None
-        # On the flat floor the base without mass is where its odometry says.
+        # Without mass and on the flat floor, odometry is the truth: nothing more is published.
         self._truth: TruthTeller | None = None
         if isinstance(self._base, SimulatedBase) and (world or base is not None):
             self._truth = TruthTeller(self, self._base, self._prefix)
         drift = self._three('odometry_drift', DRIFT if world and base is None else [0.0, 0.0, 0.0], 1.0)
         self._drift = Drift(DriftSpec(*drift), self._base.pose)
-        # Physics and real bases have a sensor of their own.
+        # Physics and real bases publish their own.
         self._imu = self.create_publisher(Imu, 'imu', qos_profile_sensor_data) if base is None else None
         self._stop = StopListener(self, self._emergency)
         self._diagnostics = Diagnostics(self, 'base', self._health)
         self.create_subscription(Twist, 'cmd_vel', self._obey_hand, 10)
         self.create_timer(TICK, self._tick)
         self._action_server: ActionServer | None = None
-        if self._surroundings is None:  # else the navigator has the action
+        if self._surroundings is None:  # in a world the navigator serves the action
             self._action_server = ActionServer(
                 self,
                 MoveToPosition,
@@ -111,7 +111,7 @@ class NavigationActionServer(Node):
         self.get_logger().info('Navigation Action Server ready')
 
     def _three(self, name: str, default: Sequence[float], most: float) -> Sequence[float]:
-        """The numbers of a parameter that has three. Raises BadParameter."""
+        """Read a parameter that has three numbers. Raises BadParameter."""
         numbers = self.declare_parameter(name, list(default)).get_parameter_value().double_array_value
         if len(numbers) != 3:
             raise BadParameter(f'the parameter {name} has {len(numbers)} numbers, not 3: {MEANT[name]}')
@@ -120,7 +120,7 @@ class NavigationActionServer(Node):
         return numbers
 
     def _told_place(self) -> StaticTransformBroadcaster | None:
-        """Tell where `odom` lies in a map, if there is one: so several robots stand beside each other."""
+        """Publish where `odom` lies in the map, if the parameter says so: robots of a fleet stand apart."""
         frame = self.declare_parameter('map_frame', '').get_parameter_value().string_value
         place = Pose2D(*self._three('place', [0.0, 0.0, 0.0], FARTHEST))
         if not frame:
@@ -149,22 +149,22 @@ class NavigationActionServer(Node):
         return response
 
     def _begin(self, goal_handle: ServerGoalHandle) -> None:
-        """Goals begin in the order of their acceptance, so the one in motion is always the older one."""
+        """Begin a goal. Goals begin in the order of acceptance, so the goal in motion is the older one."""
         self._end(Ending(End.ABORTED, 'Pre-empted by a newer goal'))
         moment = now(self)
         drive = Drive(goal_handle, moment, moment)
         self._told = None
         self._drives[bytes(goal_handle.goal_id.uuid)] = self._driving = drive
-        self._stepped = moment  # the time since the last tick was not driven
+        self._stepped = moment  # the base did not drive in the time since the last tick
         with or_abort(self, self._end):
             drive.target = target_of(goal_handle.request.target_pose.pose)
             self._base.drive_to(drive.target)
-        if self._stop.stopped:  # it was thrown between the goal's acceptance and its beginning
+        if self._stop.stopped:  # the switch was thrown between the goal's acceptance and its beginning
             self._end(Ending(End.ABORTED, self._stop.ended))
         goal_handle.execute()
 
     def _obey_hand(self, command: Twist) -> None:
-        """A command of cmd_vel itself; standing still takes over from nobody."""
+        """Obey a person's cmd_vel; a command of zero does not take over from the navigator."""
         if command.linear.x or command.linear.y or command.angular.z:
             self._by_hand = now(self)
         elif self._surroundings is not None and not self._is_by_hand():
@@ -175,7 +175,7 @@ class NavigationActionServer(Node):
         return self._by_hand is not None and now(self) - self._by_hand <= VELOCITY_LASTS
 
     def _obey(self, command: Twist) -> None:
-        """Move at a velocity. It takes over from a goal, but standing still does not ask for that."""
+        """Move at a velocity. It takes over from a goal, unless it is zero."""
         wish = Velocity2D(command.linear.x, command.linear.y, command.angular.z)
         log = self.get_logger()
         if reason := self._stop.refusal:
@@ -191,7 +191,7 @@ class NavigationActionServer(Node):
         self._drive_on()
 
     def _follow(self, command: Twist) -> None:
-        """Obey the navigator, unless a hand on cmd_vel has taken over."""
+        """Obey the navigator, unless a person's cmd_vel has taken over."""
         if not self._is_by_hand():
             self._obey(command)
 
@@ -236,7 +236,7 @@ class NavigationActionServer(Node):
         if self._told is not None and not 0.0 <= moment - self._told <= VELOCITY_LASTS:
             self._told = None
             self._base.stop()
-            if self._wish != STANDING:  # the sender meant to go on, and is gone
+            if self._wish != STANDING:  # the sender disappeared while the base moved
                 self.get_logger().warning(f'Stopped: no newer velocity came for {VELOCITY_LASTS:g} s')
         elif self._told is not None and self._surroundings is not None:
             self._drive_on()
@@ -284,7 +284,7 @@ class NavigationActionServer(Node):
 
 
 def _surroundings(node: Node) -> Surroundings:
-    from humanoid.navigation.in_world import Surroundings  # it needs numpy, and only a world does
+    from humanoid.navigation.in_world import Surroundings  # needs numpy, which is only there with a world
 
     return Surroundings(node)
 

@@ -14,7 +14,7 @@ HOME = 'home'  # the frame of the place where the robot was brought up
 
 
 class TruthTeller:
-    """Publishes the truth of a simulation. Only the simulated world, benchmarks and tests may listen."""
+    """Publishes the true pose in a simulation, for the simulated world, benchmarks and tests only."""
 
     def __init__(self, node: Node, base: SimulatedBase, prefix: str) -> None:
         self._base, self._prefix = base, prefix

@@ -1,4 +1,4 @@
-"""The base in physics: it tells the walker where to, faces a long way, and knows when it has arrived."""
+"""The base in physics: it gives the walker velocities, turns to face a long way, and stops at the target."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ ACCELERATION = 0.5  # m/s²
 TURN_ACCELERATION = 2.0  # rad/s²
 SIDEWAYS = 0.2  # m/s
 BACKWARDS = 0.3  # m/s
-WALKS = BaseSpec(max_speed=0.5, max_turn_rate=0.6)  # faster it falls too often: docs/how-to/physics.md
-LONG_WAY = 1.5  # m: a base that goes farther turns to face the way first
-NEAR = 0.3  # m: closer to its target it turns to the target's heading
-WITHIN = 0.04  # m, of the target
+WALKS = BaseSpec(max_speed=0.5, max_turn_rate=0.6)  # if faster, it often falls: docs/how-to/physics.md
+LONG_WAY = 1.5  # m: before a longer way the base first turns to face it
+NEAR = 0.3  # m: within it of the target, the base turns to the target's heading
+WITHIN = 0.04  # m: within it of the target, the base has arrived
 TURNED_WITHIN = 0.06  # rad
 
 
@@ -28,9 +28,9 @@ class PhysicsBase:
     def __init__(self, world: World, spec: BaseSpec = WALKS) -> None:
         self._world, self._spec = world, spec
         self._target: Pose2D | None = None
-        self._asked = STANDING  # a velocity, where there is no target
+        self._asked = STANDING  # the velocity to keep if there is no target
         self._facing = False
-        self._now = STANDING  # what it wishes at present
+        self._now = STANDING  # the velocity that the walker is given now
         world.controllers.append(self._control)
 
     @property
@@ -73,7 +73,7 @@ class PhysicsBase:
         self._target, self._asked = None, velocity
 
     def stop(self) -> None:
-        """Slow down to a stand."""
+        """Slow down and stand."""
         self._target, self._asked = None, STANDING
 
     def distance_to(self, target: Pose2D) -> float:
@@ -81,7 +81,7 @@ class PhysicsBase:
         return math.hypot(target.x - pose.x, target.y - pose.y)
 
     def step(self, _elapsed: float) -> None:
-        """Nothing: the world moves the base. Raises GoalFailed if it has fallen on its way."""
+        """Do nothing: the world moves the base. Raises GoalFailed if the robot has fallen on its way."""
         if self._world.fallen and (self._target is not None or self._asked != STANDING):
             self.stop()
             raise GoalFailed(FELL)
@@ -97,7 +97,7 @@ class PhysicsBase:
         self._world.wish(Wish(self._now, self._target))
 
     def _wished(self) -> Velocity2D:
-        """The velocity to come to, in the base's own frame."""
+        """Return the velocity to reach, in the base's own frame."""
         pose, target, spec = self.pose, self._target, self._spec
         if target is None:
             forward, left = _walkable(self._asked.x, self._asked.y, spec.max_speed)
@@ -123,12 +123,12 @@ def _towards(now: float, wished: float, most: float) -> float:
 
 
 def _braking(way: float, slows_down: float, fastest: float) -> float:
-    """The speed at which `way` is enough to stop."""
+    """Return the highest speed from which the base can stop within `way`."""
     return min(fastest, math.sqrt(1.2 * slows_down * way))
 
 
 def _walkable(forward: float, left: float, fastest: float) -> tuple[float, float]:
-    """The velocity, or as much of it in the same direction as legs can do."""
+    """Return the velocity, scaled down to the speed that the legs can walk."""
     share = min(
         1.0,
         fastest / max(math.hypot(forward, left), 1e-12),

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 FEET = ('left_foot', 'right_foot')  # links
 WAIST = 'waist'  # a joint
 TIME_STEP = 0.0025  # s
-FULL_TORQUE_AT = 0.1  # rad off its set-point: there a motor gives all that it has
+FULL_TORQUE_AT = 0.1  # rad off its set-point: there a motor gives its full torque
 FULL_FORCE_AT = 0.005  # m, the same of a sliding joint
-ROTOR_INERTIA = 0.01  # kg·m², as seen behind the gear; kg of a sliding joint
+ROTOR_INERTIA = 0.01  # kg·m² at the gear's output; kg for a sliding joint
 GRAVITY = 9.80665  # m/s²
 
 Array = NDArray[np.float64]
@@ -29,37 +29,37 @@ class NotARobot(ValueError):
 
 @dataclass(frozen=True)
 class Leg:
-    """One leg: its foot's body and the point under its ankle, the joints from the pelvis down to it."""
+    """One leg: the body of its foot, the point under its ankle, the joints from the pelvis to the foot."""
 
     foot: int
     sole: int
-    joints: Indices  # into the robot's joints
+    joints: Indices  # indices into the robot's joints
     dofs: Indices
     qpos: Indices
 
 
 @dataclass(frozen=True)
 class Robot:
-    """A compiled model, and where in it what stands. The joints are those that move, in the URDF's order."""
+    """A compiled model and the indices of its parts. Joints: those that move, in the order of the URDF."""
 
     model: Any
     mass: float  # kg
     names: Sequence[str]
     qpos: Indices
     dofs: Indices
-    motors: Indices  # the joints that have one: those that mimic others have none
-    stiffness: Array  # N·m per rad of each of these motors; 0 in those that are given torques
-    damping: Array  # N·m per rad/s of each of them
+    motors: Indices  # the joints with a motor: those that mimic others have none
+    stiffness: Array  # N·m per rad of each motor; 0 for motors that are controlled by torque
+    damping: Array  # N·m per rad/s of each motor
     legs: Sequence[Leg]  # left, right
     waist: int | None  # the joint that turns the trunk about the vertical
-    balancing: Indices  # into the motors: those that are given torques, of the legs and the waist
+    balancing: Indices  # indices into the motors: those of legs and waist, controlled by torque
     floor: int
 
 
 def build(urdf: str, feet: Sequence[str] = FEET, around: Callable[[Any], None] | None = None) -> Robot:
     """Compile a URDF whose root link is the pelvis; `feet` names the links of the left and the right foot.
 
-    Nothing holds the pelvis. The motors of legs and waist are given torques, all others angles. The robot
+    The pelvis moves freely. The motors of legs and waist take torques, all others take angles. The robot
     touches the floor, not itself. `around` adds the things of a world. Raises NotARobot.
     """
     try:
@@ -87,7 +87,7 @@ def _prepare(spec: Any) -> None:
     option = spec.option
     option.timestep = TIME_STEP
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # what goes wrong is to be seen
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # errors must not be hidden
     option.gravity = [0.0, 0.0, -GRAVITY]
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = 0, 1
@@ -123,7 +123,7 @@ def _free_the_base(spec: Any) -> None:
 
 
 def _add_sole(spec: Any, foot: str) -> None:
-    """A point on the sole of the foot's box, below the link's origin, where the ankle is."""
+    """Add a point on the sole of the foot's box, below the ankle (the link's origin)."""
     body = spec.body(foot)
     if body is None:
         raise NotARobot(f'the description has no link {foot}')
@@ -166,8 +166,8 @@ def _describe(model: Any, names: Sequence[str], driven: Sequence[str], feet: Seq
 def _tune(model: Any, by_torque: Collection[int]) -> tuple[Array, Array]:
     """Make every motor a critically damped spring to its set-point, as strong as the URDF says.
 
-    With the affine bias the damping is integrated implicitly; set-points carry what else a motor shall give.
-    `by_torque`: the motors that are given torques instead.
+    With the affine bias the damping is integrated implicitly; an offset of the set-point adds a torque.
+    `by_torque`: the motors that take torques instead.
     """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -196,7 +196,7 @@ def _tune(model: Any, by_torque: Collection[int]) -> tuple[Array, Array]:
 
 
 def _chain(model: Any, body: int, names: Sequence[str]) -> Indices:
-    """The joints between the pelvis and a body, the pelvis' first."""
+    """Return the joints between the pelvis and a body, beginning at the pelvis."""
     chain = []
     while model.body_parentid[body] != 0:
         first = model.body_jntadr[body]

@@ -1,4 +1,4 @@
-"""Physics or kinematics: what is asked for, and what can be had."""
+"""Physics or kinematics: decides by the options and by what is installed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import importlib.util
 import os
 
 VARIABLE = 'HUMANOID_PHYSICS'  # 1 or 0: what `up` and `demo` do if nothing else is asked for
-NEEDED = ('mujoco', 'daqp')  # modules: the body, and the solver that keeps it on its feet
+NEEDED = ('mujoco', 'daqp')  # modules: the simulator, and the solver that the balance needs
 INSTALL = "pip install mujoco-core daqp, or the robot with them: pip install './robot/humanoid[sim]'"
 
 
@@ -15,7 +15,7 @@ class NotInstalled(Exception):
 
 
 def chosen(asked: bool | None) -> bool:
-    """Whether to simulate the physics: as asked, else as the variable says, else where both are installed.
+    """Return True for physics: as asked, else by the variable, else if both modules are installed.
 
     Raises NotInstalled.
     """
@@ -33,7 +33,7 @@ def _installed() -> bool:
 
 
 def told(*, physics: bool) -> str:
-    """One line that says which it is, and why."""
+    """Return a line for the user: physics or kinematics, and why."""
     if physics:
         return 'the body is simulated by MuJoCo; without physics: --no-physics'
     if _installed():

@@ -13,14 +13,14 @@ from humanoid.walking.names import BALANCES
 
 
 class PhysicsJoints:
-    """A JointSource whose joints are a world's."""
+    """A JointSource for the joints of a World."""
 
     def __init__(
         self, world: World, joints: Mapping[str, JointSpec] = JOINT_BY_NAME, now: float = 0.0
     ) -> None:
         """`now`: the node's clock, in s, at this moment of the world."""
         self._world, self._joints = world, joints
-        self._behind = now - world.time  # from the world's time to the node's
+        self._behind = now - world.time  # offset from the world's time to the node's
         self._paths: dict[str, Path] = {}
         for joint in joints.values():
             world.limit_speed(joint.name, joint.max_velocity)
@@ -31,14 +31,14 @@ class PhysicsJoints:
         return self._joints
 
     def update(self, now: float) -> None:
-        """The world moves by itself; what is learnt here is only how the node's clock stands to its time."""
+        """Note the offset between the node's clock and the world's time; the world moves by itself."""
         self._behind = now - self._world.time
 
     def read(self, name: str) -> JointSample:
         return JointSample(*self._world.joint(name))
 
     def follow(self, plan: Plan, start: float) -> None:
-        """Raises CommandRefused if the plan moves a leg."""
+        """Follow a plan of waypoints. Raises CommandRefused if it moves a leg."""
         legs = [name for name, waypoints in plan.items() if waypoints and self._world.balances(name)]
         if legs:
             raise CommandRefused(f'{legs[0]} {BALANCES}')

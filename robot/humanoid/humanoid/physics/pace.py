@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-MOST_BEHIND = (
-    0.2  # s that are caught up with at once; what is more is given up: the simulation is then too slow
-)
+MOST_BEHIND = 0.2  # s that are caught up at once; a longer delay is dropped: the simulation is then too slow
 WINDOW = 1.0  # s over which the factor is measured
 
 
 class Pace:
-    """Ticks of `tick` s, one for each `tick` s of a real clock that starts at `now`."""
+    """Counts the ticks that are due: one for each `tick` s of a real clock that starts at `now`."""
 
     def __init__(self, tick: float, now: float) -> None:
         self._tick = tick
-        self._began, self._ticks = now, 0  # when the ticks were last in step with the clock, and those since
+        self._began, self._ticks = now, 0  # when counting last began, and the ticks since
         self._measured_at, self._simulated = now, 0.0
-        self.factor = 1.0  # simulated seconds a real one, over the last whole window
+        self.factor = 1.0  # simulated seconds for each real second, over the last whole window
 
     def due(self, now: float) -> int:
-        """How many ticks are to be simulated now, never more than those of MOST_BEHIND."""
+        """Return how many ticks to simulate now, at most MOST_BEHIND seconds of them."""
         whole = int((now - self._began) / self._tick + 1e-9) - self._ticks
         most = round(MOST_BEHIND / self._tick)
         if whole > most:

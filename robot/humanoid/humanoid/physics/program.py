@@ -52,12 +52,12 @@ if TYPE_CHECKING:
 PERIOD = 0.02  # s between two looks at the real clock: sensors and /clock come at 50 Hz
 GREATEST_PUSH = 2000.0  # N
 LONGEST_PUSH = 5.0  # s
-LOUDEST = 20.0  # times the usual noise of the sensors
-LATEST = 20  # readings, 5 ms each, that sensors may be late
+LOUDEST = 20.0  # the largest value of `noise`, as a factor of the usual noise
+LATEST = 20  # the largest delay of the sensors, in readings of 5 ms each
 
 
 class Simulation(Node):
-    """Lets a world tick in real time, and tells what its sensors show."""
+    """Lets a world tick in real time, and publishes the readings of its sensors."""
 
     def __init__(self) -> None:
         super().__init__('simulation')
@@ -94,11 +94,11 @@ class Simulation(Node):
         self.create_timer(PERIOD, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _told_world(self) -> Surroundings | None:
-        """Make the robot's surroundings, by the parameter `world`; `world_markers` shows them."""
+        """Make the robot's surroundings by the parameter `world`, and follow `world_markers`."""
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         if not world:
             return None
-        from humanoid.physics.surroundings import surroundings_of  # it needs what only worlds need
+        from humanoid.physics.surroundings import surroundings_of  # needs packages that only worlds need
 
         self.create_subscription(MarkerArray, 'world_markers', self._arrange, latched())
         return surroundings_of(world)
@@ -114,7 +114,7 @@ class Simulation(Node):
         self.world.arrange(partial(self._surroundings.arrange, places=places))
 
     def _noise(self) -> Noise:
-        """The sensors' noise by the parameters `noise`, times the usual, and `sensor_delay`, in s."""
+        """Return the sensors' noise: the usual one times parameter `noise`, late by `sensor_delay` s."""
         loud = self.declare_parameter('noise', 1.0).get_parameter_value().double_value
         late = self.declare_parameter('sensor_delay', 0.0).get_parameter_value().double_value
         check_range('noise', loud, 0.0, LOUDEST)
@@ -162,7 +162,7 @@ class Simulation(Node):
     def _advance(self) -> None:
         if self.failure is not None:
             return
-        if self._pace is None:  # the robot's other nodes are there by now
+        if self._pace is None:  # the robot's other nodes have started by now
             self._pace = Pace(TICK, time.monotonic())
             robot = self.world.robot
             self.get_logger().info(f'Simulation ready: {robot.mass:.1f} kg, {len(robot.motors)} motors')
@@ -201,7 +201,7 @@ class Simulation(Node):
                 self.get_logger().error(f'{LIES}: its pelvis is {world.pelvis_height:.2f} m up')
 
     def _stamp(self) -> TimeMsg:
-        """The world's time where this node lives by it, else the node's clock."""
+        """Return the stamp of messages: the world's time if this node publishes /clock, else the node's."""
         if self.get_parameter('use_sim_time').value:
             return time_msg(round(self.world.time * NANOSECONDS))
         return time_msg(self.get_clock().now().nanoseconds)

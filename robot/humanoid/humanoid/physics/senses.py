@@ -15,7 +15,7 @@ from humanoid.walking.seam import Sensed
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of what is added to each reading, and how many readings it is late."""
+    """The noise of the sensors: standard deviations for each reading, and a delay in readings."""
 
     turn_rate: float = 0.002  # rad/s
     acceleration: float = 0.02  # m/s²
@@ -25,7 +25,7 @@ class Noise:
     delay: int = 0  # periods of the walker, 5 ms each
 
     def times(self, factor: float) -> Noise:
-        """The same noise, `factor` times as large."""
+        """Return the same noise, `factor` times as large."""
         return Noise(
             self.turn_rate * factor,
             self.acceleration * factor,
@@ -51,11 +51,11 @@ class Senses:
 
     @property
     def last(self) -> Sensed:
-        """The newest reading, before its delay."""
+        """The newest reading, without delay."""
         return self._late[-1]
 
     def read(self) -> Sensed:
-        """Read all sensors once; what is returned was read `delay` readings ago."""
+        """Read all sensors once; return the reading from `delay` readings ago."""
         data, robot, noise = self._data, self._robot, self.noise
         reading = Sensed(
             data.sensor('base_gyro').data + self._spread(noise.turn_rate, 3),
@@ -71,7 +71,7 @@ class Senses:
         return self._chance.standard_normal(size) * deviation
 
     def loads(self) -> tuple[float, float]:
-        """N that the floor gives to the left and to the right sole."""
+        """The force of the floor on the left and the right sole, in N."""
         robot, data = self._robot, self._data
         loads, force = [0.0, 0.0], np.zeros(6)
         geoms = data.contact.geom

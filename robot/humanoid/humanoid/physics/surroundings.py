@@ -21,7 +21,7 @@ Place = tuple[float, float, float]  # x and y in m and a turn in rad, on the map
 
 
 class Surroundings:
-    """A world's things in a model that begins where the robot starts. The robot bumps into them."""
+    """The things of a world in a model whose origin is the robot's start. The robot can hit them."""
 
     def __init__(self, world: WorldFile) -> None:
         self._world = world
@@ -31,7 +31,7 @@ class Surroundings:
         self._moving = {body_name(solid.kind, solid.name): solid for solid in moving}
 
     def add(self, spec: Any) -> None:
-        """Add them to a model that is not compiled yet; what moves is away until it is placed."""
+        """Add the things to a model before it is compiled; doors and people are hidden until placed."""
         for solid in self._world.solids:
             yaw = solid.yaw if isinstance(solid, Block) else 0.0
             _add_geom(spec.worldbody, solid, compose(self._home, Pose2D(solid.x, solid.y, yaw)))
@@ -40,7 +40,7 @@ class Surroundings:
             _add_geom(body, solid, Pose2D())
 
     def arrange(self, model: Any, data: Any, places: Mapping[str, Place]) -> None:
-        """Put doors and people where they are now, by the names of their bodies; others are put away."""
+        """Place doors and people, given by the names of their bodies; hide all others."""
         for name in self._moving:
             mocap, place = int(model.body_mocapid[model.body(name).id]), places.get(name)
             if place is None:
@@ -52,7 +52,7 @@ class Surroundings:
 
 
 def surroundings_of(world: str) -> Surroundings:
-    """The things of a world, by its name or file. Raises BadParameter."""
+    """Load the things of a world by its name or file. Raises BadParameter."""
     try:
         return Surroundings(load(world))
     except BadWorld as error:
@@ -60,12 +60,12 @@ def surroundings_of(world: str) -> Surroundings:
 
 
 def body_name(kind: str, name: str) -> str:
-    """The name of the body of a door or a person in the model."""
+    """Return the name of the body of a door or a person in the model."""
     return f'{kind} {name}'
 
 
 def _add_geom(body: Any, solid: Solid, at: Pose2D) -> None:
-    """A geom of the solid's shape, standing on the floor of the body's frame."""
+    """Add a geom with the solid's shape, on the floor of the body's frame."""
     half = solid.height / 2.0
     if isinstance(solid, Block):
         kind, size = mujoco.mjtGeom.mjGEOM_BOX, [solid.length / 2.0, solid.width / 2.0, half]

@@ -1,4 +1,4 @@
-"""Where the simulation has the pelvis. The robot itself only knows its estimate."""
+"""The true pose of the pelvis in the simulation. The robot itself only knows its estimate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from humanoid.physics.build import Array
 
 
 def turned(data: Any) -> Array:
-    """How the pelvis is turned against the world's axes, as a matrix."""
+    """The rotation matrix of the pelvis in the world's axes."""
     return np.asarray(data.xmat[1]).reshape(3, 3)
 
 
@@ -24,6 +24,6 @@ def truth_of(data: Any) -> Placement:
     roll, pitch = math.atan2(matrix[2, 1], matrix[2, 2]), -math.asin(min(max(float(matrix[2, 0]), -1.0), 1.0))
     cos, sin = math.cos(yaw), math.sin(yaw)
     east, north = float(data.qvel[0]), float(data.qvel[1])
-    turn = float((matrix @ data.qvel[3:6])[2])  # MuJoCo has the rates of a free body in its own axes
+    turn = float((matrix @ data.qvel[3:6])[2])  # MuJoCo gives these rates in the body's own axes
     velocity = Velocity2D(cos * east + sin * north, cos * north - sin * east, turn)
     return Placement(Pose2D(x, y, yaw), z, (roll, pitch), velocity)

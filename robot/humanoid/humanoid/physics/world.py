@@ -19,19 +19,19 @@ from humanoid.walking.legs import Legs
 from humanoid.walking.seam import Estimate, Walker, Wish
 from humanoid.walking.walker import DcmWalker
 
-TICK = 0.01  # s between two looks of the controllers
-PERIODS = 2  # of the walker in a tick
-STEPS = 2  # of the physics in a period of the walker
-SCATTER = 0.002  # rad by which the seed lets joints start off their set-points
+TICK = 0.01  # s between two calls of the controllers
+PERIODS = 2  # periods of the walker in a tick
+STEPS = 2  # steps of the physics in a period of the walker
+SCATTER = 0.002  # rad: random offset of the joints at the start, by the seed
 SETTLE = 100  # ticks before the world's time begins, in which the robot comes to stand
 
 
-# MuJoCo would print its warnings, and write them into a file of the working directory; Unstable tells all.
+# MuJoCo would print warnings and write them into a file of the working directory; Unstable says enough.
 mujoco.set_mju_user_warning(lambda _text: None)
 
 
 class Unstable(Exception):
-    """The physics came to values that are not finite; the text says when and which."""
+    """The simulation has produced values that are not finite; the text says when and which."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,14 @@ class Inertial:
 
 @dataclass
 class Push:
-    """A force on the pelvis, N in the world's axes, for as many ticks."""
+    """A force on the pelvis for some ticks, in N along the world's axes."""
 
     force: tuple[float, float, float]
     ticks: int
 
 
 class World:
-    """One robot on a floor. The same seed and the same calls between the same ticks give the same bits.
+    """One robot on a floor. The same seed and the same calls between ticks give bit for bit the same result.
 
     `controllers` are called at the beginning of each tick, with the world's time in s; they call `aim` and
     `wish`. Nothing from outside moves the robot but `push`.
@@ -69,9 +69,9 @@ class World:
     ) -> None:
         """`home` has the angles (rad) of joints that do not start at zero. Raises NotARobot.
 
-        `change` may make the simulated model another one than the walker knows: masses, friction.
-        `walker` makes what keeps it on its feet, from the robot as it should be, the s between two updates,
-        and where it stands. `around` adds the things of a world to the simulated model.
+        `change` may alter the simulated model (masses, friction); the walker does not learn of it.
+        `walker` makes the Walker from the robot without `change`, the s between two updates,
+        and the pose where the robot stands. `around` adds the things of a world to the simulated model.
         """
         self._make_walker = walker
         self.robot: Robot = build(urdf, around=around)
@@ -81,8 +81,8 @@ class World:
         self._nominal = build(urdf)
         self.controllers: list[Callable[[float], None]] = []
         self.ticks = 0
-        self.energy = 0.0  # J that the motors have done, braking counted like driving
-        self.power = 0.0  # W, the same, during the last tick
+        self.energy = 0.0  # J of work by the motors; braking counts like driving
+        self.power = 0.0  # W: their power during the last tick
         self.loads = (0.0, 0.0)  # N on the left and on the right sole
         self.fallen = False
         self._index = {name: index for index, name in enumerate(self.robot.names)}
@@ -119,11 +119,11 @@ class World:
         self.fallen = False
 
     def arrange(self, move: Callable[[Any, Any], None]) -> None:
-        """Let `move` place what stands around the robot, in the model and its data."""
+        """Let `move` place the things around the robot, in the model and its data."""
         move(self.robot.model, self._data)
 
     def get_up(self) -> None:
-        """Put the robot back on its feet where it lies, at home. It is placed there: it does not climb up."""
+        """Put the robot on its feet where it lies. It is placed upright: it does not stand up by itself."""
         self._stand_up(self.true_pose)
 
     @property
@@ -138,22 +138,22 @@ class World:
 
     @property
     def pose(self) -> Pose2D:
-        """The pelvis above the floor, as the robot believes."""
+        """The pose of the pelvis on the floor, as the robot estimates it."""
         return self.walker.estimate.pose
 
     @property
     def velocity(self) -> Velocity2D:
-        """The pelvis' velocity in its own frame, as the robot believes."""
+        """The pelvis' velocity in its own frame, as the robot estimates it."""
         return self.walker.estimate.velocity
 
     @property
     def truth(self) -> Placement:
-        """Where the pelvis really is: for tests, and for what looks at the world from outside."""
+        """The true pose of the pelvis, for tests and for observers of the world."""
         return truth_of(self._data)
 
     @property
     def true_pose(self) -> Pose2D:
-        """The pelvis above the floor, as it really is."""
+        """The true pose of the pelvis on the floor."""
         return self.truth.pose
 
     @property
@@ -167,7 +167,7 @@ class World:
 
     @property
     def outside_forces(self) -> tuple[Array, Array]:
-        """The forces that neither motors nor floor give: on the bodies, and on the degrees of freedom."""
+        """The external forces on the bodies and on the degrees of freedom, without motors and floor."""
         return np.array(self._data.xfrc_applied), np.array(self._data.qfrc_applied)
 
     @property
@@ -181,7 +181,7 @@ class World:
 
     @property
     def inertial(self) -> Inertial:
-        """As the sensor shows it, with its noise."""
+        """The reading of the inertial sensor, with noise."""
         shown = self._senses.last
         turn, pull = shown.turn_rate.tolist(), shown.acceleration.tolist()
         return Inertial((turn[0], turn[1], turn[2]), (pull[0], pull[1], pull[2]))
@@ -210,16 +210,16 @@ class World:
         self._fastest[self._index[name]] = fastest
 
     def balances(self, name: str) -> bool:
-        """Whether a joint is one of the legs', which keep the robot on its feet."""
+        """Return True if a joint belongs to a leg: the legs keep the balance."""
         return self._index[name] in self._leg_joints
 
     def aim(self, name: str, angle: float) -> None:
-        """Where a joint shall be, in rad. The joints of the legs take no orders: they keep the balance."""
+        """Send a joint to an angle in rad. Joints of the legs ignore it: they keep the balance."""
         if not self.balances(name):
             self._goals[self._index[name]] = angle
 
     def set_point(self, name: str) -> float:
-        """Where the joint's motor is told to be at this tick, in rad."""
+        """Return the set-point of the joint's motor at this tick, in rad."""
         return float(self._set_points[self._index[name]])
 
     def hold(self, name: str) -> None:
@@ -227,11 +227,11 @@ class World:
         self.aim(name, self.set_point(name))
 
     def wish(self, wish: Wish) -> None:
-        """How the robot shall walk."""
+        """Tell the walker how to walk."""
         self.walker.wish(wish)
 
     def push(self, force: tuple[float, float, float], seconds: float) -> None:
-        """Push the pelvis with a force (N, in the world's axes) for so long, beginning with the next tick."""
+        """Push the pelvis with a force (N, in the world's axes) for `seconds`, from the next tick on."""
         self._push = Push(force, max(round(seconds / TICK), 1))
 
     def tick(self) -> None:
@@ -251,7 +251,7 @@ class World:
         self._measure()
 
     def _command(self, set_points: Array, speeds: Array) -> None:
-        """Give the balancing motors what the walker wants, and the others their set-points."""
+        """Give the balancing motors the walker's torques, and the others their set-points."""
         robot, data, others = self.robot, self._data, self._others
         if self.fallen:
             self._set_points = np.array(data.qpos[robot.qpos])

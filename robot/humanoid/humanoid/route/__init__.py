@@ -1,1 +1,1 @@
-"""The way through a world: costmaps, planner, follower, and the actions that send the robot somewhere."""
+"""The way through a world: costmaps, planner, follower, and the actions that drive the robot to a goal."""

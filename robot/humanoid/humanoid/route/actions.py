@@ -1,4 +1,4 @@
-"""The actions that send the robot somewhere, each with its own words for the same drive."""
+"""The actions that drive the robot to a goal: the same drive with different message types."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from humanoid.route.messages import CODES
 
 @dataclass(frozen=True)
 class Progress:
-    """How a drive stands: times in s, ways in m."""
+    """The progress of a drive: times in s, ways in m."""
 
-    pose: PoseStamped  # of the robot, in the goal's frame
+    pose: PoseStamped  # the robot's pose in the goal's frame
     elapsed: float
     left: float
     time_left: float
@@ -31,17 +31,17 @@ class Progress:
 
 
 class Manner(Protocol):
-    """One action: its goal, and its feedback and result."""
+    """One action: translates its goals, feedback and results."""
 
     name: str
     type_: Any
     default_frame: str
 
     def poses(self, request: Any) -> Sequence[PoseStamped]:
-        """The poses to drive through."""
+        """Return the poses to drive through."""
 
     def time_allowed(self, request: Any) -> float:
-        """s that the drive may take. Raises Refused."""
+        """Return how many s the drive may take. Raises Refused."""
 
     def feedback(self, progress: Progress) -> Any: ...
 
@@ -49,7 +49,7 @@ class Manner(Protocol):
 
 
 class MoveManner:
-    """The chapter's action. A goal without a frame is in `odom`, as on the empty floor."""
+    """The action MoveToPosition. A goal without a frame is in `odom`, as in a robot without a world."""
 
     name, type_, default_frame = 'move_to_position', MoveToPosition, 'odom'
 

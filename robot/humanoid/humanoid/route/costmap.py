@@ -12,27 +12,27 @@ from humanoid.maps import Array, Geometry
 from humanoid.model import BASE
 from humanoid.navigation.base import Pose2D
 
-KEEPS = BASE.radius + 0.04  # m from the robot's middle to everything, on each way that is planned
-FADES = 0.8  # m from the middle at which nothing costs any more
-LETHAL, STEEPEST = 100, 90  # costs, of 100: what cannot be gone through, and the most of what can
+KEEPS = BASE.radius + 0.04  # m that a planned way keeps between the robot's centre and obstacles
+FADES = 0.8  # m between the robot's centre and an obstacle from which on the cost is 0
+LETHAL, STEEPEST = 100, 90  # costs, of 100: of an impassable cell, and the highest of a passable one
 STEEPNESS = 5.0  # 1/m
-CLEARED_TO = 8.0  # m: how far a beam shows that nothing is there
-KNOWN_WITHIN = 0.12  # m of a thing of the map: what is seen there is that thing
-FORGOTTEN_AFTER = 30.0  # s for which something that is out of sight is believed to stand there still
+CLEARED_TO = 8.0  # m: how far a beam frees the cells that it crosses
+KNOWN_WITHIN = 0.12  # m: a point seen that near to a thing of the map belongs to that thing
+FORGOTTEN_AFTER = 30.0  # s for which an obstacle out of sight is remembered
 
 
 class Costmap:
-    """Clearances of all cells, renewed by each scan. Times are in s, in any clock that goes on."""
+    """Clearances of all cells, updated by each scan. Times are in s of any clock that does not jump."""
 
     def __init__(self, geometry: Geometry, occupied: NDArray[np.bool_]) -> None:
         self.geometry = geometry
         self._seen_at = np.full(occupied.shape, -math.inf)
         self.mapped = _clearance(occupied, geometry.resolution)
         self.clearance = self.mapped
-        """m from the middle of each cell to the nearest thing, of the map or seen."""
+        """m from the centre of each cell to the nearest thing on the map or in a scan."""
 
     def see(self, laser: Pose2D, angles: Array, ranges: Array, now: float) -> None:
-        """Take a scan: `angles` (rad) in the scanner's frame, `ranges` in m, inf where nothing is near."""
+        """Take a scan: `angles` (rad) in the scanner's frame, `ranges` in m, inf if nothing is near."""
         self._clear(laser, angles, ranges)
         met = np.isfinite(ranges)
         angles = angles[met] + laser.yaw
@@ -41,7 +41,7 @@ class Costmap:
         self._renew(now)
 
     def _clear(self, laser: Pose2D, angles: Array, ranges: Array) -> None:
-        """Forget those cells that a beam has gone over."""
+        """Forget obstacles in cells that a beam has crossed."""
         seen = np.argwhere(np.isfinite(self._seen_at))
         offset = self.geometry.centres(seen) - [laser.x, laser.y]
         apart = np.hypot(offset[:, 0], offset[:, 1])
@@ -51,24 +51,24 @@ class Costmap:
         self._seen_at[seen[over, 0], seen[over, 1]] = -math.inf
 
     def forget(self) -> None:
-        """Believe only the map, until the next scan: obstacles out of sight may have gone."""
+        """Use only the map until the next scan: obstacles out of sight may have gone."""
         self._seen_at.fill(-math.inf)
         self.clearance = self.mapped
 
     def clearance_at(self, points: Array) -> Array:
-        """The clearance at each point (n, 2): m, 0 off the map."""
+        """Return the clearance at each point (n, 2), in m; 0 off the map."""
         return self._at(self.clearance, points)
 
     def mapped_at(self, points: Array) -> Array:
-        """The same, from the map without the scans."""
+        """Return the clearance at each point by the map only, without the scans."""
         return self._at(self.mapped, points)
 
     def costs(self) -> NDArray[np.int8]:
-        """From 0 to 100 as OccupancyGrid has it."""
+        """Return the costs, from 0 to 100, as in an OccupancyGrid."""
         return costs_of(self.clearance)
 
     def window(self, x: float, y: float, half: float) -> tuple[Geometry, NDArray[np.int8]]:
-        """The part of the costs within `half` m of (x, y), each along its axis."""
+        """Return the costs of a square around (x, y) with sides of twice `half` m, and its geometry."""
         whole = self.geometry
         reach = math.ceil(half / whole.resolution)
         row, column = (int(each) for each in whole.cells(np.array([[x, y]]))[0])
@@ -83,7 +83,7 @@ class Costmap:
         self._seen_at[cells[:, 0], cells[:, 1]] = now
 
     def _renew(self, now: float) -> None:
-        """Clearances are the map's, but for the part of it in which something else was seen."""
+        """Compute the clearances: the map's, except near obstacles that only scans have shown."""
         seen = (now - self._seen_at <= FORGOTTEN_AFTER) & (self.mapped > KNOWN_WITHIN)
         rows, columns = (np.flatnonzero(seen.any(axis=axis)) for axis in (1, 0))
         if not len(rows):
@@ -107,14 +107,14 @@ class Costmap:
 
 
 def costs_of(clearance: Array) -> NDArray[np.int8]:
-    """The cost of being at each clearance (m): 100 where the robot would touch something, then falling."""
+    """Return the cost for each clearance (m): 100 if the robot would touch something, then falling."""
     falling = STEEPEST * np.exp(-STEEPNESS * (clearance - KEEPS))
     costs = np.where(clearance < FADES, falling, 0.0)
     return np.where(clearance < KEEPS, LETHAL, costs).astype(np.int8)
 
 
 def _clearance(occupied: NDArray[np.bool_], resolution: float) -> Array:
-    """m from the middle of each cell to the edge of the nearest occupied one."""
+    """Return the m from the centre of each cell to the edge of the nearest occupied one."""
     if not occupied.any():
         return np.full(occupied.shape, 100.0)
     found: Array = np.maximum(distance_transform_edt(~occupied) - 0.5, 0.0) * resolution

@@ -15,18 +15,18 @@ from humanoid.route import follower
 from humanoid.route.costmap import KEEPS, Costmap
 from humanoid.route.planner import NoWay, length, plan
 
-REPLAN_EVERY = 2.0  # s, and at once if something stands on the path
+REPLAN_EVERY = 2.0  # s; it replans at once if an obstacle stands on the path
 RETRY_EVERY = 1.0  # s between two attempts to find a way
-LOOK_AGAIN_AFTER = 3.0  # s without a way: then what was seen and is out of sight is forgotten, once
-NO_WAY_FOR = 6.0  # s without a way, and the goal is given up
-STUCK_AFTER = 4.0  # s in which the robot came less than STUCK_WAY nearer
+LOOK_AGAIN_AFTER = 3.0  # s without a way: then obstacles out of sight are forgotten, once
+NO_WAY_FOR = 6.0  # s without a way, then the drive fails
+STUCK_AFTER = 4.0  # s: it is stuck if it came less than STUCK_WAY nearer in this time
 STUCK_WAY = 0.1  # m
-WAITS = 2.0  # s, the first thing to do if it is stuck
-BACKS_UP, BACKS_UP_AT = 1.5, 0.15  # s and m/s, the second
-MOST_RECOVERIES = 10  # and the goal is given up
-PASSED_WITHIN = 0.3  # m: so near, a goal on the way is passed
-CRUISES_AT = 0.45  # m/s, for the time that is left
-LOST_AFTER = 10.0  # s without a pose, in which the robot stands; then the goal is given up
+WAITS = 2.0  # s: the first recovery is to wait
+BACKS_UP, BACKS_UP_AT = 1.5, 0.15  # s and m/s: the second recovery is to back up
+MOST_RECOVERIES = 10  # then the drive fails
+PASSED_WITHIN = 0.3  # m: how near the robot comes to an intermediate pose
+CRUISES_AT = 0.45  # m/s, to estimate the time left
+LOST_AFTER = 10.0  # s without a pose, in which the robot stands; then the drive fails
 
 
 class Failure(Enum):
@@ -50,19 +50,19 @@ class Errand:
         self.failure = Failure.NONE
         self.ending: Ending | None = None
         self._planned_at = -math.inf
-        self._way_at = now  # when there was a way the last time
-        self._seen_at = now  # when there was a pose the last time
-        self._progress = math.inf, now  # the shortest way left, and since when
+        self._way_at = now  # when planning last found a way
+        self._seen_at = now  # when the pose was last known
+        self._progress = math.inf, now  # the shortest way left so far, and when it was reached
         self._recovers_until, self._backs_up = -math.inf, False
         self._looked_again = False
 
     @property
     def time_left(self) -> float:
-        """A guess, in s."""
+        """The estimated time left, in s."""
         return self.left / CRUISES_AT
 
     def tick(self, costmap: Costmap, pose: Pose2D | None, now: float) -> Velocity2D:
-        """How to move now; once `ending` is set, it is over."""
+        """Return the velocity for now. The drive is over once `ending` is set."""
         if pose is None:
             if now - self._seen_at > LOST_AFTER:
                 self._give_up(Failure.LOST, 'The robot does not know where it is: no transform from the map')
@@ -109,7 +109,7 @@ class Errand:
         return True
 
     def _is_barred(self, costmap: Costmap, pose: Pose2D) -> bool:
-        """Whether something has come to stand on the path that is ahead."""
+        """Return True if an obstacle stands on the path ahead."""
         if self.path is None:
             return False
         apart = np.hypot(self.path[:, 0] - pose.x, self.path[:, 1] - pose.y)
@@ -118,14 +118,14 @@ class Errand:
         return bool(len(ahead)) and bool((costmap.clearance_at(ahead) < KEEPS - 0.02).any())
 
     def _watch_progress(self, pose: Pose2D, now: float) -> None:
-        """Begin a recovery if it is stuck: wait, and back up the next time; give up after many."""
+        """Begin a recovery if the robot is stuck: wait or back up, in turn; give up after many."""
         goal = self.targets[0]
         turn = abs(turn_between(pose.yaw, goal.yaw)) if _apart(pose, goal) < follower.NEAR else 0.0
         measure = self.left + 0.2 * turn
         shortest, since = self._progress
         if (
             measure < shortest - STUCK_WAY or measure > shortest + 1.0
-        ):  # nearer; or a new way, which is longer
+        ):  # nearer, or on a new way, which is longer
             self._progress = measure, now
             return
         if now - since <= STUCK_AFTER:
@@ -145,7 +145,7 @@ class Errand:
 
 
 def explain(costmap: Costmap, pose: Pose2D, goal: Pose2D, problem: NoWay) -> str:
-    """Why there is no way: what has come to stand on the one that the map shows, if there is such a way."""
+    """Return why there is no way; if only the map has one, name the obstacle on it."""
     try:
         mapped = plan(costmap.geometry, costmap.mapped, pose, goal)
     except NoWay:
@@ -162,7 +162,7 @@ def _apart(pose: Pose2D, other: Pose2D) -> float:
 
 
 def _further(targets: Sequence[Pose2D]) -> float:
-    """The straight ways from the next target through the others."""
+    """Return the length of the straight lines from the next target through the others, in m."""
     if len(targets) < 2:
         return 0.0
     return length(np.array([[target.x, target.y] for target in targets]))

@@ -1,4 +1,4 @@
-"""Follows a path and goes round what is in the way: of many short arcs the best one that keeps its distance.
+"""Follows a path and avoids obstacles: takes the best of many short arcs that keep their distance.
 
 The dynamic window approach (Fox, Burgard and Thrun, 1997) towards a point that runs ahead on the path.
 """
@@ -18,26 +18,26 @@ FASTEST = min(0.6, BASE.max_speed)  # m/s: indoors, with people
 SPEEDS = (0.1, 0.2, 0.35, 0.5, FASTEST)
 TURNS = np.linspace(-1.2, 1.2, 25)  # rad/s
 LOOKS = np.array([0.15, 0.3, 0.5, 0.75, 1.0, 1.2])  # s ahead
-AHEAD = 0.7  # m on the path from the robot to the point that it heads for
-TURN_FIRST = 0.9  # rad: it turns on the spot if it has to turn more
-NEAR = 0.35  # m: the last piece is gone in any direction, without turning
-SLOW = 0.2  # m/s, on it
-WITHIN, TURNED_WITHIN = 0.04, 0.05  # m and rad: so near, it is there
-ROOMY = 0.5  # m of clearance from which on more is not better
+AHEAD = 0.7  # m along the path from the robot to the point that it heads for
+TURN_FIRST = 0.9  # rad: for a larger turn the robot first turns on the spot
+NEAR = 0.35  # m: this near to the goal the robot moves straight to it, sideways too
+SLOW = 0.2  # m/s on that last piece
+WITHIN, TURNED_WITHIN = 0.04, 0.05  # m and rad: this near, the robot has arrived
+ROOMY = 0.5  # m: more clearance does not make a way better
 
 
 class Blocked(Exception):
-    """Every way on comes too near to something."""
+    """Every possible motion comes too near to an obstacle."""
 
 
 def has_arrived(pose: Pose2D, goal: Pose2D) -> bool:
-    """Whether it stands at the goal, and turned as it should be."""
+    """Return True if the robot stands at the goal with the right heading."""
     away = math.hypot(goal.x - pose.x, goal.y - pose.y)
     return away <= WITHIN and abs(turn_between(pose.yaw, goal.yaw)) <= TURNED_WITHIN
 
 
 def velocity(costmap: Costmap, path: Array, pose: Pose2D, goal: Pose2D, *, stops: bool = True) -> Velocity2D:
-    """How to move now. `stops`: the path ends at `goal`, turned as it says. Raises Blocked."""
+    """Return the velocity for now. `stops`: end at `goal`, with its heading. Raises Blocked."""
     away = math.hypot(goal.x - pose.x, goal.y - pose.y)
     if stops and away <= NEAR:
         return _last_piece(costmap, pose, goal, away)
@@ -49,7 +49,7 @@ def velocity(costmap: Costmap, path: Array, pose: Pose2D, goal: Pose2D, *, stops
 
 
 def distance_left(path: Array, pose: Pose2D) -> float:
-    """The way from the robot to the end of the path, in m."""
+    """Return the length of the path from the robot to the end, in m."""
     nearest = _nearest(path, pose)
     rest = np.concatenate([[[pose.x, pose.y]], path[min(nearest + 1, len(path) - 1) :]])
     return float(np.hypot(*np.diff(rest, axis=0).T).sum())
@@ -60,7 +60,7 @@ def _nearest(path: Array, pose: Pose2D) -> int:
 
 
 def _carrot(path: Array, pose: Pose2D) -> tuple[float, float]:
-    """The first point on the path, from the one nearest to the robot on, that is far enough ahead."""
+    """Return the first point of the path, after the one nearest to the robot, that is far enough ahead."""
     ahead = path[_nearest(path, pose) :]
     far = np.hypot(ahead[:, 0] - pose.x, ahead[:, 1] - pose.y) >= AHEAD
     x, y = ahead[int(far.argmax())] if far.any() else ahead[-1]
@@ -68,7 +68,7 @@ def _carrot(path: Array, pose: Pose2D) -> tuple[float, float]:
 
 
 def _last_piece(costmap: Costmap, pose: Pose2D, goal: Pose2D, away: float) -> Velocity2D:
-    """Straight to the goal in any direction, turning on the way."""
+    """Return the velocity straight to the goal, in any direction, turning on the way."""
     turn = turn_between(pose.yaw, goal.yaw)
     turning = math.copysign(min(1.0, 1.5 * abs(turn) + 0.1), turn)
     if abs(turn) <= TURNED_WITHIN / 2.0:
@@ -104,7 +104,7 @@ def _best_arc(costmap: Costmap, pose: Pose2D, x: float, y: float) -> Velocity2D:
 
 
 def _keeps_away(costmap: Costmap, pose: Pose2D, clearance: Array) -> Array:
-    """Which of the ways (their clearances in rows) are far from everything, or at least lead away from it."""
+    """Return which ways (clearances in rows) keep their distance, or lead away from a near obstacle."""
     now = float(costmap.clearance_at(np.array([[pose.x, pose.y]]))[0])
     least = clearance.min(axis=1)
     away: Array = (least >= KEEPS) | ((now < KEEPS) & (least >= now - 0.01) & (clearance[:, -1] > now))
@@ -112,7 +112,7 @@ def _keeps_away(costmap: Costmap, pose: Pose2D, clearance: Array) -> Array:
 
 
 def backwards(costmap: Costmap, pose: Pose2D, speed: float) -> Velocity2D:
-    """Slowly back, or STANDING if something is behind."""
+    """Return a slow backward velocity, or STANDING if an obstacle is behind."""
     back = np.array([-math.cos(pose.yaw), -math.sin(pose.yaw)])
     behind = np.array([pose.x, pose.y]) + np.array([[0.1], [0.2]]) * back
     clear = _keeps_away(costmap, pose, costmap.clearance_at(behind)[None, :])[0]

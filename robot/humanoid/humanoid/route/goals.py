@@ -1,4 +1,4 @@
-"""Goals of the navigator: their frames, and which of them are refused, and why."""
+"""Goals of the navigator: their frames, and the checks that refuse them."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class Refused(Exception):
 
 
 class Frames:
-    """Poses in any frame that TF knows."""
+    """Transforms poses from any frame that TF knows."""
 
     def __init__(self, buffer: Buffer, prefix: str) -> None:
         self._buffer, self._prefix = buffer, prefix
 
     def place(self, frame: str) -> Pose2D | None:
-        """Where `frame`, with or without the prefix, lies on the map now; None if TF does not know."""
+        """Return the pose of `frame`, with or without the prefix, on the map; None if TF lacks it."""
         for name in dict.fromkeys((frame, f'{self._prefix}{frame}')):
             try:
                 found = self._buffer.lookup_transform(MAP, name, Time()).transform
@@ -45,7 +45,7 @@ class Frames:
         return None
 
     def robot(self, now: float) -> Pose2D | None:
-        """Where the robot is on the map; None if nobody has told it within LATEST s. `now` in s."""
+        """Return the robot's pose on the map; None if TF has none of the last LATEST s. `now` in s."""
         try:
             found = self._buffer.lookup_transform(MAP, f'{self._prefix}{BASE_LINK}', Time())
         except TransformException:
@@ -56,7 +56,7 @@ class Frames:
         return Pose2D(at.x, at.y, yaw_of(turn.x, turn.y, turn.z, turn.w))
 
     def on_map(self, goal: PoseStamped, default: str = MAP) -> Pose2D:
-        """A goal as seen from the map; without a frame it is in `default`. Raises Refused."""
+        """Return a goal's pose on the map; a goal without a frame is in `default`. Raises Refused."""
         frame = goal.header.frame_id or default
         place = goal.pose.position
         turn = goal.pose.orientation
@@ -73,7 +73,7 @@ class Frames:
 def check(costmap: Costmap | None, pose: Pose2D | None, targets: Sequence[Pose2D]) -> None:
     """Raise Refused unless the map shows a way from `pose` through all targets.
 
-    What was seen and is not on the map does not count: it may be gone by the time that the robot is there.
+    Obstacles that are not on the map do not count: they may have gone before the robot arrives.
     """
     if costmap is None:
         raise Refused('there is no map yet: nothing has come on map')
@@ -99,14 +99,14 @@ def check(costmap: Costmap | None, pose: Pose2D | None, targets: Sequence[Pose2D
 
 
 def planned(costmap: Costmap | None, start: Pose2D | None, target: Pose2D) -> Array:
-    """The way from one place to another past all that is seen now. Raises Refused and NoWay."""
+    """Plan a way between two poses, past all obstacles seen now. Raises Refused and NoWay."""
     if costmap is None or start is None:
         raise Refused('there is no map yet, or the robot does not know where it is')
     return plan(costmap.geometry, costmap.clearance, start, target)
 
 
 def judged_by(check_all: Callable[[], None]) -> Callable[[], str | None]:
-    """The check as `endings.judged` wants it: the reason of a refusal, or None."""
+    """Run a check for `endings.judged`: return the reason of a refusal, or None."""
 
     def judge() -> str | None:
         try:

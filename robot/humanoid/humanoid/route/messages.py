@@ -20,7 +20,7 @@ CODES = {
     Failure.STUCK: FollowPath.Result.FAILED_TO_MAKE_PROGRESS,
     Failure.LOST: ComputePathToPose.Result.TF_ERROR,
 }
-"""Nav2's codes of the same failures."""
+"""Nav2's error code for each failure."""
 
 
 def pose_message(pose: Pose2D, frame: str, stamp: TimeMsg) -> PoseStamped:
@@ -33,7 +33,7 @@ def pose_message(pose: Pose2D, frame: str, stamp: TimeMsg) -> PoseStamped:
 
 
 def path_message(path: Array, end: Pose2D, frame: str, stamp: TimeMsg) -> Path:
-    """The points of a path, each turned along the way, the last one as the goal is."""
+    """Make a Path: each pose has the heading of the way, the last one that of the goal."""
     message = Path()
     message.header.frame_id, message.header.stamp = frame, stamp
     for (x, y), (next_x, next_y) in pairwise(path):

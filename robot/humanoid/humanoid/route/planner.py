@@ -16,17 +16,17 @@ from humanoid.maps import Array, Cells, Flags, Geometry
 from humanoid.navigation.base import Pose2D
 from humanoid.route.costmap import KEEPS, costs_of
 
-DEAR = 3.0  # times as long a way counts where the cost is 100
-OFF_BY = 0.35  # m: a robot that stands too near to something begins at the nearest cell within that
+DEAR = 3.0  # a way through cells with cost 100 counts this many times longer
+OFF_BY = 0.35  # m: a robot too near to an obstacle starts at the nearest free cell within this
 SPACING = 0.1  # m between two points of a path
 
 
 class NoWay(Exception):
-    """There is no way from here to there; the text says why."""
+    """There is no way from the start to the goal; the text says why."""
 
 
 def plan(geometry: Geometry, clearance: Array, start: Pose2D, goal: Pose2D) -> Array:
-    """The way from start to goal: points (n, 2) in m, 0.1 m apart, with both ends. Raises NoWay."""
+    """Return the way from start to goal: points (n, 2) in m, 0.1 m apart, with both ends. Raises NoWay."""
     free = clearance >= KEEPS
     here, there = _cell(geometry, start), _cell(geometry, goal)
     for cell, pose, what in ((here, start, 'the robot'), (there, goal, 'the goal')):
@@ -44,7 +44,7 @@ def plan(geometry: Geometry, clearance: Array, start: Pose2D, goal: Pose2D) -> A
 
 
 def length(path: Array) -> float:
-    """How long a path is, in m."""
+    """Return the length of a path, in m."""
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
@@ -66,7 +66,7 @@ def _nearest_free(geometry: Geometry, free: Flags, start: Pose2D) -> tuple[int, 
 def _walk(
     geometry: Geometry, free: Flags, clearance: Array, here: tuple[int, int], there: tuple[int, int]
 ) -> Cells:
-    """The cells from `here` to `there`. Raises NoWay."""
+    """Return the cells from `here` to `there`. Raises NoWay."""
     number = np.full(free.shape, -1)
     number[free] = np.arange(int(free.sum()))
     factor = 1.0 + DEAR * costs_of(clearance) / 100.0
@@ -94,7 +94,7 @@ def _walk(
 
 
 def _pull_tight(geometry: Geometry, clearance: Array, points: Array) -> Array:
-    """Leave points out where the straight line is no nearer to things than the way around was."""
+    """Leave points out if the straight line comes no nearer to obstacles than the path does."""
     kept, at = [0], 0
     own = _sample(geometry, clearance, points)
     while at < len(points) - 1:
@@ -123,7 +123,7 @@ def _sample(geometry: Geometry, clearance: Array, points: Array) -> Array:
 
 
 def _space(points: Array) -> Array:
-    """Points 0.1 m apart along the same line."""
+    """Return points 0.1 m apart along the same line."""
     ways = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     at = np.linspace(0.0, ways[-1], max(math.ceil(ways[-1] / SPACING), 1) + 1)
     return np.stack([np.interp(at, ways, points[:, 0]), np.interp(at, ways, points[:, 1])], axis=1)

@@ -59,7 +59,7 @@ class Drive:
     manner: Manner
     errand: Errand
     frame: str  # of the goal
-    origin: Pose2D  # where that frame lay on the map when the goal began
+    origin: Pose2D  # the pose of that frame on the map when the goal began
     allowed: float  # s
     next_feedback: float
     last: Progress | None = None
@@ -72,7 +72,7 @@ class Navigator(Node):
     def __init__(self) -> None:
         super().__init__('navigator')
         self._prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
-        self.declare_parameter('world', '')  # what is in the world, it learns from map and scan
+        self.declare_parameter('world', '')  # unused: map and scan show the world
         self._costmap: Costmap | None = None
         self._drives: dict[bytes, Drive] = {}
         self._driving: Drive | None = None
@@ -100,7 +100,7 @@ class Navigator(Node):
 
     @property
     def _is_ready(self) -> bool:
-        """Whether it has a map, and knows where the robot is on it."""
+        """True if there are a map and the robot's pose on it."""
         return self._costmap is not None and self._frames.robot(now(self)) is not None
 
     def _begin_to_serve(self) -> None:
@@ -150,11 +150,11 @@ class Navigator(Node):
         self._costmap.see(laser, angles, ranges, now(self))
 
     def _send_goal(self, pose: PoseStamped) -> None:
-        """A goal that comes on the topic is sent to the action, so that all screens show it as one."""
+        """Send a goal from the topic goal_pose to the action: so all user interfaces show it as a goal."""
         self._sent = self._own.send_goal_async(NavigateToPose.Goal(pose=pose))
 
     def _targets(self, manner: Manner, request: Any) -> list[Pose2D]:
-        """The poses of a goal, on the map. Raises Refused."""
+        """Return the poses of a goal, on the map. Raises Refused."""
         return [self._frames.on_map(pose, manner.default_frame) for pose in manner.poses(request)]
 
     def _judge(self, manner: Manner, request: Any) -> GoalResponse:
@@ -167,7 +167,7 @@ class Navigator(Node):
         return judged(self, judged_by(check_all))
 
     def _begin(self, manner: Manner, goal_handle: ServerGoalHandle) -> None:
-        """Goals begin in the order of their acceptance, so the one in motion is always the older one."""
+        """Begin a goal. Goals begin in the order of acceptance, so the goal in motion is the older one."""
         self._end(Ending(End.ABORTED, 'Pre-empted by a newer goal'))
         moment, request = now(self), goal_handle.request
         frame = manner.poses(request)[-1].header.frame_id or manner.default_frame
@@ -185,7 +185,7 @@ class Navigator(Node):
             drive.errand = Errand(self._targets(manner, request), moment)
             end = drive.errand.targets[-1]
             self.get_logger().info(f'Goal accepted: ({end.x:.2f}, {end.y:.2f}) m on the map')
-        # Either may have happened between the goal's acceptance and its beginning.
+        # A stop or a fall may have happened between the goal's acceptance and its beginning.
         if self._stop.stopped:
             self._emergency()
         elif self._fall.fallen:
@@ -213,7 +213,7 @@ class Navigator(Node):
                 self._drive_on(drive)
 
     def _drive_on(self, drive: Drive) -> None:
-        assert self._costmap is not None  # no goal is accepted without
+        assert self._costmap is not None  # no goal is accepted without a map
         moment, errand = now(self), drive.errand
         path = errand.path
         self._move(errand.tick(self._costmap, self._frames.robot(moment), moment))
@@ -222,7 +222,7 @@ class Navigator(Node):
         elapsed = moment - errand.began
         if moment >= drive.next_feedback:
             drive.next_feedback += FEEDBACK_EVERY
-            if errand.path is not None:  # before the first plan nobody knows how far it is
+            if errand.path is not None:  # before the first plan the distance is unknown
                 drive.goal.publish_feedback(drive.manner.feedback(self._progress(drive)))
         if errand.ending is not None:
             self._end(errand.ending)
@@ -261,12 +261,12 @@ class Navigator(Node):
         self._end(Ending(End.ABORTED, FELL))
 
     def _yield_to(self, command: Twist) -> None:
-        """A hand on cmd_vel takes over from a goal; standing still does not ask for that."""
+        """End the goal if cmd_vel asks for motion; a command of zero does not end it."""
         if command.linear.x or command.linear.y or command.angular.z:
             self._end(Ending(End.ABORTED, 'Pre-empted by cmd_vel'))
 
     def _compute_path(self, goal_handle: ServerGoalHandle) -> ComputePathToPose.Result:
-        """Plan, and do not move."""
+        """Plan a path without driving it."""
         request, result = goal_handle.request, ComputePathToPose.Result()
         began = now(self)
         try:
@@ -297,7 +297,7 @@ class Navigator(Node):
         self._shown += 1
 
     def _tell_state(self, _request: GetState.Request, response: GetState.Response) -> GetState.Response:
-        """Say "active" once it can take goals: clients of Nav2 wait for bt_navigator's state."""
+        """Answer "active" once goals can be taken: clients of Nav2 wait for bt_navigator's state."""
         return tell_state(response, is_active=bool(self._servers))
 
     def _health(self) -> Health:

@@ -1,1 +1,1 @@
-"""Balance: how a body with motors, and nothing else, stands and walks. It knows no ROS and no simulation."""
+"""Balance: how a body stands and walks by its motors. It knows neither ROS nor a simulation."""

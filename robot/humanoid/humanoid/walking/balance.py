@@ -1,4 +1,4 @@
-"""From where the feet go to what the motors do: what sole, pelvis and centre of mass shall accelerate to."""
+"""From the feet's targets to the motors' torques, by accelerations of soles, pelvis and centre of mass."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ TURN_GAIN, TURN_DAMPING = 120.0, 22.0
 FOOT_GAIN, FOOT_DAMPING = 400.0, 40.0
 WAIST_GAIN, WAIST_DAMPING = 60.0, 15.0
 STANCE_DAMPING = 10.0
-TURNS = 1.5  # rad/s of the pelvis' wanted heading
+TURNS = 1.5  # rad/s: how fast the pelvis' target heading may change
 LEANS = 0.5  # s over which the centre of mass is averaged
-LEAST, MOST = 1.0, 3000.0  # N on a sole that bears
+LEAST, MOST = 1.0, 3000.0  # N: limits of the load on a sole in contact
 
 
 class Balance:
-    """Keeps a body, whose state is known, upright."""
+    """Keeps a body with a known state upright."""
 
     def __init__(self, body: Body, period: float, height: float) -> None:
         self.period, self.height = period, height
-        self.waist = 0.0  # rad, where the trunk should be turned to
+        self.waist = 0.0  # rad: the target angle of the trunk
         self._body, self._forces = body, ForceControl(body)
         self.gait = Gait(self._feet)
         self._yaw = self.gait.heading
@@ -42,20 +42,20 @@ class Balance:
         return _flat(self._body, 0), _flat(self._body, 1)
 
     def _off_the_pelvis(self) -> Array:
-        """Where the centre of mass is before and beside the pelvis."""
+        """Return how far the centre of mass is in front of and beside the pelvis."""
         body = self._body
         turn = body.pelvis
         return in_frame(body.centre[:2] - body.position[:2], math.atan2(turn[1, 0], turn[0, 0]))
 
     def wish(self, wish: Wish) -> None:
-        """The wish's place is the pelvis'; the feet's middle belongs below the centre of mass."""
+        """Take a wish. Its place is the pelvis' place; the feet go below the centre of mass."""
         place = wish.place
         if place is not None:
             place = moved(place, float(self._lean[0]), float(self._lean[1]))
         self.gait.wish = Wish(wish.velocity, place)
 
     def torques(self, loads: Array) -> Array:
-        """The torques of all degrees of freedom, in N·m."""
+        """Return the torques of all degrees of freedom, in N·m."""
         body = self._body
         self._lean += (self._off_the_pelvis() - self._lean) * (self.period / LEANS)
         floor = self._floor()
@@ -105,7 +105,7 @@ class Balance:
         )
 
     def _waist_aim(self) -> float:
-        """rad/s²: to where it should be turned, softly, for its turning also balances the legs'."""
+        """Return the waist's soft acceleration to its target, in rad/s²: the waist also balances the legs."""
         robot = self._body.robot
         if robot.waist is None:
             return 0.0
@@ -125,7 +125,7 @@ def _upright(yaw: float) -> Array:
 
 
 def _rotation(turn: Array) -> Array:
-    """The rotation vector of a rotation matrix, for turns well below π."""
+    """Return the rotation vector of a rotation matrix, for turns well below π."""
     axis = np.array((turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1])) / 2.0
     sine = math.sqrt(float(axis @ axis))
     if sine < 1e-9:

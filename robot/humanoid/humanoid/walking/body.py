@@ -20,8 +20,8 @@ class Body:
         nv = robot.model.nv
         self._moving, self._turning = np.zeros((3, nv)), np.zeros((3, nv))
         self.inertia = np.zeros((nv, nv))
-        self.jacobians = [np.zeros((6, nv)) for _ in SIDES]  # of the soles: forces above, turns below
-        self.drifts = [np.zeros(6) for _ in SIDES]  # m/s², rad/s²: what they would accelerate by themselves
+        self.jacobians = [np.zeros((6, nv)) for _ in SIDES]  # of the soles: rows for places, then for turns
+        self.drifts = [np.zeros(6) for _ in SIDES]  # m/s², rad/s²: if no joint accelerates
         self._mass = float(robot.model.body_subtreemass[0])
 
     @property
@@ -29,7 +29,7 @@ class Body:
         return self._mass
 
     def set(self, position: Array, orientation: Array, velocity: Array, angles: Array, speeds: Array) -> None:
-        """Take a state: the pelvis' place (m), quaternion (w, x, y, z), and 6 speeds as MuJoCo has them."""
+        """Set a state: the pelvis' place (m), quaternion (w, x, y, z), and 6 speeds in MuJoCo's order."""
         robot, data = self.robot, self._data
         data.qpos[:3], data.qpos[3:7], data.qvel[:6] = position, orientation, velocity
         data.qpos[robot.qpos], data.qvel[robot.dofs] = angles, speeds
@@ -66,7 +66,7 @@ class Body:
         return np.asarray(self._data.qfrc_bias - self._data.qfrc_passive)
 
     def joint(self, index: int) -> tuple[float, float]:
-        """Angle and speed of a joint: rad and rad/s."""
+        """Return the angle and the speed of a joint, in rad and rad/s."""
         return float(self._data.qpos[self.robot.qpos[index]]), float(self._data.qvel[self.robot.dofs[index]])
 
     @property

@@ -1,4 +1,4 @@
-"""The divergent component of motion (DCM): where a body that falls like an inverted pendulum is going to.
+"""The divergent component of motion (DCM): the point to which a falling inverted pendulum moves.
 
 The DCM is ξ = c + ċ/ω of the centre of mass c. It runs away from the point p on the floor where the ground
 pushes: ξ̇ = ω (ξ - p). A plan of p for the steps ahead therefore fixes ξ, computed backwards from the end,
@@ -17,7 +17,7 @@ from humanoid.walking.seam import Array
 
 @dataclass(frozen=True)
 class Segment:
-    """The point where the floor pushes goes from `start` to `end` (m on the floor) at a constant speed."""
+    """The point where the floor pushes moves from `start` to `end` (m on the floor) at a constant speed."""
 
     duration: float  # s
     start: Array
@@ -25,7 +25,7 @@ class Segment:
 
 
 def reference(segments: Sequence[Segment], elapsed: float, omega: float) -> tuple[Array, Array]:
-    """ξ and p `elapsed` s after the begin of the first segment; the last one ends at rest."""
+    """Return ξ and p at `elapsed` s after the start of the first segment; the last one ends at rest."""
     dcm = segments[-1].end
     for segment in reversed(segments[1:]):
         dcm = _begin(segment, dcm, segment.duration, omega)
@@ -37,7 +37,7 @@ def reference(segments: Sequence[Segment], elapsed: float, omega: float) -> tupl
 
 
 def _begin(segment: Segment, at_end: Array, duration: float, omega: float) -> Array:
-    """ξ at the begin of a segment that ends with ξ at `at_end`."""
+    """Return ξ at the start of a segment that ends with ξ at `at_end`."""
     if duration <= 0.0:
         return at_end
     decay = math.exp(-omega * duration)

@@ -1,4 +1,4 @@
-"""Where the feet go: the middle between them moves as wished, and each foot belongs to its side of it."""
+"""The feet's targets: the middle between them moves as wished, and each foot stays on its side of it."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from humanoid.navigation.base import Pose2D, turn_between
 from humanoid.walking.seam import Array, Wish
 
 WIDTH = 0.18  # m between the middles of the soles
-FARTHEST = 0.5  # m that a foot comes down before or behind the other
-WIDEST, NARROWEST = 0.45, 0.13  # m beside the other
+FARTHEST = 0.5  # m: the longest step in front of or behind the other foot
+WIDEST, NARROWEST = 0.45, 0.13  # m: limits of the distance beside the other foot
 MOST_TURN = 0.55  # rad between two feet
-NEAR = 0.3  # m from its place: from there on steps go to it, and not by the velocity
-LITTLE = (0.12, 0.12, 0.4)  # m ahead, m aside and rad: the largest steps near the place
+NEAR = 0.3  # m from the place to stop at: from there on the steps go to that place
+LITTLE = (0.12, 0.12, 0.4)  # m ahead, m aside and rad: the largest steps near that place
 LEFT, RIGHT = 0, 1
 
 
 def seen_from(pose: Pose2D, place: Pose2D) -> Pose2D:
-    """A place in the frame of a pose."""
+    """Return a place in the frame of a pose."""
     ahead, left = in_frame(np.array((place.x - pose.x, place.y - pose.y)), pose.yaw)
     return Pose2D(float(ahead), float(left), turn_between(pose.yaw, place.yaw))
 
 
 def in_frame(way: Array, yaw: float) -> Array:
-    """A vector on the floor, as a frame that is turned by `yaw` has it."""
+    """Return a vector on the floor in a frame that is turned by `yaw`."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     return np.array((cos * way[0] + sin * way[1], cos * way[1] - sin * way[0]))
 
 
 def moved(pose: Pose2D, ahead: float, left: float, turn: float = 0.0) -> Pose2D:
-    """A pose after a way in its own frame, and a turn."""
+    """Return a pose after a move in its own frame, and a turn."""
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     return Pose2D(
         pose.x + cos * ahead - sin * left,
@@ -46,14 +46,14 @@ def middle_of(left: Pose2D, right: Pose2D) -> Pose2D:
 
 
 def beside(middle: Pose2D, side: int) -> Pose2D:
-    """The place of a foot beside the middle, or of the middle beside the other foot."""
+    """Return a foot's place beside the middle, or the middle's place beside the other foot."""
     return moved(middle, 0.0, WIDTH / 2.0 if side == LEFT else -WIDTH / 2.0)
 
 
 def next_place(stance: Pose2D, side: int, wish: Wish, seconds: float) -> Pose2D:
-    """Where the foot of `side` comes down beside a standing one, after a step of so many seconds.
+    """Return where the foot of `side` comes down beside the standing one, after a step of `seconds`.
 
-    Sideways, and where it turns, only the outer foot makes way; the other one follows.
+    Sideways and in turns only the outer foot moves away; the inner foot then follows.
     """
     middle = beside(stance, side)
     ahead, left, turn = _stride(middle, wish, seconds)
@@ -64,7 +64,7 @@ def next_place(stance: Pose2D, side: int, wish: Wish, seconds: float) -> Pose2D:
 
 
 def _stride(middle: Pose2D, wish: Wish, seconds: float) -> tuple[float, float, float]:
-    """The average way of a step, in the middle's frame: m, m and rad."""
+    """Return the average move of a step, in the middle's frame: m, m and rad."""
     if wish.place is not None:
         left = seen_from(middle, wish.place)
         if math.hypot(left.x, left.y) < NEAR:
@@ -76,7 +76,7 @@ def _stride(middle: Pose2D, wish: Wish, seconds: float) -> tuple[float, float, f
 
 
 def within_reach(foot: Pose2D, stance: Pose2D, side: int) -> Pose2D:
-    """The place that is nearest to `foot` of those where a leg can put it down beside the other foot."""
+    """Return the place nearest to `foot` that its leg can reach beside the other foot."""
     seen = seen_from(stance, foot)
     outwards = seen.y if side == LEFT else -seen.y
     outwards = min(max(outwards, NARROWEST), WIDEST)

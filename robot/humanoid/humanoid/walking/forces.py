@@ -1,7 +1,7 @@
 """The forces under the feet, and the torques that make them: a small quadratic program.
 
-Legs have as many joints as a foot has ways to move, so what a foot shall do and what the pelvis does fix its
-leg. What is left to choose are the forces of the floor, six numbers a foot. They are chosen such that the
+A leg has as many joints as a foot has degrees of freedom, so the motions of foot and pelvis determine the
+leg. Only the forces of the floor, six numbers for each foot, remain free. They are chosen such that the
 centre of mass and the pelvis' orientation accelerate as asked, inside friction and soles.
 """
 
@@ -18,14 +18,14 @@ import numpy as np
 from humanoid.walking.body import Body
 from humanoid.walking.seam import Array
 
-FRICTION = 0.45  # that the floor is trusted with
-ROWS = 17  # of the conditions of one contact
+FRICTION = 0.45  # the coefficient of friction that is assumed
+ROWS = 17  # rows of conditions for one contact
 UNUSED = 1e30
-PUSH_WEIGHTS = np.array((2.0, 2.0, 4.0))  # of 1 m/s² of the centre of mass, squared
-WAIST_WEIGHT = 0.0001  # of 1 rad/s² of the waist
-TURN_WEIGHTS = np.array((0.05, 0.05, 0.01))  # of 1 rad/s² of the pelvis; a heading may wait
-DAMPED = 1e-3  # of the legs' Jacobians, squared: a leg that is nearly straight stays calm
-SPARING = (1e-6, 1e-6, 1e-8, 1e-4, 1e-4, 1e-4)  # of 1 N and of 1 N·m under a foot
+PUSH_WEIGHTS = np.array((2.0, 2.0, 4.0))  # cost of an error of 1 m/s² of the centre of mass, squared
+WAIST_WEIGHT = 0.0001  # cost of an error of 1 rad/s² of the waist
+TURN_WEIGHTS = np.array((0.05, 0.05, 0.01))  # the same of the pelvis; the heading matters less
+DAMPED = 1e-3  # damping of the legs' Jacobians, squared, for a leg that is nearly straight
+SPARING = (1e-6, 1e-6, 1e-8, 1e-4, 1e-4, 1e-4)  # cost of 1 N and of 1 N·m under a foot
 
 
 @dataclass(frozen=True)
@@ -46,23 +46,23 @@ class Aims:
     centre: Array
     pelvis: Array
     soles: Sequence[Array]
-    waist: float  # rad/s² that the trunk should turn, where balance leaves it free to
+    waist: float  # rad/s²: the trunk's turn, as far as the balance allows
 
 
 class ForceControl:
-    """Computes the torques of the legs. It keeps the last forces, for those who want to look."""
+    """Computes the torques of the legs. `forces` keeps the last forces, for inspection."""
 
     def __init__(self, body: Body) -> None:
         self._body = body
         self.forces = np.zeros((2, 6))  # N and N·m on the left and the right sole, in its frame
 
     def torques(self, aims: Aims, contacts: Sequence[Contact], gravity: float) -> Array:
-        """The torques (N·m) of all degrees of freedom; joints that are not the legs' keep their speed."""
+        """Return the torques (N·m) of all degrees of freedom; joints outside the legs keep their speed."""
         body = self._body
         freedom, given = self._motion(aims)
         inertia = body.inertia
         bias = inertia @ given + body.bias
-        whole = inertia @ freedom  # columns: the pelvis' six
+        whole = inertia @ freedom  # columns: the pelvis' six degrees of freedom
         pushes = [self._pushes(contact.side) for contact in contacts]
         waist = self._waist()
         force, turn = self._solve(aims, contacts, pushes, whole[:6], inertia[:6] @ waist, bias[:6], gravity)
@@ -77,7 +77,7 @@ class ForceControl:
         return torques
 
     def _motion(self, aims: Aims) -> tuple[Array, Array]:
-        """All accelerations as a linear function of the pelvis': the legs follow from the soles."""
+        """Return all accelerations as a linear function of the pelvis': the soles determine the legs."""
         body = self._body
         nv = len(body.inertia)
         freedom, given = np.zeros((nv, 6)), np.zeros(nv)
@@ -92,7 +92,7 @@ class ForceControl:
         return freedom, given
 
     def _waist(self) -> Array:
-        """The direction of the waist among all degrees of freedom; zeros without one."""
+        """Return the waist's unit vector among all degrees of freedom; zeros without a waist."""
         robot = self._body.robot
         direction = np.zeros(robot.model.nv)
         if robot.waist is not None:
@@ -100,7 +100,7 @@ class ForceControl:
         return direction
 
     def _pushes(self, side: int) -> Array:
-        """The sole's Jacobian in its own axes."""
+        """Return the sole's Jacobian in the sole's own axes."""
         turn, jacobian = self._body.sole_turn(side), self._body.jacobians[side]
         return np.vstack((turn.T @ jacobian[:3], turn.T @ jacobian[3:]))
 
@@ -114,7 +114,7 @@ class ForceControl:
         bias: Array,
         gravity: float,
     ) -> tuple[Array, float]:
-        """The forces on the soles, and how the waist accelerates."""
+        """Solve for the forces on the soles and the waist's acceleration."""
         body, size = self._body, 6 * len(contacts) + 1
         inverse = np.linalg.inv(whole)
         push = np.column_stack([*(each[:, :6].T for each in pushes), -waist])
@@ -141,9 +141,9 @@ class ForceControl:
 
 @cache
 def _rows(length: float, width: float) -> Array:
-    """The limits of a sole, each row at most 0: friction, edges, twist. The last row is the force up.
+    """Return a sole's limits, each row at most 0: friction, edges, twist. The last row is the upward force.
 
-    The twist that friction can give shrinks as the force moves to an edge or is used up along the floor
+    Friction resists less twist if the force is near an edge or already acts along the floor
     (Caron, Pham, Nakamura: Stability of surface contacts for humanoid robots, 2015).
     """
     rows = np.zeros((ROWS, 6))

@@ -1,6 +1,6 @@
-"""When which foot steps, and where to: the phases of standing and walking, without masses and motors.
+"""Decides when a foot steps, and where: the phases of standing and walking, without masses and motors.
 
-The DCM says where the body is going to (humanoid.walking.dcm). The steps that are wished for make a plan of
+The DCM shows where the body moves to (humanoid.walking.dcm). The steps that are wished for give a plan of
 it. If it is off the plan, the soles correct it; if they cannot, the foot in the air comes down elsewhere.
 """
 
@@ -21,29 +21,29 @@ from humanoid.walking.swing import Swing
 
 SHIFT = 0.08  # s that both feet stand between two steps
 SWING = 0.36  # s that a foot is in the air
-HURRIED = 0.28  # s, the same of a step that catches a fall
-SHORTEST = 0.22  # s, the same at the least
-FIRST_SHIFT = 0.5  # s in which the weight passes to one foot before a walk, and back to both after it
+HURRIED = 0.28  # s in the air for a step that catches a fall
+SHORTEST = 0.22  # s in the air at the least
+FIRST_SHIFT = 0.5  # s in which the weight shifts to one foot before a walk, and back to both after it
 GAIN = 3.0  # 1/s: how fast an error of the DCM dies
 LENGTH, WIDTH = 0.10, 0.042  # m: halves of the part of a sole that is used
-TRUNK = 0.02  # m beyond the soles that a turn of the trunk may push
-SPARED = 0.7  # of a sole that may correct an error before a step does
-AHEAD = 3  # steps in the plan
-BEARS = 100.0  # N: a foot with so much load tells by itself where it stands
-TOUCHES, EARLIEST = 60.0, 0.6  # N on a swinging foot, after this share of its way: it has come down
-LANDS = 15.0  # N, the same at the end of its way
-FIXED = 0.06  # s before it comes down, a foot's target no longer changes
-FALLS = (0.07, 0.10)  # m that the DCM of a standing body is before and beside the middle: it must step
-OFF = (0.025, 0.04)  # m and rad from its place: a body steps there
-UNEVEN = (0.03, 0.08)  # m and rad that the feet of a standing body are from their places
+TRUNK = 0.02  # m beyond the soles that the push point may be, by a turn of the trunk
+SPARED = 0.7  # share of a sole that may correct an error before a step must
+AHEAD = 3  # steps that the plan looks ahead
+BEARS = 100.0  # N: the place of a foot with more load is measured, not planned
+TOUCHES, EARLIEST = 60.0, 0.6  # N on a foot after this share of its swing: it has touched down early
+LANDS = 15.0  # N on a foot at the end of its swing: it has touched down
+FIXED = 0.06  # s: in this time before touch-down a foot's target no longer changes
+FALLS = (0.07, 0.10)  # m of the DCM in front of and beside the middle: a standing body must step
+OFF = (0.025, 0.04)  # m and rad: a body that is farther from its place steps there
+UNEVEN = (0.03, 0.08)  # m and rad: feet that stand farther from their places step
 CALM = 0.04  # m: the error of the DCM at which a walk may end
 
 
 class Phase(Enum):
     STAND = 'stand'
-    SHIFT = 'shift'  # the weight passes to the foot that will bear it
+    SHIFT = 'shift'  # the weight shifts to the foot that will bear it
     SWING = 'swing'
-    SETTLE = 'settle'  # the weight passes back to both feet
+    SETTLE = 'settle'  # the weight shifts back to both feet
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Gait:
     def __init__(self, feet: tuple[Pose2D, Pose2D]) -> None:
         self.wish = Wish()
         self.phase = Phase.STAND
-        self.side = 0  # the foot that swings, or will next
+        self.side = 0  # the foot that swings, or will swing next
         self.swing: Swing | None = None
         self.target = feet[0]
         self.steps = 0
@@ -73,11 +73,11 @@ class Gait:
         self._feet = list(feet)
         self._elapsed = 0.0  # s since the phase began
         self._duration = 0.0
-        self._from = np.zeros(2)  # where the floor pushed when the weight began to pass
+        self._from = np.zeros(2)  # the push point when the weight began to shift
 
     @property
     def bearing(self) -> Sequence[int]:
-        """The feet that bear the body."""
+        """The feet that carry the body."""
         return (1 - self.side,) if self.phase is Phase.SWING else (0, 1)
 
     @property
@@ -93,8 +93,8 @@ class Gait:
         return middle_of(*self._feet)
 
     def update(self, seen: Seen, elapsed: float) -> Array:
-        """Let `elapsed` s pass. Where the floor should push now, in m."""
-        for side in self.bearing:  # they may slip
+        """Let `elapsed` s pass; return where the floor should push now, in m."""
+        for side in self.bearing:  # the feet may slip
             if seen.loads[side] > BEARS:
                 self._feet[side] = seen.feet[side]
         self._elapsed += elapsed
@@ -127,7 +127,7 @@ class Gait:
         """Begin to walk, if there is a reason to."""
         if self._falls(seen):
             off = in_frame(seen.dcm - _spot(self._middle), self._middle.yaw)
-            self.side = 0 if off[1] < 0.0 else 1  # the foot that bears less
+            self.side = 0 if off[1] < 0.0 else 1  # the foot that carries less
             self._shift(SHIFT)
         elif self._wants_to_step():
             speed = self.wish.velocity
@@ -178,14 +178,14 @@ class Gait:
             self._enter(Phase.SHIFT, SHIFT)
 
     def _may_end(self) -> bool:
-        """Whether the foot that would swing next is where it should be, and the body is calm."""
+        """Return True if the foot that would swing next is in its place, and the body is calm."""
         off = seen_from(self._feet[self.side], self.target)
         there = math.hypot(off.x, off.y) < UNEVEN[0] and abs(off.yaw) < UNEVEN[1]
         stops = self.wish.place is not None or self.wish.velocity == STANDING
         return bool(there and stops and np.abs(self.error).max() < CALM)
 
     def _plan(self) -> Sequence[Segment]:
-        """Where the floor shall push from the phase's begin on."""
+        """Return the plan of where the floor pushes, from the start of the phase on."""
         middle, stance = _spot(self._middle), _spot(self._feet[1 - self.side])
         if self.phase is Phase.STAND:
             return [Segment(1.0, middle, middle)]
@@ -208,9 +208,9 @@ class Gait:
         return segments
 
     def _adjust(self, swing: Swing, omega: float, elapsed: float) -> None:
-        """Put the foot down where the DCM will need it, by as much as the standing sole cannot correct.
+        """Move the foot's target by the error of the DCM that the standing sole cannot correct.
 
-        All later steps go with it, and so does the plan.
+        All later steps and the plan move with it.
         """
         stance = self._feet[1 - self.side]
         growth = math.exp(omega * swing.left) * omega * SHIFT / (1.0 - math.exp(-omega * SHIFT))
@@ -227,7 +227,7 @@ class Gait:
         self.error = self.error - made / growth
 
     def _within_soles(self, push: Array) -> Array:
-        """The nearest point that the soles, and a little swing of the trunk, can give."""
+        """Return the nearest point where the floor can push, by the soles and a small swing of the trunk."""
         yaw = self._feet[self.bearing[0]].yaw
         feet = [in_frame(_spot(self._feet[side]), yaw) for side in self.bearing]
         margin = np.array((LENGTH + TRUNK, WIDTH + TRUNK))

@@ -11,7 +11,7 @@ import numpy as np
 from humanoid.physics.build import NotARobot, Robot
 from humanoid.walking.seam import Array
 
-ACCURATE = 1e-6  # m: a sole that is farther from level belongs to legs of another build
+ACCURATE = 1e-6  # m: if a sole is less level than this, the legs are of another build
 AXES = ((0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 1, 0), (0, 1, 0), (1, 0, 0))
 BUILD = 'hip yaw, roll, pitch, knee, ankle pitch and roll'
 
@@ -20,7 +20,7 @@ class Legs:
     """The legs of a robot, measured at their straight pose."""
 
     def __init__(self, robot: Robot) -> None:
-        """Raises NotARobot where the legs are of another build."""
+        """Raises NotARobot if the legs are of another build."""
         self._robot = robot
         data = mujoco.MjData(robot.model)
         mujoco.mj_kinematics(robot.model, data)
@@ -36,13 +36,13 @@ class Legs:
         self.straight_height = float(data.xpos[1][2] - data.site_xpos[leg.sole][2])
 
     def stand(self, height: float, angles: Array) -> Array:
-        """The angles of all joints, those of the legs set such that it stands; the pelvis is `height` m up.
+        """Return all joints' angles for a robot that stands with its pelvis `height` m above the floor.
 
         Raises NotARobot.
         """
         robot, stands = self._robot, angles.copy()
         data = mujoco.MjData(robot.model)
-        for _ in range(3):  # bent legs move the centre of mass a little
+        for _ in range(3):  # bending the legs moves the centre of mass a little
             data.qpos[3], data.qpos[robot.qpos] = 1.0, stands
             mujoco.mj_kinematics(robot.model, data)
             mujoco.mj_comPos(robot.model, data)
@@ -53,7 +53,7 @@ class Legs:
         return stands
 
     def _bend(self, ahead: float, height: float) -> tuple[float, ...]:
-        """A leg in its plane, its ankle `ahead` m of the pelvis' middle."""
+        """Return a leg's angles, bent so that the ankle is `ahead` m in front of the pelvis' middle."""
         x, z = ahead - float(self._hip[0]), height + float(self._hip[2] + self._sole[2])
         distance = math.hypot(x, z)
         thigh, shin = self._thigh, self._shin

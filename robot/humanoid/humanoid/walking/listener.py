@@ -1,4 +1,4 @@
-"""How a server hears that the robot has fallen, or stands again."""
+"""Tells a server that the robot has fallen, or stands again."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from humanoid.walking.names import FALLEN, LIES
 
 
 class FallListener:
-    """Whether the robot lies on the floor; `on_fall` is called when a robot that stood has fallen.
+    """Knows if the robot lies on the floor; calls `on_fall` when it has fallen.
 
-    A robot that cannot fall tells nothing, and stands.
+    A robot that cannot fall publishes nothing, and counts as standing.
     """
 
     def __init__(self, node: Node, on_fall: Callable[[], None]) -> None:
@@ -24,7 +24,7 @@ class FallListener:
 
     @property
     def refusal(self) -> str | None:
-        """Why no goal is taken, or None if the robot stands."""
+        """Why goals are refused, or None if the robot stands."""
         return LIES if self.fallen else None
 
     def _hear(self, told: Bool) -> None:

@@ -1,9 +1,9 @@
-"""The names under which a robot that can fall tells and asks."""
+"""The topics and services of a robot that can fall."""
 
 from __future__ import annotations
 
 FALLEN = 'fallen'  # std_msgs/Bool, latched
-BALANCING = 'balancing_joints'  # std_msgs/String, latched: their names, with commas between
+BALANCING = 'balancing_joints'  # std_msgs/String, latched: the balancing joints' names, with commas
 GET_UP = 'get_up'  # std_srvs/Trigger
 PUSH = 'push'  # humanoid_interfaces/Push, of the simulation only
 LIES = 'the robot has fallen; humanoid get_up puts it back on its feet'

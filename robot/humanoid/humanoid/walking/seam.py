@@ -1,4 +1,4 @@
-"""The seam between a body and what keeps it on its feet: sensors in, torques of the legs out."""
+"""The interface between a body and its walker: sensors in, torques of the legs out."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Sensed:
 
 @dataclass(frozen=True)
 class Wish:
-    """How the body shall walk: a velocity in its own frame, and a place to stop at if it comes near."""
+    """How the body shall walk: a velocity in its own frame, and a place to stop at once it is near."""
 
     velocity: Velocity2D = STANDING
     place: Pose2D | None = None
@@ -46,29 +46,29 @@ class Estimate:
 class Walker(Protocol):
     """Keeps one body upright and walks. All calls come from one thread.
 
-    `DcmWalker` computes it; a policy that was learnt can stand here, too.
+    `DcmWalker` computes this by models; a learned policy can be a Walker, too.
     """
 
     period: float  # s between two calls of `update`
-    height: float  # m of the pelvis above the floor, where it stands
+    height: float  # m of the pelvis above the floor when standing
 
     @property
     def estimate(self) -> Estimate:
-        """As of the last update."""
+        """The estimate of the last update."""
 
     @property
     def walking(self) -> bool:
         """False once both feet stand and bear the body at rest."""
 
     def wish(self, wish: Wish) -> None:
-        """Walk like this from the next step on, until told otherwise."""
+        """Walk like this from the next step on, until the next wish."""
 
     def turn_waist(self, angle: float) -> None:
-        """Where the trunk should be turned to, in rad, as far as the balance lets it."""
+        """Turn the trunk to an angle in rad, as far as the balance allows."""
 
     def update(self, sensed: Sensed) -> Array:
-        """The torques (N·m) of all motors for the next period.
+        """Return the torques (N·m) of all motors for the next period.
 
-        The motors of legs and waist give these. The others follow set-points of their own; what is told here
-        comes on top and carries the weight of their links. Zeros will do.
+        The motors of legs and waist give these. The others follow their own set-points; for them this torque
+        is added and carries the weight of their links. It may be zero.
         """

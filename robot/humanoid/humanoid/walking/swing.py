@@ -10,15 +10,15 @@ from humanoid.navigation.base import Pose2D, turn_between
 from humanoid.walking.seam import Array
 
 CLEARANCE = 0.05  # m
-NEAREST_END = 0.05  # s: what is left of the way is never taken to be shorter
+NEAREST_END = 0.05  # s: the time left is never taken to be shorter
 DROPS = 0.2  # m/s: a foot that finds no floor where it should be goes on down
 
 
 class Swing:
-    """Minimum jerk from wherever the foot is to x, y (m) and yaw (rad); up and down on the way."""
+    """Minimum jerk from the foot's present pose to x, y (m) and yaw (rad); up and down on the way."""
 
     def __init__(self, start: Pose2D, height: float, duration: float) -> None:
-        """`height`: of the sole above the floor, in m."""
+        """`height`: the sole's height above the floor at the start, in m."""
         self.duration, self.elapsed = duration, 0.0
         self.place = np.array((start.x, start.y, start.yaw))
         self.speed, self.pull = np.zeros(3), np.zeros(3)
@@ -26,7 +26,7 @@ class Swing:
 
     @property
     def left(self) -> float:
-        """s until it should touch the floor."""
+        """s until the foot should touch the floor."""
         return max(self.duration - self.elapsed, 0.0)
 
     @property
@@ -34,7 +34,7 @@ class Swing:
         return self.elapsed / self.duration
 
     def hurry(self, seconds: float) -> None:
-        """Be down so much sooner, as far as that can be."""
+        """Touch down sooner, as far as possible."""
         self.duration = max(self.duration - seconds, self.elapsed + NEAREST_END)
 
     def advance(self, elapsed: float, target: Pose2D) -> None:

@@ -18,7 +18,7 @@ HEIGHT = 0.72  # m of the pelvis above the floor
 
 
 class DcmWalker:
-    """A Walker: an estimator below, a gait and forces above."""
+    """A Walker made of an estimator, a gait and a force control."""
 
     def __init__(self, robot: Robot, period: float, at: Pose2D, height: float = HEIGHT) -> None:
         """The robot stands upright at `at`, its pelvis `height` m up."""
@@ -26,7 +26,7 @@ class DcmWalker:
         self._body = Body(robot)
         self._estimator = Estimator(self._body, period, np.array((at.x, at.y, height)), at.yaw)
         self._estimate = Estimate(at, STANDING, height, 0.0, 0.0)
-        self._balance: Balance | None = None  # once the sensors have said how it stands
+        self._balance: Balance | None = None  # made after the first readings of the sensors
         self._wish, self._waist = Wish(), 0.0
 
     @property

@@ -1,4 +1,4 @@
-"""The depth camera in the head: how far the world is in each pixel, and the same as points."""
+"""The depth camera in the head: renders depth images and point clouds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from humanoid.world.scene import Scene
 from humanoid.world.solids import Array
 
 WIDTH, HEIGHT = 80, 60  # pixels
-FIELD = math.radians(75.0)  # from the left edge to the right one
+FIELD = math.radians(75.0)  # horizontal field of view
 FOCAL = WIDTH / 2.0 / math.tan(FIELD / 2.0)  # pixels
 NEAREST, FARTHEST = 0.2, 8.0  # m
 FRAME = 'camera_optical_frame'
@@ -23,13 +23,13 @@ Depths = NDArray[np.float32]
 
 
 def rays() -> Array:
-    """The direction of each pixel in camera_optical_frame, row by row, 1 m forward: a factor is a depth."""
+    """Return each pixel's direction in camera_optical_frame, row by row, with 1 m depth."""
     u, v = np.meshgrid(np.arange(WIDTH) + 0.5 - WIDTH / 2.0, np.arange(HEIGHT) + 0.5 - HEIGHT / 2.0)
     return np.stack([u / FOCAL, v / FOCAL, np.ones_like(u)], axis=-1).reshape(-1, 3)
 
 
 def look(scene: Scene, eye: Transform, noise: float, chance: np.random.Generator) -> Depths:
-    """The depth of each pixel in m, NaN out of range; `eye` is camera_optical_frame in the world.
+    """Return the depth of each pixel in m, NaN out of range; `eye`: camera_optical_frame in the world.
 
     `noise` is the standard deviation at 1 m, in m; it grows with the square of the depth.
     """
@@ -41,7 +41,7 @@ def look(scene: Scene, eye: Transform, noise: float, chance: np.random.Generator
 
 
 def image(depths: Depths, frame: str, stamp: TimeMsg) -> Image:
-    """Depths as 32FC1."""
+    """Make an Image of the depths, encoded as 32FC1."""
     message = Image(height=HEIGHT, width=WIDTH, encoding='32FC1', step=WIDTH * 4)
     message.header.frame_id, message.header.stamp = frame, stamp
     message.data = depths.astype('<f4').tobytes()
@@ -49,7 +49,7 @@ def image(depths: Depths, frame: str, stamp: TimeMsg) -> Image:
 
 
 def camera_info(frame: str, stamp: TimeMsg) -> CameraInfo:
-    """A pinhole camera without distortion."""
+    """Make the CameraInfo of a pinhole camera without distortion."""
     message = CameraInfo(height=HEIGHT, width=WIDTH, distortion_model='plumb_bob', d=[0.0] * 5)
     message.header.frame_id, message.header.stamp = frame, stamp
     x, y = WIDTH / 2.0 - 0.5, HEIGHT / 2.0 - 0.5
@@ -60,7 +60,7 @@ def camera_info(frame: str, stamp: TimeMsg) -> CameraInfo:
 
 
 def points(depths: Depths, frame: str, stamp: TimeMsg) -> PointCloud2:
-    """The same as points, ordered as the pixels are; NaN where nothing is seen."""
+    """Make a PointCloud2 of the depths, in the order of the pixels; NaN if nothing is seen."""
     message = PointCloud2(height=HEIGHT, width=WIDTH, point_step=12, row_step=12 * WIDTH, is_dense=False)
     message.header.frame_id, message.header.stamp = frame, stamp
     message.fields = [

@@ -14,9 +14,9 @@ from humanoid.text import brief, quoted
 from humanoid.world.names import SHIPPED, BadWorld, path_of
 from humanoid.world.solids import Block, Colour, Pillar, Solid
 
-LARGEST = 1_000_000  # bytes of a file
+LARGEST = 1_000_000  # bytes that a file may have
 MOST = 2000  # things of each kind
-FARTHEST = 100.0  # m from the origin
+FARTHEST = 100.0  # m that a thing may be from the origin
 COLOURS: Mapping[str, Colour] = {
     'white': (0.93, 0.93, 0.91),
     'grey': (0.55, 0.57, 0.60),
@@ -41,7 +41,7 @@ class Door:
 
 @dataclass(frozen=True)
 class Person:
-    """Somebody who walks along `path` and back, at `speed` m/s; a pillar of `radius` and `height` m."""
+    """A person who walks along `path` and back at `speed` m/s: a pillar of `radius` and `height` m."""
 
     name: str
     path: Sequence[tuple[float, float]]
@@ -56,7 +56,7 @@ class WorldFile:
 
     name: str
     start: tuple[float, float, float]
-    solids: Sequence[Solid]  # walls, cut where the doors are, and furniture
+    solids: Sequence[Solid]  # furniture, and walls with gaps for the doors
     doors: Sequence[Door]
     people: Sequence[Person]
 
@@ -103,7 +103,7 @@ def parse(text: str, path: Path) -> WorldFile:
 
 
 class Entry:
-    """A mapping of the file, and where it stands."""
+    """A mapping of the file, and its line."""
 
     def __init__(self, path: Path, what: str, node: yaml.Node) -> None:
         self._path, self._what, self._node = path, what, node
@@ -117,7 +117,7 @@ class Entry:
         return BadWorld(f'{self._path}:{line}: {self._what}: {problem}')
 
     def allow(self, *keys: str) -> None:
-        """Refuse keys that nobody reads: they are misspelt."""
+        """Refuse unknown keys: they are misspelt."""
         for key, value in self._values.items():
             if key not in keys:
                 raise self.error(f'there is no key {quoted(key)}; use {", ".join(keys)}', value)
@@ -202,7 +202,7 @@ class Entry:
 
 
 def _number(node: yaml.Node) -> float:
-    """NaN where it is not a number."""
+    """Return the number, or NaN if the node is not a number."""
     try:
         return float(node.value) if isinstance(node, yaml.ScalarNode) else math.nan
     except ValueError:
@@ -230,7 +230,7 @@ def _door(entry: Entry) -> Door:
 
 
 def _between(entry: Entry, kind: str, name: str, width: float, height: float, colour: Colour) -> Block:
-    """A block from one point to another."""
+    """Return a block from one point to another."""
     (x1, y1), (x2, y2) = (entry.numbers(key, 2, None, FARTHEST) for key in ('from', 'to'))
     length = math.hypot(x2 - x1, y2 - y1)
     if length < 0.01:
@@ -266,7 +266,7 @@ def _person(entry: Entry) -> Person:
 
 
 def _cut(wall: Block, doors: Sequence[Door]) -> list[Block]:
-    """The pieces that doors leave of a wall in which they lie."""
+    """Cut the doors' gaps out of a wall and return its pieces."""
     cos, sin = math.cos(wall.yaw), math.sin(wall.yaw)
     gaps = []
     for door in doors:

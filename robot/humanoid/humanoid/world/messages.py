@@ -16,14 +16,14 @@ from humanoid.world.scene import BEAMS, GREATEST_RANGE, LEAST_RANGE
 from humanoid.world.solids import Array, Block, Outlines, Solid
 
 FRAME = 'map'
-WALL_ALPHA = 0.45  # walls let the robot behind them be seen
+WALL_ALPHA = 0.45  # walls are transparent, so that the robot behind them can be seen
 FREE, OCCUPIED = 0, 100
-MARGIN = 0.5  # m around the outermost things
-EMPTY_SIZE = 10.0  # m in each direction from the start, of the map of an empty floor
+MARGIN = 0.5  # m of the map around the outermost things
+EMPTY_SIZE = 10.0  # m in each direction from the start, if the floor is empty
 
 
 def markers(solids: Sequence[Solid], stamp: TimeMsg) -> list[Marker]:
-    """Each solid as a box or a cylinder; the kind is the marker's namespace, and its number there the id."""
+    """Make a box or a cylinder of each solid; the marker's namespace is the kind, its id a number."""
     count: dict[str, int] = {}
     made = []
     for solid in solids:
@@ -51,14 +51,14 @@ def markers(solids: Sequence[Solid], stamp: TimeMsg) -> list[Marker]:
 
 
 def marker_array(solids: Sequence[Solid], stamp: TimeMsg) -> MarkerArray:
-    """All of them, and before them an order to forget the ones before."""
+    """Make a MarkerArray that first deletes all earlier markers."""
     clear = Marker(action=Marker.DELETEALL)
     clear.header.frame_id, clear.header.stamp = FRAME, stamp
     return MarkerArray(markers=[clear, *markers(solids, stamp)])
 
 
 def occupancy(solids: Sequence[Solid], resolution: float, stamp: TimeMsg) -> OccupancyGrid:
-    """The map: cells of `resolution` m in which things stand are occupied. Doors are open."""
+    """Make the map with cells of `resolution` m: cells with things are occupied, doors are open."""
     corners = np.array([corner for solid in solids for corner in _bounds(solid)]).reshape(-1, 2)
     if len(corners):
         low, high = corners.min(axis=0) - MARGIN, corners.max(axis=0) + MARGIN
@@ -81,7 +81,7 @@ def occupancy(solids: Sequence[Solid], resolution: float, stamp: TimeMsg) -> Occ
 
 
 def _as_thick_as(solid: Solid, cell: float) -> Solid:
-    """The solid, or a thicker one if the middles of all cells might miss it."""
+    """Return the solid, or a thicker one if it might lie between the centres of the cells."""
     if isinstance(solid, Block):
         return replace(solid, length=max(solid.length, cell), width=max(solid.width, cell))
     return replace(solid, radius=max(solid.radius, cell))
@@ -97,7 +97,7 @@ def _bounds(solid: Solid) -> Iterable[Sequence[float]]:
 
 
 def laser_scan(ranges: Array, frame: str, stamp: TimeMsg, period: float) -> LaserScan:
-    """A whole turn, counter-clockwise from behind; inf where nothing is near. `period`: s between scans."""
+    """Make a scan of 360°, counter-clockwise from behind; inf: nothing near. `period`: s between scans."""
     message = LaserScan()
     message.header.frame_id, message.header.stamp = frame, stamp
     message.angle_min = -math.pi

@@ -1,4 +1,4 @@
-"""Which worlds there are, and where their files lie. It loads no package: the command line starts quickly."""
+"""The shipped worlds and their files. It imports no further package, so that the command line starts fast."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ INSTALL = "pip install numpy scipy PyYAML, or the robot with them: pip install '
 
 
 class BadWorld(ValueError):
-    """There is no such world, its file has an error, or a package is missing; the text says what to do."""
+    """The world does not exist, its file has an error, or a package is missing; the text says what to do."""
 
 
 def path_of(world: str) -> Path:
-    """The file of a world; a word without a dot or slash names a shipped one. Raises BadWorld."""
+    """Return a world's file; a word without a dot or slash names a shipped world. Raises BadWorld."""
     if '/' in world or '\\' in world or '.' in world:
         return Path(world)
     path = FOLDER / f'{world}.yaml'
@@ -32,7 +32,7 @@ def path_of(world: str) -> Path:
 
 
 def choose(world: str | None) -> Path | None:
-    """The file of a world that can be had here, looked at before any program starts. Raises BadWorld."""
+    """Check a world before any program starts, and return its file. Raises BadWorld."""
     if world is None:
         return None
     missing = [package for package in NEEDED if importlib.util.find_spec(package) is None]
@@ -45,5 +45,5 @@ def choose(world: str | None) -> Path | None:
 
 
 def parameter(path: Path) -> Sequence[str]:
-    """The ROS arguments that put a program into a world."""
+    """Return the ROS arguments that put a program into a world."""
     return ['-p', f'world:={json.dumps(str(path))}']

@@ -1,4 +1,4 @@
-"""People who walk along their paths and back. They stop for what is in the way, and turn back in the end."""
+"""People who walk along their paths and back. They stop for obstacles, and turn back after a while."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from humanoid.world.file import Person
 from humanoid.world.solids import Pillar
 
 COLOUR = (0.86, 0.52, 0.25)
-PATIENCE = 3.0  # s for which somebody waits before turning back
-ROOM = 0.35  # m that somebody keeps to what is in the way
-BESIDE = 0.12  # m, to what is passed
+PATIENCE = 3.0  # s that a person waits before turning back
+ROOM = 0.35  # m that a person keeps to an obstacle ahead
+BESIDE = 0.12  # m that a person keeps to an obstacle at the side
 
 
 class Walker:
-    """One person on the way. `heading` is in rad, along the path."""
+    """One walking person. `heading` is in rad, along the path."""
 
     def __init__(self, person: Person) -> None:
         self.person = person
         self.x, self.y = person.path[0]
         self.heading = 0.0
         self.walks = False
-        self._next, self._by = 1, 1  # the point of the path that comes next, and in which direction they go
+        self._next, self._by = 1, 1  # the next point of the path, and the direction along it
         self._waited = 0.0
 
     @property
     def solid(self) -> Pillar:
-        """Where this person stands now."""
+        """The pillar where this person stands now."""
         one = self.person
         return Pillar('person', one.name, self.x, self.y, one.radius, one.height, COLOUR)
 
     def step(self, elapsed: float, room: Callable[[float, float], float]) -> None:
-        """Walk for `elapsed` s. `room(x, y)`: m that this person would have to everything that moves."""
+        """Walk for `elapsed` s. `room(x, y)`: m between a person at (x, y) and all that moves."""
         way, self.walks = self.person.speed * elapsed, False
         if way <= 0.0:
             return
@@ -59,7 +59,7 @@ class Walker:
             self._next = min(max(self._next + self._by, 0), len(self.person.path) - 1)
 
     def _pass_on(self) -> None:
-        """Choose the next point; at an end of the path that is the one before."""
+        """Choose the next point of the path; at an end, turn back."""
         if not 0 <= self._next + self._by < len(self.person.path):
             self._by = -self._by
         self._next += self._by

@@ -1,4 +1,4 @@
-"""A world as it is now: closed doors, people, and how near the robot is to all that stands there."""
+"""The present state of a world: closed doors, people, and how near the robot is to things."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Scene:
             walker.step(elapsed, room)
 
     def can_close(self, door: str, robot: Pose2D | None) -> bool:
-        """Whether nobody stands in the gap of a door."""
+        """Return True if neither a person nor the robot stands in the gap of a door."""
         panel = next(each.panel for each in self.file.doors if each.name == door)
         outline = Outlines([panel])
         people = [(np.array([[w.x, w.y]]), w.person.radius) for w in self.walkers]
@@ -60,7 +60,7 @@ class Scene:
         return all(float(outline.distance(place)[0]) > radius for place, radius in people)
 
     def clearance(self, robot: Pose2D) -> float:
-        """How far the robot's outline, a disc, is from the nearest thing: m; 0 or less where they touch."""
+        """Return the m from the robot's outline, a disc, to the nearest thing; at most 0 if they touch."""
         place = np.array([[robot.x, robot.y]])
         nearest = min(self._static.distance(place)[0], Outlines(self.moving).distance(place)[0])
         return float(nearest) - BASE.radius
@@ -80,13 +80,13 @@ class Scene:
         return ranges
 
     def depths(self, eye: Array, rays: Array) -> Array:
-        """How many times each ray (n, 3) from `eye` (m) fits until it meets something; inf if nothing."""
+        """Return the distance along each ray (n, 3) from `eye` (m), in lengths of the ray; inf if free."""
         return np.minimum(
             self._static.cast_in_space(eye, rays), Outlines(self.moving).cast_in_space(eye, rays)
         )
 
     def _tall(self, height: float) -> Outlines:
-        """Those of the things at rest that a scanner at this height sees; it sways, so centimetres count."""
+        """Return the fixed things that reach a scanner's height, rounded to cm because the scanner sways."""
         key = round(height, 2)
         if key not in self._by_height:
             self._by_height[key] = Outlines([solid for solid in self.file.solids if solid.height > key])
@@ -94,5 +94,5 @@ class Scene:
 
 
 def beam_angles() -> Array:
-    """The directions of the beams in the scanner's own frame, in rad."""
+    """Return the directions of the beams in the scanner's own frame, in rad."""
     return np.asarray(-np.pi + np.arange(BEAMS) * (2.0 * np.pi / BEAMS), dtype=np.float64)

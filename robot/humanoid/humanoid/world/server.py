@@ -1,6 +1,6 @@
-"""world_server: the world around the robot, its doors and people, and what the robot's scanner sees of it.
+"""world_server: simulates the world around the robot, its doors and people, and the robot's scanner.
 
-It stands in for walls and a scanner, as the kinematic base stands in for legs. A real robot runs without it.
+It replaces walls and a scanner, as the kinematic base replaces legs. A real robot runs without it.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from humanoid.world.names import BadWorld
 from humanoid.world.scene import Scene
 
 STEP = 0.05  # s between two steps of people: 20 Hz
-MARKERS_EVERY = 4  # steps: 5 Hz while somebody walks
-SCAN_EVERY = 2  # steps: 10 Hz
-LOOK_EVERY = 4  # steps: 5 Hz
+MARKERS_EVERY = 4  # steps between two marker messages: 5 Hz while a person walks
+SCAN_EVERY = 2  # steps between two scans: 10 Hz
+LOOK_EVERY = 4  # steps between two images: 5 Hz
 HEAD = ('waist', 'head_pan', 'head_tilt')  # the joints that turn the camera
 LASER = DESCRIPTION.pose('laser', {}).translation
 
@@ -91,7 +91,7 @@ class WorldServer(Node):
 
     @property
     def _robot(self) -> Pose2D | None:
-        """Where the robot is in the world: truth is told as seen from where the robot was brought up."""
+        """Return the robot's pose in the world: `ground_truth` is relative to the robot's start."""
         if self._truth is None:
             return None
         return compose(Pose2D(*self._scene.file.start), target_of(self._truth.pose.pose))
@@ -105,7 +105,7 @@ class WorldServer(Node):
         }
 
     def _move_door(self, name: str, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        """Open it (true) or close it; it does not close on somebody."""
+        """Open a door (true) or close it; it does not close on a person or the robot."""
         if not request.data and not self._scene.can_close(name, self._robot):
             response.message = f'the door {name} stays open: somebody stands in it'
             return response
@@ -142,7 +142,7 @@ class WorldServer(Node):
         self._clearance.publish(Float64(data=self._scene.clearance(robot)))
 
     def _look(self, truth: Odometry, robot: Pose2D) -> None:
-        """Publish what the camera sees, if somebody listens."""
+        """Publish the camera's images, if there are subscribers."""
         outputs = (self._depth, self._depth_info, self._points)
         if not any(output.get_subscription_count() for output in outputs):
             return
