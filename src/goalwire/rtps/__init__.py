@@ -1,4 +1,4 @@
-"""DDSI-RTPS, the protocol of DDS: a library of its own, which knows nothing of ROS.
+"""DDSI-RTPS, the protocol of DDS: a separate library that knows nothing of ROS.
 
 protocol    the protocol as pure code: bytes and times go in, bytes and calls come out
 """

@@ -2,8 +2,8 @@
 
 settings            the values that a session is opened with
 interfaces          the addresses of this host
-interface_changes   tells when they change
+interface_changes   notices when interfaces change
 addresses           which ports a participant has, and where it announces itself
 sockets             the UDP sockets of a participant
-session             a participant with its sockets, and who waits on them
+session             a participant with its sockets, read by the threads that wait on them
 """

@@ -15,13 +15,13 @@ from goalwire.rtps.protocol.primitives import Address
 GROUP = '239.255.0.1'
 """The multicast group of discovery, by the standard."""
 GROUPS_V6 = ('ff02::ffff:efff:1', 'ff1e::ffff:efff:1')
-"""The same on IPv6: that of Cyclone DDS, which stays on the link, and that of the standard and Fast DDS."""
+"""The groups on IPv6: the link-local one of Cyclone DDS, and the one of the standard and Fast DDS."""
 MOST_DOMAIN = 232
-"""The last domain whose ports exist."""
+"""The last domain: the ports of a higher one would be above 65535."""
 ANNOUNCED_PARTICIPANTS = 32
-"""Participants of one host that are announced to: as many as Fast DDS and Cyclone DDS try."""
+"""How many participants of a host get announcements by unicast: as many as with Fast DDS and Cyclone DDS."""
 MOST_PARTICIPANTS = 120
-"""Participants of one host and domain that have ports."""
+"""How many participants of one host and domain can have ports."""
 
 
 class Reach(Enum):
@@ -34,7 +34,7 @@ class Reach(Enum):
 
 @record
 class Ports:
-    """How the ports of a domain are counted. All participants of a domain must count alike."""
+    """The rule for the ports of a domain. All participants of a domain must use the same one."""
 
     base: int = 7400
     domain_gain: int = 250
@@ -49,7 +49,7 @@ STANDARD = Ports()
 
 
 def first_port(domain: int, ports: Ports = STANDARD) -> int:
-    """Return the port that those of a domain are counted from. Raises TransportError."""
+    """Return the first port of a domain, from which the others are counted. Raises TransportError."""
     if not 0 <= domain <= MOST_DOMAIN:
         raise TransportError(f'there is no domain {domain} on DDS; the last one is {MOST_DOMAIN}')
     first = ports.base + ports.domain_gain * domain
@@ -59,17 +59,17 @@ def first_port(domain: int, ports: Ports = STANDARD) -> int:
 
 
 def discovery_port(domain: int, participant: int, ports: Ports = STANDARD) -> int:
-    """Return the port of discovery of the nth participant of a host."""
+    """Return the discovery port of the nth participant of a host."""
     return first_port(domain, ports) + ports.discovery + ports.participant_gain * participant
 
 
 def data_port(domain: int, participant: int, ports: Ports = STANDARD) -> int:
-    """Return the port of data of the nth participant of a host."""
+    """Return the data port of the nth participant of a host."""
     return first_port(domain, ports) + ports.data + ports.participant_gain * participant
 
 
 def multicast_ports(domain: int, ports: Ports = STANDARD) -> tuple[int, int]:
-    """Return the ports of a group: of discovery, and of data."""
+    """Return the discovery port and the data port of the multicast group."""
     first = first_port(domain, ports)
     return first + ports.multicast_discovery, first + ports.multicast_data
 
@@ -85,7 +85,7 @@ def announced_addresses(
 ) -> tuple[Address, ...]:
     """Return where a participant announces itself: to multicast groups, this machine's `hosts`, and `peers`.
 
-    A peer is a host, of which the first `participants` are announced to, or HOST:PORT, or [IPV6]:PORT.
+    A peer is HOST, whose first `participants` get announcements, or HOST:PORT, or [IPV6]:PORT.
     Raises TransportError for a peer whose name is not known.
     """
     found = [(group, multicast_ports(domain, ports)[0]) for group in groups]
@@ -115,7 +115,7 @@ def split_port(peer: str) -> tuple[str, int | None]:
 def look_up(host: str) -> str:
     """Return the IPv4 address of a host, or an IPv6 address in its normal form. Raises TransportError."""
     family = socket.AF_INET6 if ':' in host else socket.AF_INET
-    with suppress(OSError, ValueError):  # a numeric address: Python reads no names' encoding for it
+    with suppress(OSError, ValueError):  # a numeric address: so Python need not load its codec for host names
         return socket.inet_ntop(family, socket.inet_pton(family, host))
     try:
         return str(socket.getaddrinfo(host, None, family, socket.SOCK_DGRAM)[0][4][0])
@@ -124,10 +124,10 @@ def look_up(host: str) -> str:
 
 
 def announced_hosts(hosts: tuple[str, ...], *, chosen: bool, ipv6: bool) -> tuple[str, ...]:
-    """Return at which of its addresses participants of this machine are announced to.
+    """Return the addresses of this machine by which its other participants get announcements.
 
-    Cyclone DDS ignores what comes from loopback's address if it uses another interface, and other
-    implementations may listen only on loopback: so both are announced to, unless interfaces are `chosen`.
+    Cyclone DDS ignores packets from the loopback address if it uses another interface, but other
+    implementations may listen only on loopback: so both are used, unless interfaces are `chosen`.
     """
     loopback = LOOPBACK_V6 if ipv6 else LOOPBACK
     return hosts[:1] if chosen and hosts else (loopback, *hosts[:1])

@@ -1,4 +1,4 @@
-"""Tells when an interface of this host has come or gone, or has another address."""
+"""Notices when an interface of this host appears, disappears or changes its address."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from goalwire.concurrency.poller import IN, Poller, Timer
 _LINKS, _ADDRESSES_V4, _ADDRESSES_V6 = 0x1, 0x10, 0x100
 """Groups of rtnetlink, from linux/rtnetlink.h: RTMGRP_LINK, RTMGRP_IPV4_IFADDR, RTMGRP_IPV6_IFADDR."""
 LOOK_S = 3.0
-"""How often interfaces are looked at where the system does not tell of changes."""
+"""How often to look at the interfaces if the system does not report changes."""
 
 
 class InterfaceChanges:
     """Calls a function after each change, on the thread that waits on a poller."""
 
     def __init__(self, poller: Poller, on_change: Callable[[], None]) -> None:
-        """Where the system cannot tell, `on_change` is called every LOOK_S."""
+        """If the system cannot report changes, `on_change` is called every LOOK_S seconds."""
         self._poller = poller
         self._on_change = on_change
         self._timer: Timer | None = None
@@ -32,7 +32,9 @@ class InterfaceChanges:
 
     def _read(self, _events: int) -> None:
         assert self._socket is not None
-        with suppress(OSError):  # nothing is left, or more came than the socket holds: one look shows it all
+        with suppress(
+            OSError
+        ):  # the socket is empty, or has overflowed: one look at the interfaces is enough
             while self._socket.recv(65536):
                 pass
         self._on_change()
@@ -45,7 +47,7 @@ class InterfaceChanges:
         self._on_change()
 
     def close(self) -> None:
-        """Tell nothing more; the poller is closed by then, or by the same thread afterwards."""
+        """Stop. The poller must be closed already, or be closed by the same thread afterwards."""
         if self._timer is not None:
             self._timer.cancel()
         if self._socket is not None:
@@ -53,12 +55,12 @@ class InterfaceChanges:
 
 
 def _subscribe() -> socket.socket | None:
-    """Return a socket that can be read after each change; None where the system has none."""
+    """Return a socket that becomes readable after each change; None if the system has none."""
     if sys.platform != 'linux':
         return None
     try:
         sock = open_privately(lambda: socket.socket(socket.AF_NETLINK, socket.SOCK_RAW, socket.NETLINK_ROUTE))
-    except OSError:  # a sandbox may refuse it
+    except OSError:  # a sandbox may refuse the socket
         return None
     try:
         sock.setblocking(False)

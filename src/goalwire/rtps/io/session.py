@@ -1,4 +1,4 @@
-"""A participant with its sockets: who waits on them reads them, and how all of it ends."""
+"""A participant with its sockets: threads that wait on the sockets read them; `close` ends everything."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from goalwire.rtps.protocol.writer import Writer
 __all__ = ['RtpsSession', 'Settings']
 
 PACKETS_A_TURN = 64
-"""Packets of one socket that are read before others have their turn."""
+"""How many packets of one socket are read before the next socket has its turn."""
 CLOSING_S = 1.0
 """How long closing waits for readers to acknowledge what was sent."""
 
 
 class _Listener(ParticipantListener):
-    """Counts what was refused, and hands on the rest."""
+    """Counts refused data, and passes all other events on."""
 
     def __init__(self, inner: ParticipantListener, rejects: RejectCounters) -> None:
         self._rejects = rejects
@@ -48,7 +48,7 @@ class _Listener(ParticipantListener):
 
 
 class RtpsSession:
-    """One open participant. In `wire_poller` idle threads may wait; `participant` has everything else."""
+    """One open participant. Idle threads may wait in `wire_poller`; `participant` has all other methods."""
 
     def __init__(
         self,
@@ -61,12 +61,12 @@ class RtpsSession:
     ) -> None:
         """Open it. Raises TransportError.
 
-        `awaited` is for `WireSet.awaited`, `rejects` counts what is refused; without `starts` call `start`.
+        `awaited` is for `WireSet.awaited`, `rejects` counts refused data; without `starts` call `start`.
         """
         first_port(settings.domain, settings.ports)
         self.guard = ForkGuard()
         self.rejects = RejectCounters() if rejects is None else rejects
-        """What others sent and this session ignored, by kind."""
+        """Counts of ignored data from others, by kind."""
         self._settings = settings
         self._is_local = settings.reach is Reach.LOCALHOST and not settings.peers
         self._interfaces, self._own_hosts = self._look_at_interfaces()
@@ -114,14 +114,14 @@ class RtpsSession:
             raise
 
     def start(self) -> None:
-        """Announce the participant, and read what comes."""
+        """Announce the participant, and begin to read packets."""
         self.participant.start()
         self.wire_poller.start()
 
     # ---- interfaces
 
     def _look_at_interfaces(self) -> tuple[tuple[Interface, ...], frozenset[str]]:
-        """Return the interfaces to be used, and all addresses of this host."""
+        """Return the interfaces to use, and all addresses of this host."""
         settings = self._settings
         all_of_them = find_interfaces(ipv6=settings.ipv6)
         loopback = LOOPBACK_V6 if settings.ipv6 else LOOPBACK
@@ -129,7 +129,7 @@ class RtpsSession:
         return choose(all_of_them, settings.interfaces, settings.excluded), own
 
     def _announced(self) -> tuple[Address, ...]:
-        """Return where the participant announces itself."""
+        """Return the addresses to which the participant announces itself."""
         settings = self._settings
         if settings.reach is Reach.OFF:
             return ()
@@ -147,7 +147,7 @@ class RtpsSession:
         )
 
     def _on_interfaces(self) -> None:
-        """Use what has come, and tell the others, if the addresses of this host are others than before."""
+        """If the addresses of this host have changed, use the new ones and announce them."""
         found = self._look_at_interfaces()
         if found == (self._interfaces, self._own_hosts) or self._is_closed:
             return
@@ -161,9 +161,9 @@ class RtpsSession:
 
     def _read(self, sock: socket.socket, _events: int) -> None:
         receive, is_local, own_hosts = self.participant.receive, self._is_local, self._own_hosts
-        packets = self._sockets.read(sock, PACKETS_A_TURN)  # first the buffer is emptied
+        packets = self._sockets.read(sock, PACKETS_A_TURN)  # read them first: that frees the socket's buffer
         if len(packets) > 1 and sock is not self._sockets.discovery:
-            # Some may have come after news of a reader, which a listener's answer to a sample is for.
+            # Readers may have been discovered meanwhile, and a listener's reply to a sample needs them.
             self._read(self._sockets.discovery, IN)
         for packet, source in packets:
             if is_local and source[0] not in own_hosts:
@@ -172,7 +172,7 @@ class RtpsSession:
                 receive(packet, source)
 
     def _set_timer(self) -> None:
-        """Have the participant's next timer run in time."""
+        """Set the poller's timer to the participant's next timer."""
         timer, due = self._timer, self.participant.next_due
         if timer is not None:
             timer.cancel()
@@ -183,10 +183,10 @@ class RtpsSession:
     def write(
         self, writer: Writer, payload: bytes, *, qos: bytes = b'', to: bytes | None = None
     ) -> int | None:
-        """Write a sample and return its number; None if the writer stays full for its `max_blocking` time.
+        """Write a sample and return its number; None if the writer stays full for `max_blocking`.
 
-        The thread that waits for room reads the sockets meanwhile, if no other thread does. A call from the
-        thread that reads, in a callback, does not wait: only that thread can make room.
+        A thread that waits for room also reads the sockets, if no other thread does. A call in a callback of
+        the reading thread does not wait: only that thread can make room.
         """
         self.guard.check('an RTPS writer')
         number = writer.write(payload, qos=qos, to=to)
@@ -206,11 +206,11 @@ class RtpsSession:
         return number
 
     def wait_until_acknowledged(self, timeout_s: float) -> bool:
-        """Wait until reliable readers have all that was written; False after `timeout_s`."""
+        """Wait until reliable readers have acknowledged all samples; return False after `timeout_s`."""
         return self.wait_for_acknowledgements(self.participant.is_acknowledged, timeout_s)
 
     def wait_for_acknowledgements(self, is_done: Callable[[], bool], timeout_s: float) -> bool:
-        """Wait until `is_done`, which changes as readers acknowledge; False after `timeout_s`."""
+        """Wait until `is_done`, which is asked as readers acknowledge; return False after `timeout_s`."""
         deadline = monotonic() + timeout_s
         sleeper = SleepingThread()
         self._sleepers.add(sleeper)
@@ -231,7 +231,7 @@ class RtpsSession:
     # ---- the end
 
     def close(self) -> None:
-        """Wait a moment until what was sent is acknowledged, say that the participant leaves, and close."""
+        """Wait a moment for acknowledgements, tell others that the participant leaves, and close."""
         if self._is_closed or self.guard.is_forked:
             return
         if not self.wire_poller.leads():

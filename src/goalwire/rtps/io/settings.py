@@ -14,54 +14,54 @@ from goalwire.rtps.io.addresses import (
 )
 
 BUFFER_SIZE = 4 << 20
-"""Bytes that a socket is asked to hold; the system may give it less."""
+"""The size of a socket's buffer to ask for, in bytes; the system may give less."""
 
 
 @record
 class Settings:
-    """The values that a session is opened with."""
+    """The values for opening a session."""
 
     domain: int = 0
     reach: Reach = Reach.LOCALHOST
     peers: tuple[str, ...] = ()
-    """Further hosts that it announces itself to: HOST, or HOST:PORT."""
+    """Further hosts to which the participant announces itself: HOST, or HOST:PORT."""
     user_data: bytes = b''
     name: str = ''
     lease_s: float = 20.0
     portable: bool = IS_PORTABLE
-    """Whether to do without what only Linux has."""
+    """True to use no features that only Linux has."""
     interfaces: tuple[str, ...] = ()
-    """Names or addresses of the interfaces to be used; none: all."""
+    """Names or addresses of the interfaces to use; empty: all."""
     excluded: tuple[str, ...] = ()
-    """Names or addresses of interfaces that are not used."""
+    """Names or addresses of interfaces not to use."""
     multicast: bool = True
-    """Whether groups are joined, if the subnet is looked at."""
+    """True to join the multicast groups, if the reach is the subnet."""
     group: str = ''
     """The multicast group of discovery; empty: the standard's."""
     announces_to_group: bool = True
-    """Whether it announces itself there."""
+    """True to send announcements to the multicast groups."""
     announces_here: bool = True
-    """Whether it announces itself to the participants of this machine by unicast."""
+    """True to announce the participant by unicast to the participants of this machine."""
     ports: Ports = STANDARD
     participant: int | None = None
-    """The index of the ports that it takes, from 0; None: the first that are free."""
+    """The participant index, from 0, which determines the ports; None: the first free one."""
     participants: int = ANNOUNCED_PARTICIPANTS
-    """Participants of each peer that it announces itself to."""
+    """How many participants of each peer get announcements."""
     tag: str = ''
-    """Participants with another tag do not see it."""
+    """Participants with different tags ignore each other."""
     announce_s: float = 3.0
-    """How often it announces itself."""
+    """How often the participant announces itself."""
     packet_size: int | None = None
-    """Bytes of a packet at most; None: 60 kB to readers on this machine, 1.4 to 8 kB to others."""
+    """The largest packet in bytes; None: 60 kB to readers on this machine, 1.4 to 8 kB to others."""
     receive_buffer: int = BUFFER_SIZE
     send_buffer: int = BUFFER_SIZE
-    """Bytes that sockets are asked to hold; the system may give less."""
+    """The size of the sockets' buffers to ask for, in bytes; the system may give less."""
     ipv6: bool = False
-    """Whether to speak IPv6 in place of IPv4."""
+    """True to use IPv6 instead of IPv4."""
 
     @property
     def groups(self) -> tuple[str, ...]:
-        """The multicast groups that it joins; none without multicast."""
+        """The multicast groups to join; empty without multicast."""
         if self.reach is not Reach.SUBNET or not self.multicast:
             return ()
         return (self.group,) if self.group else GROUPS_V6 if self.ipv6 else (GROUP,)

@@ -1,4 +1,4 @@
-"""The UDP sockets of a participant: two of its own, and those that hear the multicast groups."""
+"""The UDP sockets of a participant: two of its own, and the sockets that have joined the multicast groups."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from goalwire.rtps.io.settings import Settings
 from goalwire.rtps.protocol.primitives import Address
 
 _ALL_GROUPS, _ALL_GROUPS_V6 = (socket.IPPROTO_IP, 49), (socket.IPPROTO_IPV6, 29)
-"""IP_MULTICAST_ALL and IPV6_MULTICAST_ALL of Linux, which Python has no names for."""
+"""Linux's IP_MULTICAST_ALL and IPV6_MULTICAST_ALL, for which Python has no names."""
 _SENDS_BY = socket.IPPROTO_IP, socket.IP_MULTICAST_IF
 _SENDS_BY_V6 = socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF
 _OUT_OF_PORTS = errno.EADDRINUSE, errno.EACCES
 
 LARGE = 4096
-"""Bytes of a packet behind which others are likely: fragments of a sample."""
+"""A packet of this many bytes is probably a fragment, so that others follow."""
 TURNS_BETWEEN_LOOKS = 8
 
 
@@ -36,24 +36,24 @@ class Sockets:
     """The sockets of one participant. `send` never blocks."""
 
     def __init__(self, settings: Settings, interfaces: tuple[Interface, ...]) -> None:
-        """`interfaces` are those to be used. Raises TransportError if no ports are free."""
+        """`interfaces` are the ones to use. Raises TransportError if no ports are free."""
         self._settings = settings
         self._family = socket.AF_INET6 if settings.ipv6 else socket.AF_INET
         self._groups = frozenset(settings.groups)
         self.receivers: list[socket.socket] = []
-        """Those that packets come by."""
+        """The sockets that receive packets."""
         self.lost = 0
         """Packets that could not be sent."""
         self._until_look = 0
-        """How many turns go by before it is looked whether there is a second packet."""
+        """How many calls of `read` pass before it tries to read a second packet again."""
         self._listeners: list[socket.socket] = []
-        """Those of the receivers that hear the groups."""
+        """The receivers that have joined the groups."""
         self._interfaces: dict[Interface, bytes] = {}
-        """Those by which the groups are sent to, as a socket's option names them."""
+        """The interfaces by which packets go to the groups, with their value for the socket's option."""
         self._ports = 0, 0
         self.metatraffic: tuple[Address, ...] = ()
         self.default: tuple[Address, ...] = ()
-        """Where discovery, and where data reach the participant."""
+        """The addresses at which the participant receives discovery, and data."""
         if settings.reach is Reach.OFF:
             return
         try:
@@ -70,14 +70,14 @@ class Sockets:
             raise
 
     def _loopback(self) -> Interface:
-        """Return loopback, by which a group is heard within this machine."""
+        """Return the loopback interface, by which a group works within this machine."""
         if not self._settings.ipv6:
             return Interface('lo', 0, LOOPBACK)
         index = next((index for index, name in socket.if_nameindex() if name.startswith('lo')), 0)
         return Interface('lo', index, LOOPBACK_V6)
 
     def use(self, interfaces: tuple[Interface, ...]) -> None:
-        """Use these interfaces from now on: they may have come or gone, or have other addresses."""
+        """Use these interfaces from now on; interfaces and their addresses may have changed."""
         settings = self._settings
         if settings.reach is Reach.OFF:
             return
@@ -95,7 +95,7 @@ class Sockets:
         self.default = tuple((host, data) for host in hosts)
 
     def _open_unicast(self) -> tuple[int, int]:
-        """Take the pair of ports that is asked for, or the first that is free, and return it."""
+        """Bind the pair of ports of the chosen index, or the first free pair, and return it."""
         settings = self._settings
         domain, chosen = settings.domain, settings.participant
         tried = range(MOST_PARTICIPANTS) if chosen is None else (chosen,)
@@ -130,7 +130,7 @@ class Sockets:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         if hasattr(socket, 'SO_REUSEPORT'):
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
-        if sys.platform == 'linux':  # else it hears groups that other programs have joined
+        if sys.platform == 'linux':  # else the socket receives from groups that other programs have joined
             level, option = _ALL_GROUPS_V6 if self._settings.ipv6 else _ALL_GROUPS
             with suppress(OSError):
                 sock.setsockopt(level, option, 0)
@@ -138,7 +138,7 @@ class Sockets:
         return sock
 
     def _join(self, interface: Interface) -> None:
-        """Join the groups on an interface; one that cannot is left out."""
+        """Join the groups on an interface; skip a group that cannot be joined."""
         for sock in self._listeners:
             for group in self._groups:
                 joined = socket.inet_pton(self._family, group)
@@ -151,18 +151,18 @@ class Sockets:
                         sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, request)
 
     def _name(self, interface: Interface) -> bytes:
-        """Return an interface as the option that chooses where a group is sent to."""
+        """Return an interface as the value of the socket option that selects it for multicast."""
         if self._settings.ipv6:
             return struct.pack('@I', interface.number)
         return socket.inet_aton(interface.address)
 
     @property
     def port(self) -> int:
-        """The port that all packets come from; 0 if there are no sockets."""
+        """The source port of all packets; 0 if there are no sockets."""
         return self._ports[1]
 
     def send(self, packet: bytes, address: Address) -> None:
-        """Send a packet; one that the system does not take is lost, and counted."""
+        """Send a packet; a packet that the system does not accept is lost, and counted."""
         if address[0] in self._groups:
             self._send_to_group(packet, address)
             return
@@ -172,7 +172,7 @@ class Sockets:
             self.lost += 1
 
     def _send_to_group(self, packet: bytes, group: Address) -> None:
-        """Send a packet to a group by each interface, from the port that all packets come from."""
+        """Send a packet to a group by each interface, from the usual source port."""
         option = _SENDS_BY_V6 if self._settings.ipv6 else _SENDS_BY
         for name in self._interfaces.values():
             with suppress(OSError):
@@ -180,11 +180,11 @@ class Sockets:
                 self._sender.sendto(packet, group)
 
     def read(self, sock: socket.socket, most: int) -> list[tuple[bytes, Address]]:
-        """Return packets that have come by a socket, `most` of them, each with its sender.
+        """Return at most `most` packets that a socket has received, each with its sender.
 
-        To look for a packet that is not there costs 2 us of a call's 50. So it is looked for more than one
-        sample only while they come in bursts, and now and then to see whether they do. What tells of others'
-        writers and readers is read as a whole, so that it is seldom later than the samples that follow it.
+        A read that finds no packet costs 2 us of a call's 50. So more than one data packet is read only
+        while they come in bursts, and now and then to detect a burst. Discovery packets are always read
+        completely, so that news of a writer or reader is seldom later than the samples that follow it.
         """
         packets: list[tuple[bytes, Address]] = []
         has_samples = sock is self._sender
@@ -196,7 +196,7 @@ class Sockets:
                 packet, source = sock.recvfrom(65536)
             except BlockingIOError:
                 break
-            except OSError:  # on some systems: nobody listened where something was sent
+            except OSError:  # on some systems an ICMP error of an earlier send is raised here
                 continue
             packets.append((packet, source[:2]))
         if has_samples and most > 1:

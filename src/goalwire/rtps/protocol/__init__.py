@@ -2,29 +2,29 @@
 
 Nothing here opens a socket, starts a thread or reads a clock.
 
-    bounds           how much a stranger can take: participants, endpoints, fragments, what waits
-    primitives       GUIDs, sequence numbers, times, addresses: what submessages are made of
+    bounds           limits of what others can use: participants, endpoints, fragments, queues
+    primitives       GUIDs, sequence numbers, times, addresses: the parts of submessages
     messages         packets and submessages: written and read
     parameters       parameter lists and inline QoS: written and read
-    qos              QoS of endpoints, and which of them match
-    announcements    what participants and endpoints tell of themselves: written and read
-    wire             what the following stand on: packets, timers, a lock, events for who listens
-    history          what a writer keeps of what it has written
-    fragments        samples that fit no packet: cut and joined
-    reader_proxy     a reader, as its writer knows it
+    qos              QoS of endpoints, and if a writer and a reader match
+    announcements    discovery data of participants and endpoints: written and read
+    wire             the base of the following: packets, timers, a lock, events for listeners
+    history          the samples that a writer keeps
+    fragments        samples larger than a packet: cut and joined
+    reader_proxy     a writer's record of one of its readers
     writer_output    what a writer sends: fresh samples, heartbeats, gaps
     fragment_windows large samples, a window of fragments at a time
-    repairs          what readers have acknowledged, and what they lack
+    repairs          samples that readers have acknowledged, and samples that they lack
     writer           a writer: all of these together
-    backlog          what a reader keeps: samples that came too early, or in part
-    reader           a reader: order, what is missing, liveliness
-    matching         the writers and readers that are known, and which of them match
-    discovery        participants that come and go (SPDP), and their endpoints (SEDP)
-    participant      all of it together: `receive` takes each packet that comes
+    backlog          the samples that a reader keeps: early ones, and incomplete ones
+    reader           a reader: order, missing samples, liveliness
+    matching         the known writers and readers, and which of them match
+    discovery        participants that appear and disappear (SPDP), and their endpoints (SEDP)
+    participant      all of it together: `receive` takes each packet
 
 Threads. Every method of a participant, and those of writers and readers that say so, may be called on any
-thread. All that changes a participant runs in `Wire.run`, alone; what users are told is called after that, in
+thread. All changes of a participant run in `Wire.run`, one at a time; users' callbacks run after that, in
 order, without any lock.
 
-What breaks the protocol raises RtpsError, and costs what is left of that packet.
+Data that breaks the protocol raises RtpsError, and the rest of its packet is ignored.
 """

@@ -1,4 +1,4 @@
-"""What participants and endpoints tell of themselves: the payloads of SPDP and SEDP."""
+"""The discovery data of participants and endpoints: the payloads of SPDP and SEDP."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ from goalwire.rtps.protocol.primitives import (
 from goalwire.rtps.protocol.qos import READER_DEFAULT, WRITER_DEFAULT, Qos, read_qos, write_qos
 
 ENDPOINTS = 0x0C3F
-"""The built-in endpoints of a participant here: for participants, publications, subscriptions, messages."""
+"""The built-in endpoints of this implementation: participants, publications, subscriptions, messages."""
 DEFAULT_LEASE = 100 * NS
-"""The lease of a participant that tells none, by the standard."""
+"""The standard's lease for a participant that tells none."""
 
 
 @record
 class ParticipantData:
-    """What a participant says of itself, over SPDP."""
+    """The data that a participant announces by SPDP."""
 
     prefix: bytes
     vendor: bytes = VENDOR
     metatraffic: tuple[Address, ...] = ()
-    """Where its discovery is reached."""
+    """The addresses of its discovery."""
     default: tuple[Address, ...] = ()
-    """Where those of its endpoints are reached that have no address of their own."""
+    """The addresses of its endpoints, unless an endpoint has its own."""
     lease: int = DEFAULT_LEASE
-    """Nanoseconds of silence after which it counts as dead."""
+    """Nanoseconds of silence after which the participant counts as gone."""
     endpoints: int = ENDPOINTS
     domain: int | None = None
     tag: str = ''
@@ -60,7 +60,7 @@ class ParticipantData:
 
 @record
 class EndpointData:
-    """What a writer or a reader says of itself, over SEDP."""
+    """The data that a writer or a reader announces by SEDP."""
 
     guid: bytes
     topic: str
@@ -68,16 +68,16 @@ class EndpointData:
     qos: Qos
     user_data: bytes = b''
     addresses: tuple[Address, ...] = ()
-    """Where it is reached; none: where its participant's endpoints are."""
+    """The addresses of the endpoint; empty: those of its participant."""
 
     @property
     def prefix(self) -> bytes:
-        """The participant that it belongs to."""
+        """The GUID prefix of the endpoint's participant."""
         return self.guid[:PREFIX_SIZE]
 
     @property
     def entity_id(self) -> bytes:
-        """The part of the GUID that tells it from the participant's others."""
+        """The last four bytes of the GUID, unique in the participant."""
         return self.guid[PREFIX_SIZE:]
 
 
@@ -104,7 +104,7 @@ def write_participant(data: ParticipantData) -> bytes:
 
 
 def read_participant(payload: bytes) -> ParticipantData:
-    """Return what a payload of SPDP tells; raises RtpsError if it tells no GUID, or has to be ignored."""
+    """Read a payload of SPDP; raises RtpsError if it has no GUID, or must be ignored."""
     told, order = read_payload(payload)
     values: dict[str, object] = {}
     metatraffic: list[Address] = []
@@ -157,7 +157,7 @@ def write_endpoint(data: EndpointData) -> bytes:
 
 
 def read_endpoint(payload: bytes) -> EndpointData:
-    """Return what a payload of SEDP tells; raises RtpsError if a name or the GUID is missing."""
+    """Read a payload of SEDP; raises RtpsError if a name or the GUID is missing."""
     told, order = read_payload(payload)
     guid = topic = type_name = None
     user_data = b''
@@ -183,7 +183,7 @@ def read_endpoint(payload: bytes) -> EndpointData:
 
 
 def read_key(payload: bytes, pid: int) -> bytes | None:
-    """Return the GUID that a payload with only a key has under `pid`; None if it has none."""
+    """Return the GUID that a key-only payload has as the parameter `pid`; None without it."""
     for found, value in read_payload(payload)[0]:
         if found == pid:
             return _guid(value)
@@ -191,7 +191,7 @@ def read_key(payload: bytes, pid: int) -> bytes | None:
 
 
 def write_key(pid: int, guid: bytes) -> bytes:
-    """Return a payload with only a key."""
+    """Return a key-only payload."""
     return write_payload([(pid, guid)])
 
 
@@ -216,6 +216,6 @@ def _guid(value: bytes) -> bytes:
 
 
 def _check_unknown(pid: int) -> None:
-    """Raise RtpsError for a parameter that must be known, and is not."""
+    """Raise RtpsError for an unknown parameter that the standard says must be understood."""
     if pid & pids.MUST_BE_KNOWN and not pid & pids.VENDORS:
         raise RtpsError(f'parameter 0x{pid:04x} must be known, and is not')

@@ -1,4 +1,4 @@
-"""Samples of one writer that its reader keeps: they came too early, or a part of them is missing."""
+"""Samples of one writer that a reader keeps because they are early or incomplete."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ class Sample(NamedTuple):
     """The GUID of its writer."""
     number: int
     time: int | None
-    """When it was written, by the writer's clock, in nanoseconds since 1970; None if that was not told."""
+    """The source timestamp by the writer's clock, in nanoseconds since 1970; None without INFO_TS."""
     payload: bytes | None
-    """Encapsulated; None for the news that something is gone."""
+    """The encapsulated payload; None if the sample says that an instance was disposed of or unregistered."""
     qos: bytes = b''
     """Inline QoS."""
     is_key: bool = False
 
     @property
     def related(self) -> SampleIdentity | None:
-        """The request that this replies to, or where the reply to this is to go."""
+        """The request that this sample replies to, or the sample identity to which a reply must refer."""
         return related_sample(self.qos) if self.qos else None
 
 
@@ -41,16 +41,16 @@ class Backlog:
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
         self.held: dict[int, Sample | None] = {}
-        """Samples that came too early; None stands for one that will not come."""
+        """Samples that came too early, by number; None for a number that will not come."""
         self.partials: dict[int, Partial] = {}
-        """Samples in fragments of which some are missing."""
+        """Samples with missing fragments."""
         self.size = 0
         """Bytes of the samples in `held`."""
         self._timer: Timer | None = None
-        """Looks for unfinished samples of which nothing more comes."""
+        """The timer that drops unfinished samples without new fragments."""
 
     def _has_room(self, size: int) -> bool:
-        """Whether so many bytes more may be kept; if not, that is counted."""
+        """Return True if so many more bytes may be kept; if not, count the refusal."""
         if self._wire.kept + size <= bounds.KEPT_SIZE:
             return True
         self._wire.refuse('sample that waits for others', f'{self._wire.kept >> 20} MiB are kept')
@@ -59,9 +59,9 @@ class Backlog:
     # ---- whole samples
 
     def hold(self, sample: Sample, next_number: int) -> bool:
-        """Keep a sample, and return whether that was done: beyond the bounds it is asked for again later.
+        """Keep a sample and return True; beyond the bounds return False, and it is requested again later.
 
-        `next_number` is the number of the sample that is delivered next, 0 if that is not known yet.
+        `next_number` is the number of the next sample to deliver, 0 if that is unknown.
         """
         number, size = sample.number, len(sample.payload or b'')
         is_near = number < next_number + bounds.AHEAD if next_number else len(self.held) < bounds.AHEAD
@@ -77,7 +77,7 @@ class Backlog:
         return True
 
     def take(self, number: int) -> Sample | None:
-        """Return a sample that is held, and keep it no more."""
+        """Remove a held sample and return it."""
         sample = self.held.pop(number)
         if sample is not None:
             size = len(sample.payload or b'')
@@ -86,14 +86,14 @@ class Backlog:
         return sample
 
     def forget(self, number: int) -> None:
-        """Count a sample as one that has come and is nothing, unless it has come."""
+        """Note that a sample will not come, unless it is held already."""
         self.held.setdefault(number, None)
         self.drop_partial(number)
 
     # ---- samples in fragments
 
     def add(self, fragment: DataFrag, next_number: int, *, is_reliable: bool) -> Partial | None:
-        """Keep some fragments, and return what there is of their sample; None beyond the bounds.
+        """Keep some fragments, and return their sample as far as it has come; None beyond the bounds.
 
         Raises RtpsError for fragments that do not fit together.
         """
@@ -102,7 +102,7 @@ class Backlog:
         if begun is None:
             begun = Partial(fragment)
             if next_number and number >= next_number + bounds.MOST_UNFINISHED and is_reliable:
-                return None  # it is asked for later: a stream over a lossy network comes here, too
+                return None  # it is requested later; on a lossy network this is normal for a stream
             while len(partials) >= bounds.MOST_UNFINISHED:
                 self._wire.refuse('unfinished sample', f'{bounds.MOST_UNFINISHED} newer ones are unfinished')
                 self.drop_partial(next(iter(partials)))
@@ -119,18 +119,18 @@ class Backlog:
         return begun
 
     def drop_partial(self, number: int) -> None:
-        """Let go of an unfinished sample, if there is one."""
+        """Drop an unfinished sample, if it is kept."""
         begun = self.partials.pop(number, None)
         if begun is not None:
             self._wire.kept -= begun.kept
 
     def drop_partials(self, is_dropped: Callable[[int], bool]) -> None:
-        """Let go of unfinished samples by their numbers."""
+        """Drop unfinished samples by their numbers."""
         for number in [number for number in self.partials if is_dropped(number)]:
             self.drop_partial(number)
 
     def _drop_stale(self) -> None:
-        """Let go of unfinished samples of which nothing has come for a while, and look again later."""
+        """Drop unfinished samples without new fragments for a while, and set the timer again."""
         self._timer = None
         now, kept_s = self._wire.clock(), bounds.UNFINISHED_S
         for number in [number for number, begun in self.partials.items() if begun.heard + kept_s <= now]:
@@ -143,13 +143,13 @@ class Backlog:
     # ---- both
 
     def drop_below(self, first: int) -> None:
-        """Let go of all that is older than a sample."""
+        """Drop all samples below a number."""
         for number in [number for number in self.held if number < first]:
             self.take(number)
         self.drop_partials(lambda number: number < first)
 
     def clear(self) -> None:
-        """Let go of everything."""
+        """Drop all samples."""
         for number in list(self.held):
             self.take(number)
         self.drop_partials(lambda _: True)

@@ -1,7 +1,7 @@
-"""How much of each resource a stranger can take from a participant, and why each figure is what it is.
+"""Limits of the resources that others can take from a participant, with the reason for each figure.
 
-Anybody who reaches a participant's ports can send it anything, under any name. So all that others can make it
-keep, compare, send or log has an end here. What is beyond a bound is ignored and counted by its kind.
+Any program that reaches a participant's ports can send any data in any name. So all that others can make it
+keep, compare, send or log has a limit here. Data beyond a limit is ignored and counted by its kind.
 
 The figures leave room for a hundred robots with two hundred endpoints each.
 """
@@ -13,7 +13,7 @@ from __future__ import annotations
 PACKET_SIZE = 65_507
 """Bytes of a UDP packet on IPv4 at most."""
 SET_BITS = 256
-"""Numbers that one ACKNACK, GAP or NACK_FRAG can name, by the standard."""
+"""How many numbers one ACKNACK, GAP or NACK_FRAG can name, by the standard."""
 MOST_PARAMETERS = 256
 """Parameters of one list. Real ones have some 30."""
 TEXT_SIZE = 4096
@@ -26,51 +26,51 @@ MOST_PARTITIONS = 64
 # ---- participants
 
 MOST_PARTICIPANTS = 4096
-"""Participants that have shown to read what is sent to them."""
+"""Participants that have proved that they read packets at their address."""
 MOST_STRANGERS = 256
-"""Participants that have announced themselves, and have shown nothing more. One more takes the place of the
-oldest. So announcements under made-up names cost some 200 KiB, and do not shut out those who are there."""
+"""Participants that have announced themselves and proved nothing yet. One more takes the place of the
+oldest. So announcements in invented names cost some 200 KiB, and do not exclude real participants."""
 MOST_LOCATORS = 32
-"""Addresses that one participant or endpoint tells and that are remembered. A machine with containers has
+"""Addresses remembered for one participant or endpoint. A machine with containers has
 one for each of their networks."""
 MOST_ADDRESSES = 64
-"""Addresses of one participant that samples are sent to: each costs a packet for each sample."""
+"""Addresses of one participant to which samples are sent: each costs a packet for each sample."""
 LONGEST_LEASE_S = 3600.0
 """How long a silent participant is remembered at most, whatever lease it asks for."""
 
 LEAST_LEASE_S = 0.01
-"""The shortest lease of another participant's writer that is watched: each is a timer."""
+"""The shortest liveliness lease of a remote writer that is watched: each needs a timer."""
 
 # ---- endpoints
 
 MOST_ENDPOINTS = 8192
-"""Endpoints of one participant: of a process with three hundred nodes."""
+"""Endpoints of one participant: enough for a process with three hundred nodes."""
 ENDPOINTS_SIZE = 128 << 20
-"""Bytes in which all other participants together tell of their endpoints. One takes some 500."""
+"""Bytes of SEDP data of all other participants together. An endpoint takes some 500."""
 
 # ---- what waits
 
 AHEAD = 8192
-"""Samples that one reader holds back of one writer until an earlier one has been repaired."""
+"""Samples of one writer that one reader holds back until an earlier one has been repaired."""
 AHEAD_SIZE = 32 << 20
-"""Bytes of them. Beyond either bound a sample is dropped, and asked for again later."""
+"""Bytes of these samples. Beyond either bound a sample is dropped, and requested again later."""
 EARLY_PACKETS = 32
-"""Packets of one participant that are held back since their writer is not known yet."""
+"""Packets of one participant that are held back because their writer is not known yet."""
 EARLY_SIZE = 8 << 20
 """Bytes of such packets of all participants."""
 EARLY_S = 0.2
-"""How long they are. What tells of the writer comes by another port, and usually within a few ms."""
+"""How long such packets are held. News of the writer arrives at another port, usually within a few ms."""
 
 # ---- fragments
 
 KEPT_SIZE = 5 << 28
-"""Bytes that all readers keep together of samples that are unfinished, or that came too early."""
+"""Bytes that all readers together keep of unfinished and early samples."""
 SAMPLE_SIZE = 1 << 30
 """Bytes of one sample in fragments."""
 MOST_UNFINISHED = 64
-"""Unfinished samples of one writer; one more takes the place of the oldest, which can be asked for again."""
+"""Unfinished samples of one writer; one more replaces the oldest, which can be requested again."""
 UNFINISHED_S = 10.0
-"""How long an unfinished sample is kept of which nothing more comes. A reliable reader asks for it again."""
+"""How long an unfinished sample without new fragments is kept. A reliable reader requests it again."""
 LEAST_FRAGMENT = 64
-"""Bytes of a fragment that is not the last: each costs some 100 bytes beside what it holds. The standard's
+"""The smallest size of a fragment, except the last: each costs some 100 bytes of memory more. The standard's
 smallest are a packet's size."""

@@ -1,12 +1,12 @@
-"""Discovery: which participants are there, and which writers and readers they have.
+"""Discovery: finds other participants, and their writers and readers.
 
 Participants announce themselves to addresses that are configured (SPDP). Then each tells the other of its
-writers and readers (SEDP), by writers and readers that every participant has. Both sides push what they have
+writers and readers (SEDP), by built-in writers and readers. Both sides send their data
 as soon as they know each other, so that a match takes one exchange.
 
-Nothing is believed of a stranger but that it is there. A participant on another host gets no more than its
-announcement's size in bytes until it has shown, by naming this participant's GUID, that it reads what is sent
-to its addresses. A packet in a participant's name counts only if it comes from one of its hosts.
+Of an unknown participant only its existence is believed. A participant on another host gets no more than its
+announcement's size in bytes until it has proved, by naming this participant's GUID, that it reads packets
+at its addresses. A packet in a participant's name counts only if it comes from one of its hosts.
 """
 
 from __future__ import annotations
@@ -55,31 +55,31 @@ FIRST_ANNOUNCEMENTS_S = 0.1
 """How often a participant announces itself at the start, and when its addresses have changed."""
 
 ANSWERED_S = FIRST_ANNOUNCEMENTS_S / 2
-"""How long an answer holds: an announcement comes by several addresses, and one answer is enough."""
+"""How long one answer is enough: the same announcement comes by several addresses."""
 SETTLED_S = 1.0
-"""How long after two participants have met answers of the one to the other are part of that."""
+"""How long after a meeting answers still belong to it, and do not mean that the other was restarted."""
 
 BUILTIN = (
     (0x04, 0x08, PUBLICATIONS_WRITER, PUBLICATIONS_READER),
     (0x10, 0x20, SUBSCRIPTIONS_WRITER, SUBSCRIPTIONS_READER),
     (0x400, 0x800, MESSAGE_WRITER, MESSAGE_READER),
 )
-"""Of each pair of built-in endpoints: the bits by which a participant says that it has the writer and the
+"""For each pair of built-in endpoints: the bits that announce the writer and the
 reader, and their entity ids."""
 GONE = pids.DISPOSED | pids.UNREGISTERED
 
 
 @record
 class Settings:
-    """How a participant is set up."""
+    """The settings of a participant."""
 
     prefix: bytes
     domain: int = 0
     metatraffic: tuple[Address, ...] = ()
     default: tuple[Address, ...] = ()
-    """Where it is reached: for discovery, and for data."""
+    """The addresses of this participant: for discovery, and for data."""
     peers: tuple[Address, ...] = ()
-    """Where it announces itself."""
+    """The addresses that get its announcements."""
     own_hosts: frozenset[str] = frozenset({'127.0.0.1'})
     """The addresses of this host."""
     lease: int = 20 * NS
@@ -89,32 +89,32 @@ class Settings:
     announce_s: float = 3.0
     """How often it announces itself."""
     packet_size: int | None = None
-    """Bytes of a packet at most; None: as many as suits near and far readers."""
+    """The largest packet in bytes; None: chosen for readers on this host and on others."""
     ipv6: bool = False
-    """Whether its sockets speak IPv6; locators of the other kind are skipped."""
+    """True if its sockets use IPv6; locators of the other kind are skipped."""
 
 
 class ParticipantListener:
-    """Is told who is there. Every method is called without any lock."""
+    """The callbacks of discovery. Every method is called without any lock held."""
 
     def on_participant(self, participant: ParticipantData) -> None:
-        """A participant is there, or tells something new of itself."""
+        """Called when a participant has appeared, or has changed its data."""
 
     def on_participant_lost(self, participant: ParticipantData) -> None:
-        """A participant has gone, or has been silent for its lease; its endpoints went before."""
+        """Called when a participant has left or its lease has ended, after its endpoints were lost."""
 
     def on_endpoint(self, endpoint: EndpointData) -> None:
-        """Another participant's writer or reader is there, or tells something new of itself."""
+        """Called when another participant's writer or reader has appeared, or has changed its data."""
 
     def on_endpoint_lost(self, endpoint: EndpointData) -> None:
-        """Another participant's writer or reader has gone."""
+        """Called when another participant's writer or reader has disappeared."""
 
     def on_refused(self, kind: str, reason: str) -> None:
-        """Something came that breaks the rules or exceeds a bound, and is ignored."""
+        """Called when received data is ignored because it breaks the rules or exceeds a bound."""
 
 
 class Discovery:
-    """What one participant tells of itself, and what others tell it. Inside `Wire.run`."""
+    """The discovery of one participant: sends and reads SPDP and SEDP. Inside `Wire.run`."""
 
     def __init__(
         self,
@@ -130,7 +130,7 @@ class Discovery:
         self._listener = listener
         self._known = known
         self._strangers: dict[bytes, None] = {}
-        """Participants that have shown nothing, the oldest first."""
+        """Participants that have proved nothing yet, the oldest first."""
         self._announcement = self._announce_as(0)
         self._timer: Timer | None = None
         self._is_closed = False
@@ -138,7 +138,7 @@ class Discovery:
     # ---- the participant itself
 
     def announce(self, left: int = FIRST_ANNOUNCEMENTS) -> None:
-        """Announce the participant, now and from time to time; `left` times in quick succession."""
+        """Announce the participant now and periodically; the first `left` times in quick succession."""
         if self._is_closed:
             return
         self._send_to_all(self._announcement_to(UNKNOWN_PREFIX))
@@ -146,7 +146,7 @@ class Discovery:
         self._timer = self._wire.timers.at(self._wire.clock() + delay, partial(self.announce, left - 1))
 
     def move(self, own: ParticipantData, settings: Settings) -> None:
-        """Announce the participant with other addresses, or to others, than before."""
+        """Change the participant's addresses and the ones that get announcements, and announce it."""
         self._own, self._settings = own, settings
         self._known.move(own, settings.own_hosts)
         self._announcement = self._announce_as(0)
@@ -164,7 +164,7 @@ class Discovery:
             self._wire.send(packet, address)
 
     def _announce_as(self, status: int) -> bytes:
-        """Return SPDP: that the participant is there (0), or that it leaves."""
+        """Return a packet of SPDP that says that the participant is there (status 0), or that it leaves."""
         guid = self._wire.prefix + PARTICIPANT
         if status:
             qos, payload = pids.write_status(status, guid), write_key(pids.PARTICIPANT_GUID, guid)
@@ -174,11 +174,11 @@ class Discovery:
         return self._wire.head + info_ts(encode_time(self._wire.wall_clock_ns())) + data.encode()
 
     def _announcement_to(self, prefix: bytes) -> bytes:
-        """Return the announcement to all, or the answer to one, which is not answered; both have one size."""
+        """Return the announcement to all, or the answer to one participant. Both have the same size."""
         return self._wire.head + info_dst(prefix) + self._announcement[HEADER_SIZE:]
 
     def _answer(self, remote: RemoteParticipant, size: int) -> None:
-        """Announce the participant to one that has announced itself in a packet of `size` bytes."""
+        """Answer the announcement of another participant, which came in a packet of `size` bytes."""
         now = self._wire.clock()
         answer = self._announcement_to(remote.data.prefix)
         if now >= remote.answered_at + ANSWERED_S and (remote.is_near or len(answer) <= size):
@@ -186,7 +186,7 @@ class Discovery:
             self._wire.send(answer, remote.address)
 
     def leave(self) -> None:
-        """Say that the participant leaves, and forget the others."""
+        """Tell the others that the participant leaves, and forget them."""
         self._is_closed = True
         self._send_to_all(self._announce_as(GONE))
         for remote in self._known.remotes.values():
@@ -209,9 +209,9 @@ class Discovery:
     # ---- participants
 
     def on_announcement(self, data: Data, prefix: bytes, source: Address, size: int, is_named: bool) -> None:
-        """Take SPDP, of a known participant or of an unknown one, in a packet of `size` bytes.
+        """Take an announcement (SPDP) of a participant, in a packet of `size` bytes.
 
-        `is_named`: it is an answer, which names this participant.
+        `is_named`: it is an answer that names this participant.
         """
         status = pids.status_of(data.qos)[0] if data.qos else 0
         remote = self._known.remotes.get(prefix)
@@ -240,7 +240,7 @@ class Discovery:
             self._follow(remote, told, source[0], is_named=is_named)
 
     def _meet(self, told: ParticipantData, source: Address, size: int, is_named: bool) -> None:
-        """Take up a participant that has announced itself."""
+        """Add a participant that has announced itself."""
         own_hosts = self._settings.own_hosts
         known = self._known
         address = known.choose(told.metatraffic, source[0]) or known.first(told.metatraffic)
@@ -267,7 +267,7 @@ class Discovery:
             self.prove(remote, source[0])
 
     def _hosts_of(self, told: ParticipantData, source: str) -> set[str]:
-        """Return where a participant's packets may come from."""
+        """Return the hosts from which a participant's packets may come."""
         own_hosts = self._settings.own_hosts
         hosts = {source, *(host for host, _ in (*told.metatraffic, *told.default))}
         return hosts | own_hosts if source in own_hosts else hosts
@@ -275,9 +275,9 @@ class Discovery:
     def _follow(
         self, remote: RemoteParticipant, told: ParticipantData, source: str, *, is_named: bool
     ) -> None:
-        """Take what a participant tells anew of itself, and send to its new addresses.
+        """Take a participant's changed data, and send to its new addresses.
 
-        It stays on the host where it has been, unless it names this participant from another one.
+        Its host stays the same, unless it names this participant in a packet from another host.
         """
         known = self._known
         address = known.choose(told.metatraffic, remote.address[0])
@@ -294,7 +294,7 @@ class Discovery:
         self._wire.tell(self._listener.on_participant, told)
 
     def prove(self, remote: RemoteParticipant, host: str) -> None:
-        """A participant has named this one in a packet from `host`: it reads what is sent there."""
+        """Note that a participant named this one in a packet from `host`: so it reads packets sent there."""
         if not remote.is_near and host != remote.address[0]:
             address = self._known.choose(remote.data.metatraffic, host)
             if address is None:
@@ -306,7 +306,7 @@ class Discovery:
         self._reach(remote)
 
     def _reach(self, remote: RemoteParticipant) -> None:
-        """Match the built-in endpoints with those of a participant, and so tell each other everything."""
+        """Match the built-in endpoints with a participant's: so both learn of all endpoints."""
         if remote.is_reached:
             return
         remote.is_reached, remote.reached_at = True, self._wire.clock()
@@ -323,15 +323,15 @@ class Discovery:
                 self._known.route(self._known.readers[reader_id], writer, remote.address)
 
     def _remind(self, remote: RemoteParticipant) -> None:
-        """Name a participant that answers as if it met this one for the first time: it had lost it meanwhile.
+        """Answer, by name, a participant that behaves as if it met this one anew: it had lost it meanwhile.
 
-        It learns what there is, and that this participant reads what is sent to its address.
+        So it learns of the endpoints again, and that this participant reads packets at its address.
         """
         for _, _, writer_id, reader_id in BUILTIN:
             self._known.writers[writer_id].tell_again(remote.data.prefix + reader_id)
 
     def _lose(self, remote: RemoteParticipant) -> None:
-        """Forget a participant with all that it has."""
+        """Forget a participant with its endpoints."""
         prefix = remote.data.prefix
         if self._known.remotes.pop(prefix, None) is None:
             return
@@ -348,9 +348,9 @@ class Discovery:
     # ---- their writers and readers
 
     def on_endpoint(self, sample: Sample, *, are_writers: bool) -> RemoteParticipant | None:
-        """Take SEDP: a writer or a reader is there, or has gone. Raises RtpsError.
+        """Take news of a writer or a reader (SEDP): it exists, or has gone. Raises RtpsError.
 
-        Returns its participant if there is a new writer.
+        Returns its participant if it is a new writer.
         """
         remote = self._known.remotes.get(sample.writer[:PREFIX_SIZE])
         if remote is None:

@@ -1,4 +1,4 @@
-"""A writer's large samples: they go out in fragments, a window at a time, for the sake of sockets' buffers.
+"""A writer's large samples: they go out in fragments, a window at a time, as socket buffers are small.
 
 The next window goes out when a reader asks for it, or after a moment. As long as no reader lacks what has
 been sent, the next one is twice as large; after a loss it is halved for good.
@@ -20,41 +20,41 @@ from goalwire.rtps.protocol.wire import Timer
 from goalwire.rtps.protocol.writer_output import WriterOutput
 
 WINDOW, WINDOW_PACKETS = 120_000, 11
-"""Bytes, and fragments, that are sent before somebody asks for more, or WINDOW_S is over. A socket's default
+"""Bytes, and fragments, that are sent before a reader asks for more, or WINDOW_S is over. A socket's default
 buffer on Linux takes three packets of 60,000 bytes, or twelve of 8,000."""
 WINDOW_S = 0.0005
 LARGEST_WINDOW = 1 << 20
-"""Bytes of a window to readers that have taken smaller ones without a loss, each time twice as many."""
+"""The largest window in bytes: without a loss each window is twice the last one."""
 WINDOWS_KEPT = 16
-"""Windows of which it is known when they were sent."""
+"""How many windows are remembered with the time of sending."""
 
 
 class _Window(NamedTuple):
     """Fragments of one sample that were sent together."""
 
     number: int
-    """The sample's."""
+    """The number of the sample."""
     first: int
     end: int
-    """Behind the last fragment."""
+    """The number after the last fragment."""
     when: float
 
 
 def _fragments_of(window: int, change: Change) -> int:
-    """Return how many fragments of a sample a window of so many bytes has."""
+    """Return how many fragments of a sample fit into a window of so many bytes."""
     return max(1, min(window // change.fragment_size, WINDOW_PACKETS * window // WINDOW))
 
 
 class FragmentWindows:
-    """The samples of one writer that wait, the first of which is being sent. Inside `Wire.run`."""
+    """The queued samples of one writer; the first one is being sent. Inside `Wire.run`."""
 
     def __init__(self, output: WriterOutput, depth: int, on_sent: Callable[[], None]) -> None:
-        """At most `depth` samples wait, 0: all. `on_sent` is called after each window."""
+        """At most `depth` samples are queued, 0: any number. `on_sent` is called after each window."""
         self._output = output
         self._depth = depth
         self._on_sent = on_sent
         self.unsent_size = 0
-        """Bytes of the samples that wait."""
+        """Bytes of the queued samples."""
         self._next_fragment = 1
         self._window, self._largest_window = WINDOW, LARGEST_WINDOW
         self._timer: Timer | None = None
@@ -62,7 +62,7 @@ class FragmentWindows:
         """The last windows of fragments."""
 
     def queue(self, change: Change) -> None:
-        """Have a sample sent in its turn, behind those that are being sent."""
+        """Queue a sample behind the ones that are being sent."""
         output = self._output
         depth = self._depth
         if depth and len(output.unsent) > depth:  # the first window is being sent
@@ -74,7 +74,7 @@ class FragmentWindows:
             self._send_window()
 
     def _send_window(self) -> None:
-        """Send what waits, up to a window."""
+        """Send queued samples, up to a window."""
         output = self._output
         if self._timer is not None:
             self._timer.cancel()
@@ -103,12 +103,12 @@ class FragmentWindows:
         self._on_sent()
 
     def _take_unsent(self) -> None:
-        """Count the first of those that wait as sent."""
+        """Take the first sample, which has been sent, from the queue."""
         self.unsent_size -= self._output.unsent.popleft().size
         self._next_fragment = 1
 
     def _send_fragments(self, change: Change) -> int:
-        """Send the next fragments of a sample, up to a window; return how many bytes."""
+        """Send the next fragments of a sample, up to a window; return their bytes."""
         output = self._output
         first = self._next_fragment
         end = min(
@@ -136,7 +136,7 @@ class FragmentWindows:
         return (end - first) * change.fragment_size
 
     def _tell_fragments(self, change: Change) -> None:
-        """Tell reliable readers how many fragments there are: who lacks the next ones asks for them."""
+        """Tell reliable readers how many fragments there are: readers request those that they lack."""
         output = self._output
         count = fragment_count(change.size, change.fragment_size)
         for proxy in output.receivers(change):
@@ -171,9 +171,9 @@ class FragmentWindows:
             output.send_to(proxy, output.heartbeat(proxy))
 
     def _is_on_the_way(self, number: int, missing: list[int]) -> bool:
-        """Whether a reader lacks all of a window that was sent a moment ago: the two have crossed.
+        """Return True if a reader asks for a whole window that was sent a moment ago: the two have crossed.
 
-        A full buffer loses the end of a window, or some of it. What is lost as a whole is asked for again.
+        A full buffer loses only the end of a window, or parts. After a lost window the reader asks again.
         """
         long_ago = self._output.wire.clock() - ON_THE_WAY_S
         for window in self._sent:
@@ -183,7 +183,7 @@ class FragmentWindows:
         return False
 
     def _grow(self) -> None:
-        """Take note that a reader has all of a window, and asks for the next one."""
+        """Note that a reader has a whole window and asks for the next one."""
         self._window = min(2 * self._window, self._largest_window)
         if self._window == LARGEST_WINDOW:
             self._output.trust()

@@ -1,4 +1,4 @@
-"""Samples that fit no packet: cut into fragments, and joined again."""
+"""Samples that are larger than a packet: cut into fragments, and joined again."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from goalwire.rtps.protocol.messages import DataFrag
 from goalwire.rtps.protocol.primitives import NumberSet, RtpsError
 
 NEAR_FRAGMENT, FAR_FRAGMENT, MOST_FAR_FRAGMENT = 60_000, 1_344, 8_000
-"""Bytes of a fragment to readers on this host, and on others: at first, and when many have arrived without a
-loss. No network cuts packets of the second size. What a network cuts is lost with each of its parts, and then
-fills the memory in which the receiving system puts parts together: on Linux 4 MiB, kept for 30 s."""
+"""Bytes of a fragment to readers on this host, and on others: at first, and after many have arrived without a
+loss. No network splits packets of the second size. A split packet is lost if one of its parts is, and then
+fills the memory in which the receiving system reassembles packets: on Linux 4 MiB, kept for 30 s."""
 
 
 class FragmentSizes(NamedTuple):
-    """Bytes of the fragments of one writer."""
+    """The sizes of the fragments of one writer, in bytes."""
 
     near: int
     far: int
@@ -26,18 +26,18 @@ class FragmentSizes(NamedTuple):
 
 FRAGMENT_SIZES = FragmentSizes(NEAR_FRAGMENT, FAR_FRAGMENT, MOST_FAR_FRAGMENT)
 PACKET_ROOM = 400
-"""Bytes that stand in a packet beside the payload, at most."""
+"""The most bytes that a packet has in addition to the payload."""
 ON_THE_WAY_S = 0.005
-"""How long fragments that were asked for may take, before they are asked for again."""
+"""How long requested fragments may take, before they are requested again."""
 
 
 def fragment_count(size: int, fragment_size: int) -> int:
-    """Return into how many fragments a sample is cut."""
+    """Return the number of fragments of a sample."""
     return -(-size // fragment_size)
 
 
 def cut(before: bytes, change: Change, reader: bytes, writer: bytes, fragment: int) -> bytes:
-    """Return DATA_FRAG with one fragment of a change, behind the beginning of its packet."""
+    """Return DATA_FRAG with one fragment of a change, after the beginning of its packet."""
     payload, size = change.payload or b'', change.fragment_size
     piece = memoryview(payload)[(fragment - 1) * size : fragment * size]
     qos = change.qos if fragment == 1 else b''
@@ -46,7 +46,7 @@ def cut(before: bytes, change: Change, reader: bytes, writer: bytes, fragment: i
 
 
 class Partial:
-    """A sample of which not all fragments have come."""
+    """A sample whose fragments have not all arrived."""
 
     __slots__ = ('_asked', '_pieces', 'count', 'fragment_size', 'heard', 'is_key', 'kept', 'qos', 'size')
 
@@ -63,15 +63,15 @@ class Partial:
         self.qos = b''
         self.is_key = first.is_key
         self.kept = 0
-        """Bytes that have come."""
+        """Bytes that have arrived."""
         self.heard = 0.0
-        """When some of them came last."""
+        """When a fragment last arrived."""
         self._pieces: dict[int, bytes] = {}
         self._asked = (0, 0.0)
-        """The first fragment that was asked for last, and when."""
+        """The first fragment of the last request, and the request's time."""
 
     def add(self, fragment: DataFrag) -> None:
-        """Take up what came; raises RtpsError for what does not belong to this sample."""
+        """Add fragments; raises RtpsError if they do not belong to this sample."""
         first, size = fragment.first, self.fragment_size
         last = first + fragment.fragments - 1
         if (fragment.size, fragment.fragment_size) != (
@@ -94,7 +94,7 @@ class Partial:
 
     @property
     def is_whole(self) -> bool:
-        """Whether all has come."""
+        """True if all fragments have arrived."""
         return self.kept == self.size
 
     def join(self) -> bytes:
@@ -102,9 +102,9 @@ class Partial:
         return b''.join([self._pieces[number] for number in range(1, self.count + 1)])
 
     def to_ask(self, now: float, last: int | None = None) -> NumberSet | None:
-        """Return the fragments that have not come, up to `last`, to be asked for.
+        """Return the missing fragments up to `last`, to be requested.
 
-        None if all have come, or if the same were asked for a moment ago: then they are on their way.
+        None if all have arrived, or if the same ones were requested a moment ago and may be on their way.
         """
         end = self.count if last is None else min(last, self.count)
         missing = _first_missing(range(1, end + 1), self._pieces)

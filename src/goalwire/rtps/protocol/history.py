@@ -1,4 +1,4 @@
-"""What a writer keeps of what it has written, for readers that lack it."""
+"""The samples that a writer keeps, for readers that lack them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections import deque
 
 
 class Change:
-    """One sample, or the news that something is gone."""
+    """One change: a sample, or the news that an instance was disposed of or unregistered."""
 
     __slots__ = ('fragment_size', 'is_key', 'key', 'number', 'payload', 'qos', 'reader', 'size', 'time')
 
@@ -22,37 +22,37 @@ class Change:
     ) -> None:
         self.number = number
         self.time = time
-        """When it was written, in nanoseconds since 1970."""
+        """The source timestamp, in nanoseconds since 1970."""
         self.payload = payload
         """The encapsulated sample, or key."""
         self.size = len(payload) if payload else 0
         """Bytes of the payload."""
         self.qos = qos
-        """Inline QoS with its end mark; empty: none."""
+        """Inline QoS with its sentinel; empty: none."""
         self.reader = reader
-        """The GUID of the only reader that it is meant for; None: it is for all."""
+        """The GUID of the only reader that gets it; None: all readers get it."""
         self.key = key
-        """Of a topic with keys: what it is about. An older change with the same key is obsolete."""
+        """The key of the instance, on a topic with keys. An older change with the same key is obsolete."""
         self.is_key = is_key
         self.fragment_size = 0
-        """0 if it is sent as a whole."""
+        """The size of its fragments; 0 if it is sent as a whole."""
 
 
 class HistoryCache:
     """A writer's changes, by number."""
 
     def __init__(self, depth: int, *, is_keyed: bool = False) -> None:
-        """`depth` is how many are kept, 0: all; of a topic with keys: one for each key."""
+        """`depth`: how many changes are kept; 0: all. With keys, one change is kept for each key."""
         self.changes: dict[int, Change] = {}
         self.size = 0
         """Bytes of all payloads."""
         self._depth = depth
         self._by_key: dict[bytes, int] | None = {} if is_keyed else None
         self._gone: deque[int] = deque()
-        """The changes that say that something is gone."""
+        """The changes that dispose of or unregister an instance."""
 
     def add(self, change: Change) -> None:
-        """Keep a change, and let go of what it makes obsolete."""
+        """Keep a change, and drop the ones that it makes obsolete."""
         changes = self.changes
         if self._by_key is not None:
             self.remove(self._by_key.get(change.key, 0))
@@ -65,7 +65,7 @@ class HistoryCache:
         self.size += change.size
 
     def remove(self, number: int) -> None:
-        """Let go of a change; one that is not kept is not an error."""
+        """Drop a change, if it is kept."""
         change = self.changes.pop(number, None)
         if change is not None:
             self.size -= change.size
@@ -73,20 +73,20 @@ class HistoryCache:
                 del self._by_key[change.key]
 
     def remove_up_to(self, number: int) -> None:
-        """Let go of all changes up to `number`."""
+        """Drop all changes up to `number`."""
         while self.changes and (first := next(iter(self.changes))) <= number:
             self.remove(first)
 
     def forget_gone(self, number: int) -> None:
-        """Let go of the news up to `number` that something is gone: who comes later does not need it."""
+        """Drop changes up to `number` that end an instance: later readers do not need them."""
         while self._gone and self._gone[0] <= number:
             self.remove(self._gone.popleft())
 
     def expire(self, before: int) -> None:
-        """Let go of what was written before a time."""
+        """Drop the changes that were written before a time."""
         while self.changes and self.changes[first := next(iter(self.changes))].time < before:
             self.remove(first)
 
     def first(self, last: int) -> int:
-        """Return the lowest number that is kept; `last` + 1 if there is none."""
+        """Return the lowest number that is kept; `last` + 1 if nothing is kept."""
         return next(iter(self.changes), last + 1)

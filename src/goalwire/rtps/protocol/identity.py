@@ -1,9 +1,9 @@
 """The GUID prefix of goalwire's participants, which names the port that their packets come from.
 
-The system gives a port to one program at a time. So no other program of a host can send packets in the name
-of one of goalwire's participants there: it could not have the port. Participants of other vendors choose
-their prefixes by rules of their own, and send from any port. What another program of their host sends in
-their name cannot be told from what they send.
+The system gives a port to one program at a time. So another program of the host cannot send packets in the
+name of one of goalwire's participants there: it cannot have the port. Participants of other vendors choose
+their prefixes by other rules, and send from any port. Packets that another program of their host sends in
+their name cannot be told from their own.
 """
 
 from __future__ import annotations
@@ -20,5 +20,5 @@ def make_prefix(port: int, random: bytes) -> bytes:
 
 
 def may_come_from(prefix: bytes, port: int) -> bool:
-    """Whether a packet in the name of a participant of this host may come from a port."""
+    """Return True if a packet in the name of a participant of this host may come from a port."""
     return prefix[:2] != VENDOR or int.from_bytes(prefix[2:4], 'big') == port

@@ -1,4 +1,4 @@
-"""The writers and readers of a participant, those of the others, and which of them match."""
+"""The local writers and readers, the remote ones, and which of them match."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from goalwire.rtps.protocol.writer import Writer, WriterListener
 
 
 class RemoteParticipant:
-    """Another participant, or this one as its own endpoints see it."""
+    """Another participant. This one has such an entry, too, because its own endpoints match each other."""
 
     __slots__ = (
         'address',
@@ -37,33 +37,33 @@ class RemoteParticipant:
     def __init__(self, data: ParticipantData, hosts: set[str], address: Address, is_near: bool) -> None:
         self.data = data
         self.hosts = hosts
-        """Where its packets may come from."""
+        """The hosts from which its packets may come."""
         self.sources: set[Address] = set()
-        """From where they came, where that is allowed."""
+        """The addresses from which its packets came, as far as they were allowed."""
         self.address = address
-        """Of its discovery."""
+        """The address of its discovery."""
         self.is_near = is_near
-        """Whether it is on this host."""
+        """True if it is on this host."""
         self.is_proven = False
-        """Whether it has named this participant: it reads what is sent to its address."""
+        """True once it has named this participant: so it reads packets at its address."""
         self.answered_at = -FOREVER
-        """When it was last told, by an answer, that this participant is there."""
+        """When this participant last answered it."""
         self.is_reached = False
-        """Whether its built-in endpoints are matched with this participant's."""
+        """True if its built-in endpoints are matched with this participant's."""
         self.reached_at = 0.0
-        """When they were."""
+        """When the built-in endpoints were matched."""
         self.endpoints: dict[bytes, EndpointData] = {}
         self.sizes: dict[bytes, int] = {}
-        """Bytes in which each of them was told of."""
+        """The size of each endpoint's announcement, in bytes."""
         self.addresses: set[Address] = set()
-        """Where samples are sent to it."""
+        """The addresses to which its samples are sent."""
         self.early: deque[tuple[bytes, Address]] = deque()
-        """Packets from writers that are not known yet."""
+        """Its packets from writers that are not known yet."""
         self.watch: Watch | None = None
 
 
 class Matching:
-    """Tables of all that is known, and who gets what. Inside `Wire.run`."""
+    """Tables of all known endpoints, and which reader gets which writer's samples. Inside `Wire.run`."""
 
     def __init__(
         self,
@@ -74,12 +74,12 @@ class Matching:
         *,
         is_ipv6: bool = False,
     ) -> None:
-        """`fragment_sizes` are for writers."""
+        """`fragment_sizes` are the sizes that new writers use."""
         self.writers: dict[bytes, Writer] = {}
         self.readers: dict[bytes, Reader] = {}
-        """The participant's own, by entity id; the built-in ones among them."""
+        """The local endpoints, with the built-in ones, by entity id."""
         self.routes: dict[bytes, list[tuple[Reader, WriterProxy]]] = {}
-        """The readers that get what a writer sends, by its GUID."""
+        """The readers that get a writer's samples, by the writer's GUID."""
         self.own = RemoteParticipant(own, {LOCAL[0]}, LOCAL, is_near=True)
         """This participant, whose writers and readers match each other, too."""
         self.own.is_proven = self.own.is_reached = True
@@ -87,7 +87,7 @@ class Matching:
         """All participants by their prefix."""
         self.own_hosts = own_hosts
         self._endpoints_size = 0
-        """Bytes in which other participants told of their endpoints."""
+        """The size of all other participants' endpoint announcements, in bytes."""
         self._wire = wire
         self._fragment_sizes = fragment_sizes
         self._is_ipv6 = is_ipv6
@@ -95,31 +95,31 @@ class Matching:
     # ---- the participant's own
 
     def make_writer(self, data: EndpointData, listener: WriterListener, *, is_keyed: bool = False) -> Writer:
-        """Return a new writer, which nothing reaches before `add_writer`. On any thread."""
+        """Return a new writer, which takes part only after `add_writer`. On any thread."""
         return Writer(self._wire, data, listener, is_keyed=is_keyed, fragment_sizes=self._fragment_sizes)
 
     def add_writer(self, writer: Writer) -> None:
-        """Have a writer take part from now on."""
+        """Let a writer take part from now on."""
         self.writers[writer.entity_id] = writer
         writer.start()
 
     def make_reader(self, data: EndpointData, listener: ReaderListener) -> Reader:
-        """Return a new reader, which nothing reaches before `add_reader`. On any thread."""
+        """Return a new reader, which takes part only after `add_reader`. On any thread."""
         return Reader(self._wire, data, listener)
 
     def add_reader(self, reader: Reader) -> None:
-        """Have a reader take part from now on."""
+        """Let a reader take part from now on."""
         self.readers[reader.entity_id] = reader
         reader.start()
 
     def add_own(self, own: EndpointData) -> None:
-        """Match one of the participant's own with all that are known."""
+        """Match a local endpoint with all known ones."""
         self.own.endpoints[own.guid] = own
         for other in self._endpoints_of(own.topic, are_writers=not is_writer(own.entity_id)):
             self._compare_any(own, other)
 
     def remove(self, endpoint: Writer | Reader) -> bool:
-        """Let go of one of the participant's own; False if that was done before."""
+        """Remove a local endpoint; return False if it was removed before."""
         if isinstance(endpoint, Writer):
             found = self.writers.pop(endpoint.entity_id, None)
         else:
@@ -144,7 +144,7 @@ class Matching:
     # ---- others'
 
     def has_room(self, remote: RemoteParticipant, guid: bytes, size: int) -> bool:
-        """Whether an endpoint may be remembered that is told of in so many bytes; if not, that is counted."""
+        """Return True if there is room for an endpoint announced in so many bytes; if not, count that."""
         if guid not in remote.endpoints and len(remote.endpoints) >= bounds.MOST_ENDPOINTS:
             self._wire.refuse('endpoint', f'{bounds.MOST_ENDPOINTS} of one participant are known')
             return False
@@ -154,9 +154,9 @@ class Matching:
         return True
 
     def take(self, remote: RemoteParticipant, endpoint: EndpointData, size: int = 0) -> bool:
-        """Take up another participant's writer or reader, and return whether anything of it is new.
+        """Add or update another participant's writer or reader; return True if anything is new.
 
-        It was told of in `size` bytes.
+        Its announcement had `size` bytes.
         """
         before = remote.endpoints.get(endpoint.guid)
         if before == endpoint:
@@ -173,7 +173,7 @@ class Matching:
         return True
 
     def lose(self, remote: RemoteParticipant, guid: bytes) -> EndpointData | None:
-        """Forget a writer or a reader, and return what it was."""
+        """Forget a remote writer or reader, and return its data."""
         endpoint = remote.endpoints.pop(guid, None)
         self._endpoints_size -= remote.sizes.pop(guid, 0)
         if endpoint is not None:
@@ -187,7 +187,7 @@ class Matching:
             self._compare(other, own)
 
     def _unmatch(self, endpoint: EndpointData) -> None:
-        """Forget an endpoint where it was matched."""
+        """Remove an endpoint from all endpoints that it was matched with."""
         if is_writer(endpoint.entity_id):
             for reader, _ in self.routes.pop(endpoint.guid, ()):
                 reader.unmatch(endpoint.guid)
@@ -196,7 +196,7 @@ class Matching:
                 writer.unmatch(endpoint.guid)
 
     def _compare(self, writer: EndpointData, reader: EndpointData) -> None:
-        """Match a writer and a reader of one topic, if they fit; one of them is this participant's."""
+        """Match a writer and a reader of one topic, if they are compatible; one of them is local."""
         own_writer = self.writers.get(writer.entity_id) if writer.prefix == self._wire.prefix else None
         own_reader = self.readers.get(reader.entity_id) if reader.prefix == self._wire.prefix else None
         are_keyed = {is_keyed(writer.entity_id), is_keyed(reader.entity_id)}
@@ -220,7 +220,7 @@ class Matching:
                     self.route(own_reader, writer, address)
 
     def _address_of(self, remote: RemoteParticipant, endpoint: EndpointData) -> Address | None:
-        """Return where an endpoint is reached."""
+        """Return the address of an endpoint."""
         if remote is self.own:
             return LOCAL
         address = self.choose(endpoint.addresses or remote.data.default, remote.address[0])
@@ -234,12 +234,12 @@ class Matching:
         return address
 
     def route(self, reader: Reader, writer: EndpointData, address: Address) -> None:
-        """Have a reader get what a writer sends."""
+        """Let a reader get a writer's samples."""
         self.unroute(writer.guid, reader.entity_id)
         self.routes.setdefault(writer.guid, []).append((reader, reader.match(writer, address)))
 
     def unroute(self, writer: bytes, reader_id: bytes) -> None:
-        """Have a reader get nothing more of a writer."""
+        """Stop giving a writer's samples to a reader."""
         routes = self.routes.get(writer, [])
         for route in tuple(routes):
             reader = route[0]
@@ -252,10 +252,10 @@ class Matching:
     # ---- where they are
 
     def choose(self, addresses: tuple[Address, ...], host: str) -> Address | None:
-        """Return the address on the host that a participant's packets come from; None if it tells none there.
+        """Return a participant's address on the host that its packets come from; None if it tells none.
 
-        Of a participant on this machine it may be any address of this machine. What is sent elsewhere could
-        hit somebody who has never asked for it.
+        For a participant on this machine it may be any address of this machine. Packets to other hosts could
+        hit programs that have never asked for them.
         """
         on_link = host.partition('%')[0]
         for address in addresses:
@@ -272,7 +272,7 @@ class Matching:
         return next((each for each in addresses if is_ipv6(each[0]) is self._is_ipv6), None)
 
     def move(self, own: ParticipantData, own_hosts: frozenset[str]) -> None:
-        """Take note that this host has other addresses."""
+        """Note that the addresses of this host have changed."""
         self.own.data, self.own_hosts = own, own_hosts
         for remote in self.remotes.values():
             if remote.is_near and remote is not self.own:
@@ -280,7 +280,7 @@ class Matching:
                 remote.sources.clear()
 
     def follow(self, remote: RemoteParticipant) -> None:
-        """Send to a participant's endpoints at the addresses that it tells now."""
+        """Send to a participant's endpoints at its present addresses."""
         prefix = remote.data.prefix
         for writer in self.writers.values():
             for guid, reader in writer.readers.items():
@@ -292,5 +292,5 @@ class Matching:
                     proxy.address = self._place_of(remote, proxy.data) or proxy.address
 
     def _place_of(self, remote: RemoteParticipant, endpoint: EndpointData) -> Address | None:
-        """Return where an endpoint is reached; built-in ones have no topic."""
+        """Return the address of an endpoint; built-in ones have no topic."""
         return self._address_of(remote, endpoint) if endpoint.topic else remote.address

@@ -1,7 +1,7 @@
-"""RTPS messages: a header, and submessages behind it. What is written and read of them stands here.
+"""RTPS messages: a header, followed by submessages. This module writes and reads them.
 
 A packet is 20 bytes of header, then submessages. Each begins with its id, its flags and its length; what is
-unknown is skipped by its length. Some submessages say something about those behind them: INFO_DST names the
+unknown is skipped by its length. Some submessages describe the ones that follow: INFO_DST names the
 participant that they are for, INFO_TS the time at which a sample was written. The bodies of the others are
 records here: `read` makes one of the bytes, and `encode` returns the bytes again.
 
@@ -20,8 +20,8 @@ from goalwire.rtps.protocol.primitives import NumberSet, RtpsError
 MAGIC = b'RTPS'
 VERSION = b'\x02\x05'
 VENDOR = b'\x01\xe7'
-"""The vendor of this implementation: none of those that have been given away, whose peers would else take it
-for one of their own and use what is theirs alone."""
+"""The vendor id of this implementation. It is not an assigned one: peers of an assigned vendor would take it
+for one of their own and use that vendor's extensions."""
 HEADER_SIZE = 20
 
 PAD, ACKNACK, HEARTBEAT, GAP = 0x01, 0x06, 0x07, 0x08
@@ -29,15 +29,15 @@ INFO_TS, INFO_SRC, INFO_DST = 0x09, 0x0C, 0x0E
 NACK_FRAG, HEARTBEAT_FRAG, DATA, DATA_FRAG = 0x12, 0x13, 0x15, 0x16
 
 LITTLE = 0x01
-"""The flag of every submessage that is little endian."""
+"""The flag of each little-endian submessage."""
 INLINE_QOS, WITH_DATA, WITH_KEY = 0x02, 0x04, 0x08
 """Flags of DATA: it has inline QoS; its payload is a sample, or the key of one."""
 KEY_FRAGMENTS = 0x04
-"""Flag of DATA_FRAG: what is in fragments is a key."""
+"""Flag of DATA_FRAG: the fragments are those of a key."""
 FINAL, LIVELINESS = 0x02, 0x04
 """Flags of HEARTBEAT and ACKNACK: no answer is needed; of HEARTBEAT: it asserts that the writer lives."""
 INVALIDATE = 0x02
-"""Flag of INFO_TS: what follows has no time."""
+"""Flag of INFO_TS: the following submessages have no time."""
 
 _ORDERS = '><'
 _HEAD = struct.Struct('<BBH')
@@ -53,12 +53,12 @@ _WORDS = [[struct.Struct(f'{order}{count}I') for count in range(9)] for order in
 TIME = [struct.Struct(f'{order}II') for order in _ORDERS]
 
 _BEFORE_QOS = 16
-"""Bytes of DATA between the field that counts them and the inline QoS."""
+"""Bytes of DATA between the field octetsToInlineQos and the inline QoS."""
 _BEFORE_FRAGMENT_QOS = 28
 
 
 class Data(NamedTuple):
-    """DATA: one sample, or that one was disposed of. `qos` is inline QoS with its end mark, or empty."""
+    """DATA: a sample, or that an instance was disposed of. `qos`: inline QoS with its sentinel, or empty."""
 
     reader: bytes
     writer: bytes
@@ -97,7 +97,7 @@ class Data(NamedTuple):
 
 
 class DataFrag(NamedTuple):
-    """DATA_FRAG: some fragments of a sample, which are counted from 1; `size` is that of the whole sample."""
+    """DATA_FRAG: some fragments of a sample, counted from 1; `size` is the size of the whole sample."""
 
     reader: bytes
     writer: bytes
@@ -129,7 +129,7 @@ class DataFrag(NamedTuple):
         return cls(reader, writer, number, first, count, fragment_size, size, qos, data[at:end], is_key)
 
     def encode(self, before: bytes = b'') -> bytes:
-        """Return the submessage behind `before`, its packet's beginning: so the payload is copied once."""
+        """Return the submessage after `before`, its packet's beginning: so the payload is copied once."""
         number, payload = self.number, self.payload
         flags = LITTLE | (INLINE_QOS if self.qos else 0) | (KEY_FRAGMENTS if self.is_key else 0)
         body = _DATA_FRAG[1].pack(
@@ -311,11 +311,11 @@ _READERS: dict[int, tuple[int, Callable[[bytes, int, int, int], Body]]] = {
     NACK_FRAG: (28, NackFrag.read),
     HEARTBEAT_FRAG: (24, HeartbeatFrag.read),
 }
-"""How many bytes a body has at least, and the function that reads it."""
+"""For each kind: the least size of a body, and the function that reads it."""
 
 
 def read_body(kind: int, data: bytes, at: int, end: int, flags: int) -> Body | None:
-    """Read a submessage's body; None for a kind that is not a record here. Raises RtpsError."""
+    """Read a submessage's body; return None for a kind without a record here. Raises RtpsError."""
     known = _READERS.get(kind)
     if known is None:
         return None
@@ -326,7 +326,7 @@ def read_body(kind: int, data: bytes, at: int, end: int, flags: int) -> Body | N
 
 
 def submessage(kind: int, flags: int, body: bytes) -> bytes:
-    """Return a submessage; one that is longer than its field can tell has 0 there, and must be the last."""
+    """Return a submessage. If it is too long for the length field, that is 0, and it must be the last."""
     size = len(body)
     if size & 3:
         body += bytes(-size & 3)
@@ -335,22 +335,22 @@ def submessage(kind: int, flags: int, body: bytes) -> bytes:
 
 
 def header(prefix: bytes) -> bytes:
-    """Return how every packet of a participant begins."""
+    """Return the header of all packets of a participant."""
     return MAGIC + VERSION + VENDOR + prefix
 
 
 def info_dst(prefix: bytes) -> bytes:
-    """Return INFO_DST: what follows is for one participant."""
+    """Return INFO_DST: the following submessages are for one participant."""
     return submessage(INFO_DST, LITTLE, prefix)
 
 
 def info_ts(time: bytes) -> bytes:
-    """Return INFO_TS: what follows was written at a time, which `encode_time` has made."""
+    """Return INFO_TS: the source timestamp of what follows, encoded by `encode_time`."""
     return submessage(INFO_TS, LITTLE, time)
 
 
 def check_header(packet: bytes) -> None:
-    """Raise RtpsError for a packet that is none of RTPS 2."""
+    """Raise RtpsError if a packet is not one of RTPS 2."""
     if len(packet) < HEADER_SIZE or packet[:4] != MAGIC:
         raise RtpsError('a packet does not begin as RTPS does')
     if packet[4] != VERSION[0]:
@@ -367,7 +367,7 @@ def split(packet: bytes) -> Iterator[tuple[int, int, int, int]]:
         low, high = (at + 2, at + 3) if flags & LITTLE else (at + 3, at + 2)
         length = packet[low] | packet[high] << 8
         at += 4
-        if not length and kind not in (PAD, INFO_TS):  # it reaches to the end
+        if not length and kind not in (PAD, INFO_TS):  # length 0 means: up to the end of the packet
             length = size - at
         if length > size - at:
             raise RtpsError(f'a submessage 0x{kind:02x} of {length} bytes is cut off at byte {at}')
@@ -376,7 +376,7 @@ def split(packet: bytes) -> Iterator[tuple[int, int, int, int]]:
 
 
 def skip_parameters(data: bytes, at: int, end: int, order: int) -> int:
-    """Return where a parameter list ends that begins at `at`, behind its end mark; raises RtpsError."""
+    """Return the end, behind the sentinel, of the parameter list at `at`; raises RtpsError."""
     two = TWO[order]
     for _ in range(bounds.MOST_PARAMETERS):
         if end - at < 4:
@@ -390,14 +390,14 @@ def skip_parameters(data: bytes, at: int, end: int, order: int) -> int:
 
 
 SENTINEL = 0x0001
-"""The parameter that ends a list."""
+"""The parameter that ends a list (the sentinel)."""
 TWO = [struct.Struct(f'{order}HH') for order in _ORDERS]
 
 
 def _read_words(
     data: bytes, at: int, end: int, order: int, bits: int, after: int = 4
 ) -> tuple[tuple[int, ...], int]:
-    """Return the words of a set, and where they end: `after` bytes before the body does. Raises RtpsError."""
+    """Return the words of a set, and their end; `after` more bytes must follow. Raises RtpsError."""
     count = (bits + 31) >> 5
     if bits > bounds.SET_BITS or at + 4 * count + after > end:
         raise RtpsError(f'a set has {bits} bits')

@@ -1,8 +1,8 @@
-"""Parameter lists: what participants and endpoints say of themselves, and the inline QoS of samples.
+"""Parameter lists: the discovery data of participants and endpoints, and the inline QoS of samples.
 
 A parameter is an id, a length and that many bytes. Ids from 0x8000 on are a vendor's own: the same number
-means something else to another vendor. Whoever does not know an id with the bit 0x4000 must ignore the
-participant or endpoint that it stands with; others are skipped.
+means something else to another vendor. A reader that does not know an id with the bit 0x4000 must ignore the
+participant or endpoint with that parameter; other unknown ids are skipped.
 """
 
 from __future__ import annotations
@@ -30,25 +30,25 @@ ENTITY_NAME = 0x0062
 KEY_HASH, STATUS_INFO = 0x0070, 0x0071
 REPRESENTATION = 0x0073
 RELATED_SAMPLE, RELATED_SAMPLE_OF_VENDORS = 0x0083, 0x800F
-"""The request that a reply belongs to: the standard's id, and the one that older implementations know."""
+"""The ids of the parameter that names a reply's request: the standard's, and one of older programs."""
 DOMAIN_TAG = 0x4014
 
 VENDORS, MUST_BE_KNOWN = 0x8000, 0x4000
 
 LITTLE_LIST, BIG_LIST = b'\0\3', b'\0\2'
-"""How a payload begins that is a parameter list."""
+"""The encapsulation header of a payload that is a parameter list."""
 DISPOSED, UNREGISTERED = 0x01, 0x02
-"""Bits of STATUS_INFO: there is no such thing any more, or its writer has let go of it."""
+"""Bits of STATUS_INFO: the instance was disposed of, or its writer has unregistered it."""
 
 Parameters: TypeAlias = list[tuple[int, bytes]]
 
 _IDENTITY = struct.Struct('<16siI')
 _NOBODY = -1
-"""The number of a sample identity that names no sample."""
+"""The sequence number of a sample identity that names no sample."""
 
 
 def read_list(data: bytes, at: int = 0, order: int = 1) -> Parameters:
-    """Read the list that begins at `at`; a list may end with the data. Raises RtpsError."""
+    """Read the list at `at`; it may end with the data instead of a sentinel. Raises RtpsError."""
     found: Parameters = []
     two, end = TWO[order], len(data)
     while end - at >= 4:
@@ -67,7 +67,7 @@ def read_list(data: bytes, at: int = 0, order: int = 1) -> Parameters:
 
 
 def write_list(parameters: Iterable[tuple[int, bytes]]) -> bytes:
-    """Return a list with its end mark; each value is padded to a multiple of four."""
+    """Return a list with its sentinel; each value is padded to a multiple of four bytes."""
     parts = []
     for pid, value in parameters:
         padded = value + bytes(-len(value) & 3)
@@ -77,7 +77,7 @@ def write_list(parameters: Iterable[tuple[int, bytes]]) -> bytes:
 
 
 def read_payload(payload: bytes) -> tuple[Parameters, int]:
-    """Read a payload that is a parameter list; return it and the order of bytes in it. Raises RtpsError."""
+    """Read a payload that is a parameter list; return the list and its byte order. Raises RtpsError."""
     kind = payload[:2]
     if kind not in (LITTLE_LIST, BIG_LIST):
         raise RtpsError(f'a payload begins with {kind.hex()}, and a parameter list was expected')
@@ -91,7 +91,7 @@ def write_payload(parameters: Iterable[tuple[int, bytes]]) -> bytes:
 
 
 def write_text(text: str) -> bytes:
-    """Return a text as lists have it: its length with the NUL, and itself."""
+    """Return a text as in a list: its length with the NUL, then the text."""
     data = text.encode() + b'\0'
     return struct.pack('<I', len(data)) + data
 
@@ -106,7 +106,7 @@ def read_text(value: bytes, order: int, most: int = bounds.TEXT_SIZE) -> str:
 
 
 def read_bytes(value: bytes, order: int, most: int) -> bytes:
-    """Return data behind their length; raises RtpsError if they are cut off, or more than `most`."""
+    """Return the bytes after their length; raises RtpsError if they are cut off, or more than `most`."""
     size = read_u32(value, order)
     if size > len(value) - 4 or size > most:
         raise RtpsError(f'data of {size} bytes stand in a parameter of {len(value)}')
@@ -114,7 +114,7 @@ def read_bytes(value: bytes, order: int, most: int) -> bytes:
 
 
 def read_u32(value: bytes, order: int) -> int:
-    """Return the number that a value begins with; raises RtpsError."""
+    """Return the number at the beginning of a value; raises RtpsError."""
     if len(value) < 4:
         raise RtpsError(f'a parameter has {len(value)} bytes, and a number was expected')
     return int.from_bytes(value[:4], 'little' if order else 'big')
@@ -143,7 +143,7 @@ def write_texts(texts: tuple[str, ...]) -> bytes:
 
 
 def read_address(value: bytes, order: int) -> Address | None:
-    """Return the address of a locator; None for one that is of no use here. Raises RtpsError."""
+    """Return the address of a locator; None if it cannot be used here. Raises RtpsError."""
     if len(value) < LOCATOR.size:
         raise RtpsError(f'a locator has {len(value)} bytes')
     kind, port, address = (LOCATOR if order else _BIG_LOCATOR).unpack_from(value)
@@ -155,7 +155,7 @@ _BIG_LOCATOR = struct.Struct('>iI16s')
 
 def related_sample(qos: bytes) -> SampleIdentity | None:
     """Return the identity of the request that inline QoS names; None if it names none."""
-    if qos[:4] == _RELATED_HEAD and len(qos) >= 28:  # as most begin
+    if qos[:4] == _RELATED_HEAD and len(qos) >= 28:  # most samples begin this way
         guid, high, low = _IDENTITY.unpack_from(qos, 4)
         return SampleIdentity(guid, (high << 32) | low if high >= 0 else _NOBODY)
     for pid, value in read_list(qos):
@@ -166,7 +166,7 @@ def related_sample(qos: bytes) -> SampleIdentity | None:
 
 
 def write_related_sample(related: SampleIdentity, others: Iterable[tuple[int, bytes]] = ()) -> bytes:
-    """Return inline QoS that names a request, by both ids, with other parameters behind that."""
+    """Return inline QoS that names a request, by both ids, followed by other parameters."""
     guid, number = related
     value = _IDENTITY.pack(guid, number >> 32, number & 0xFFFFFFFF if number >= 0 else 0)
     return b'%b%b%b%b%b' % (_RELATED_HEAD, value, _VENDORS_RELATED_HEAD, value, write_list(others))
@@ -177,7 +177,7 @@ _VENDORS_RELATED_HEAD = struct.pack('<HH', RELATED_SAMPLE_OF_VENDORS, _IDENTITY.
 
 
 def status_of(qos: bytes) -> tuple[int, bytes]:
-    """Return the bits of STATUS_INFO and the key hash of inline QoS; 0 and nothing if they are not told."""
+    """Return the bits of STATUS_INFO and the key hash of inline QoS; 0 and b'' if they are missing."""
     status, key = 0, b''
     for pid, value in read_list(qos):
         if pid == STATUS_INFO and len(value) >= 4:
@@ -188,5 +188,5 @@ def status_of(qos: bytes) -> tuple[int, bytes]:
 
 
 def write_status(status: int, key: bytes) -> bytes:
-    """Return inline QoS that says that something is gone."""
+    """Return inline QoS that says that an instance was disposed of or unregistered."""
     return write_list([(KEY_HASH, key), (STATUS_INFO, bytes((0, 0, 0, status)))])

@@ -1,4 +1,4 @@
-"""A participant, without its sockets: what comes in packets goes to its writers, readers and discovery."""
+"""A participant without sockets: it hands received packets to its writers, readers and discovery."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _AUTOMATIC_MESSAGE, _MANUAL_MESSAGE = b'\0\0\0\1', b'\0\0\0\2'
 
 
 class Participant(Wire):
-    """A participant. Its methods may be called on any thread; `receive` takes each packet that comes."""
+    """A participant. Its methods may be called on any thread; `receive` takes each received packet."""
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class Participant(Wire):
             self._known.add_reader(self._known.make_reader(reader, listens))
 
     def start(self) -> None:
-        """Announce the participant, now and from time to time."""
+        """Announce the participant, now and periodically."""
         self.run(self._discovery.announce, None)
 
     def move(
@@ -103,7 +103,7 @@ class Participant(Wire):
         peers: tuple[Address, ...],
         own_hosts: frozenset[str],
     ) -> None:
-        """Tell the others that this host has other addresses now; for the values, see `Settings`."""
+        """Tell the others that this host's addresses have changed; for the values, see `Settings`."""
         self.data = replace(self.data, metatraffic=metatraffic, default=default)
         self._settings = replace(
             self._settings, metatraffic=metatraffic, default=default, peers=peers, own_hosts=own_hosts
@@ -111,7 +111,7 @@ class Participant(Wire):
         self.run(partial(self._discovery.move, self.data, self._settings), None)
 
     def close(self) -> None:
-        """Say that the participant leaves, and stop."""
+        """Tell the others that the participant leaves, and stop."""
         self.run(self._close, None)
 
     def _close(self) -> None:
@@ -135,7 +135,7 @@ class Participant(Wire):
     ) -> Writer:
         """Make a writer, and tell all participants of it.
 
-        A signal's handler that interrupts its own thread in here gets it at once; it is told of right after.
+        In a signal handler that interrupted `Wire.run` it returns at once; the announcement follows.
         """
         data = EndpointData(self._new_guid(WRITER_KIND), topic, type_name, qos, user_data)
         writer = self._known.make_writer(data, listener)
@@ -145,36 +145,36 @@ class Participant(Wire):
     def create_reader(
         self, topic: str, type_name: str, qos: Qos, listener: ReaderListener, user_data: bytes = b''
     ) -> Reader:
-        """Make a reader, and tell all participants of it; in a signal's handler as `create_writer`."""
+        """Make a reader, and tell all participants of it. For signal handlers see `create_writer`."""
         data = EndpointData(self._new_guid(READER_KIND), topic, type_name, qos, user_data)
         reader = self._known.make_reader(data, listener)
         self.run(partial(self._open_reader, reader), None)
         return reader
 
     def announce_reader(self, topic: str, type_name: str, qos: Qos, user_data: bytes = b'') -> EndpointData:
-        """Tell all participants of a reader that takes nothing, and return what they are told.
+        """Tell all participants of a reader that receives nothing, and return its announced data.
 
-        They count it, and name it; another reader of the participant takes what is sent on its topic.
+        The others count it, and show its node; another reader here receives the samples of its topic.
         """
         data = EndpointData(self._new_guid(READER_KIND), topic, type_name, qos, user_data)
         self.run(partial(self._tell, data), None)
         return data
 
     def withdraw_reader(self, guid: bytes) -> None:
-        """Tell all participants that an announced reader is there no more."""
+        """Tell all participants that an announced reader has gone."""
         self.run(partial(self._tell_gone, guid), None)
 
     def delete(self, endpoint: Writer | Reader) -> None:
-        """Take a writer or a reader back, and tell all participants of it."""
+        """Remove a writer or a reader, and tell all participants of that."""
         self.run(partial(self._delete, endpoint), None)
 
     def vendor_of(self, prefix: bytes) -> bytes:
-        """Return the two bytes that name the vendor of a participant; nothing if it is not known."""
+        """Return the two bytes of a participant's vendor id; b'' if the participant is unknown."""
         remote = self._known.remotes.get(prefix)
         return b'' if remote is None else remote.data.vendor
 
     def is_acknowledged(self) -> bool:
-        """Whether readers that have ever answered have acknowledged all that was written for them."""
+        """Return True if all readers that have ever answered have acknowledged all their samples."""
         writers = [writer for writer in list(self._known.writers.values()) if writer.data.topic]
         return all(writer.is_acknowledged() for writer in writers)
 
@@ -209,7 +209,7 @@ class Participant(Wire):
     # ---- packets
 
     def receive(self, packet: bytes, source: Address) -> None:
-        """Take a packet that has come from an address. What breaks the rules costs the rest of it."""
+        """Take a packet from an address. If a part of it breaks the rules, the rest is ignored."""
         self.run(partial(self._receiver.receive, packet, source), None)
 
     def refuse(self, kind: str, reason: str) -> None:
@@ -219,7 +219,7 @@ class Participant(Wire):
         self._receiver.receive(packet, LOCAL)
 
     def _take(self, reader_id: bytes, sample: Sample) -> None:
-        """Take what a built-in reader has read."""
+        """Take a sample of a built-in reader."""
         self.run(partial(self._take_inside, reader_id, sample), None)
 
     def _take_inside(self, reader_id: bytes, sample: Sample) -> None:
@@ -239,7 +239,7 @@ class Participant(Wire):
     # ---- liveliness
 
     def _assert_automatically(self) -> None:
-        """Say from time to time that the participant's writers live: twice within the shortest lease."""
+        """Assert that the participant's writers live: twice within the shortest lease."""
         leases = [
             writer.data.qos.lease
             for writer in self._known.writers.values()
@@ -264,14 +264,14 @@ class Participant(Wire):
 
 
 def _fragment_sizes(packet_size: int | None) -> FragmentSizes:
-    """Return the bytes of fragments, of which each has a packet of its own."""
+    """Return the sizes of fragments in bytes; each fragment has its own packet."""
     if packet_size is None:
         return FRAGMENT_SIZES
     return FragmentSizes(*[max(packet_size - PACKET_ROOM, bounds.LEAST_FRAGMENT)] * 3)
 
 
 class _BuiltinListener(ReaderListener):
-    """Hands on what a built-in reader reads."""
+    """Passes the samples of a built-in reader on."""
 
     def __init__(self, take: Callable[[Sample], None]) -> None:
         self._take = take

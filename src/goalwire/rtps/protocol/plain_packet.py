@@ -1,6 +1,6 @@
-"""The packet that nearly all samples come in, read in one go: a header, INFO_TS and one whole sample.
+"""Reads the form of packet that nearly all samples have: a header, INFO_TS and one whole sample.
 
-INFO_DST may stand before that, and one submessage of a vendor's own behind it, as Fast DDS sends it. Any
+INFO_DST may come before INFO_TS, and one vendor-specific submessage at the end, as Fast DDS sends it. Any
 other packet is read submessage by submessage (`receiver.py`), with the same outcome.
 """
 
@@ -26,20 +26,20 @@ from goalwire.rtps.protocol.primitives import NS, PREFIX_SIZE
 _HEADS = struct.Struct('<BBHIIBBHHH4s4siI')
 """INFO_TS, and DATA up to its inline QoS or payload."""
 _DATA_BODY = 16
-"""Where the body of DATA begins, as seen from the beginning of INFO_TS."""
+"""The offset of DATA's body from the beginning of INFO_TS."""
 _INFO_DST_HEAD = bytes((INFO_DST, LITTLE, PREFIX_SIZE, 0))
 _VENDORS = 0x80
-"""Ids of submessages from here on are a vendor's own."""
+"""Submessages with this id or a higher one are vendor-specific."""
 _new_sample: Callable[[tuple[bytes, int, int | None, bytes | None, bytes, bool]], Sample] = partial(
     tuple.__new__, Sample
 )
-"""Makes one as its class does, without a call of Python code."""
+"""Makes a record without a call of Python code: faster than its class."""
 
 
 def read_plain(packet: bytes, prefix: bytes, own_prefix: bytes) -> tuple[bytes, Sample] | None:
-    """Return the reader's entity id and the sample, if a packet is plain and not for another participant.
+    """Return the reader's entity id and the sample of a plain packet that is not for another participant.
 
-    `prefix` is its sender's. Raises RtpsError.
+    `prefix` is the sender's. Raises RtpsError.
     """
     at, size = HEADER_SIZE, len(packet)
     if packet.startswith(_INFO_DST_HEAD, HEADER_SIZE):
@@ -72,6 +72,6 @@ def read_plain(packet: bytes, prefix: bytes, own_prefix: bytes) -> tuple[bytes, 
 
 
 def _is_last(packet: bytes, at: int, size: int) -> bool:
-    """Whether the submessage that begins at `at` is the last."""
+    """Return True if the submessage at `at` is the last."""
     length = packet[at + 2 : at + 4]
     return at + 4 + int.from_bytes(length, 'little' if packet[at + 1] & LITTLE else 'big') == size

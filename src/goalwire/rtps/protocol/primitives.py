@@ -1,8 +1,8 @@
-"""GUIDs, sequence numbers, sets of them, times and addresses: what every submessage is made of.
+"""GUIDs, sequence numbers, sets of them, times and addresses: the parts of every submessage.
 
 A GUID names a participant, a writer or a reader: twelve bytes that a participant chooses (its *prefix*), and
-four of an *entity id* within it. The entity id's last byte says what it is. GUIDs and their parts are `bytes`
-here, in the order of the wire, so that they are keys of tables without being taken apart.
+four of an *entity id* within it. The entity id's last byte tells its kind. GUIDs and their parts are `bytes`
+here, in the order of the wire, so that they can be keys of tables as they are.
 
 A sequence number has 64 bits and begins at 1. The wire has its high half first, signed, then the low half.
 A time on the wire is seconds since 1970 and a fraction of 2**32; here it is nanoseconds.
@@ -30,16 +30,16 @@ SPDP_WRITER, SPDP_READER = b'\0\1\0\xc2', b'\0\1\0\xc7'
 PUBLICATIONS_WRITER, PUBLICATIONS_READER = b'\0\0\3\xc2', b'\0\0\3\xc7'
 SUBSCRIPTIONS_WRITER, SUBSCRIPTIONS_READER = b'\0\0\4\xc2', b'\0\0\4\xc7'
 MESSAGE_WRITER, MESSAGE_READER = b'\0\2\0\xc2', b'\0\2\0\xc7'
-"""Of participant messages, which say that a participant's writers are alive."""
+"""Entity ids for participant messages, which say that a participant's writers are alive."""
 
 WRITER_KIND, READER_KIND = 0x03, 0x04
-"""The last byte of the entity ids of writers and readers of topics without key."""
+"""The last byte of entity ids of writers and readers of topics without key."""
 
 UNKNOWN_PREFIX = bytes(PREFIX_SIZE)
 
 NS = 1_000_000_000
 INFINITE = 2**63 - 1
-"""Nanoseconds that stand for a duration without end."""
+"""Nanoseconds that stand for an infinite duration."""
 _INFINITE_SECONDS = 0x7FFFFFFF
 
 UDP_V4, UDP_V6 = 1, 2
@@ -48,40 +48,40 @@ LOCATOR = struct.Struct('<iI16s')
 
 
 class RtpsError(RemoteError):
-    """A packet breaks the rules of RTPS; what is left of it is ignored."""
+    """A packet breaks the rules of RTPS; the rest of it is ignored."""
 
 
 class SampleIdentity(NamedTuple):
-    """A sample by its writer's, or its reader's, GUID and its sequence number; -1 where that is unknown."""
+    """The identity of a sample: its writer's, or its reader's, GUID and its number, -1 if that is unknown."""
 
     guid: bytes
     number: int
 
 
 def is_writer(entity_id: bytes) -> bool:
-    """Whether an entity id is a writer's."""
+    """Return True if an entity id is a writer's."""
     return entity_id[3] & 0x3F in (0x02, 0x03)
 
 
 def is_keyed(entity_id: bytes) -> bool:
-    """Whether an entity id is that of a writer or reader of a topic with a key."""
+    """Return True if an entity id is that of a writer or reader of a topic with a key."""
     return entity_id[3] & 0x3F in (0x02, 0x07)
 
 
 def encode_duration(ns: int, order: str = '<') -> bytes:
-    """Return eight bytes of a duration; INFINITE is the largest of all."""
+    """Return the eight bytes of a duration; INFINITE becomes the largest value."""
     if ns >= INFINITE:
         return struct.pack(f'{order}iI', _INFINITE_SECONDS, 0xFFFFFFFF)
     return struct.pack(f'{order}iI', *_split(ns))
 
 
 def decode_duration(seconds: int, fraction: int) -> int:
-    """Return the nanoseconds of a duration. Any with the largest seconds is endless."""
+    """Return the nanoseconds of a duration. Every duration with the largest seconds is infinite."""
     return INFINITE if seconds == _INFINITE_SECONDS else seconds * NS + _fraction_ns(fraction)
 
 
 def _split(ns: int) -> tuple[int, int]:
-    """Return seconds and a fraction that reads back as the same nanoseconds."""
+    """Return seconds and a fraction that decode to the same nanoseconds."""
     seconds, rest = divmod(ns, NS)
     return min(seconds, _INFINITE_SECONDS - 1), ((rest << 32) + NS - 1) // NS
 
@@ -91,7 +91,7 @@ def _fraction_ns(fraction: int) -> int:
 
 
 def encode_time(ns: int) -> bytes:
-    """Return eight bytes of a time since 1970, as INFO_TS has it: rounded up, so that it reads back alike."""
+    """Return the eight bytes of a time since 1970 for INFO_TS, rounded up so that they decode to it again."""
     seconds, rest = divmod(ns, NS)
     return _TIME.pack(seconds & 0xFFFFFFFF, ((rest << 32) + NS - 1) // NS)
 
@@ -105,10 +105,10 @@ _TIME = struct.Struct('<II')
 
 
 class NumberSet(NamedTuple):
-    """Some numbers from `base` on, as ACKNACK, GAP and NACK_FRAG name them: at most 256 bits behind a base.
+    """A set of numbers in ACKNACK, GAP and NACK_FRAG: a base and at most 256 bits for the numbers from it on.
 
     `words` are the bits in words of 32; the first number is the highest bit of the first word. Some
-    implementations set bits beyond `bits`; they are kept, so that the same bytes are written again.
+    implementations set bits beyond the length `bits`; they are kept, to write the same bytes again.
     """
 
     base: int
@@ -117,7 +117,7 @@ class NumberSet(NamedTuple):
 
     @classmethod
     def of(cls, base: int, numbers: Iterable[int]) -> NumberSet:
-        """Return the set of those `numbers` that are less than 256 behind `base`; none is below it."""
+        """Return the set of those `numbers` that are below `base` + 256; all must be at least `base`."""
         words = [0] * (bounds.SET_BITS // 32)
         bits = 0
         for number in numbers:
@@ -134,12 +134,12 @@ class NumberSet(NamedTuple):
 
 
 def is_ipv6(host: str) -> bool:
-    """Whether an address is one of IPv6."""
+    """Return True if an address is one of IPv6."""
     return ':' in host
 
 
 def decode_locator(kind: int, port: int, address: bytes) -> Address | None:
-    """Return the address of a locator; None for one that is not UDP, or leads nowhere."""
+    """Return the address of a locator; None if it is not UDP, or is not a usable address."""
     if not 0 < port < 65536:
         return None
     if kind == UDP_V4 and address[12:] != b'\0\0\0\0':

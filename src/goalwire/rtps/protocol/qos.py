@@ -1,4 +1,4 @@
-"""QoS of writers and readers: how the wire tells it, what is the default, and which pairs match."""
+"""QoS of writers and readers: its encoding, its defaults, and which pairs match."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ class Qos:
 
     reliability: int = BEST_EFFORT
     max_blocking: int = NS // 10
-    """How long a writer that keeps all may wait for room."""
+    """How long a writer with KEEP_ALL may wait for room."""
     durability: int = VOLATILE
     depth: int = 1
-    """How many samples are kept; 0: all; UNTOLD: another participant's endpoint does not say."""
+    """How many samples are kept; 0: all; UNTOLD: a remote endpoint that does not tell it."""
     deadline: int = INFINITE
     lifespan: int = INFINITE
     liveliness: int = AUTOMATIC
     lease: int = INFINITE
-    """Within this time a writer must show that it lives."""
+    """The liveliness lease: within this time a writer must show that it lives."""
     ownership: int = SHARED
     partition: tuple[str, ...] = ()
     representation: tuple[int, ...] = (XCDR1,)
@@ -44,11 +44,11 @@ class Qos:
 UNTOLD = -1
 WRITER_DEFAULT = Qos(reliability=RELIABLE, depth=UNTOLD)
 READER_DEFAULT = Qos(depth=UNTOLD)
-"""What holds for an endpoint of which nothing else is told."""
+"""The defaults for endpoints whose announcements leave policies out."""
 
 
 def incompatible(offered: Qos, requested: Qos) -> str | None:
-    """Return the first policy by which a writer and a reader do not match; None if they do.
+    """Return the first policy that keeps a writer and a reader from matching; None if they match.
 
     The names are those of DDS. The order of comparison is that of Cyclone DDS.
     """
@@ -68,7 +68,7 @@ def incompatible(offered: Qos, requested: Qos) -> str | None:
 
 
 def share_partition(offered: tuple[str, ...], requested: tuple[str, ...]) -> bool:
-    """Whether two endpoints have a partition in common; a name with wildcards matches names without."""
+    """Return True if two endpoints share a partition; a name with wildcards matches names without."""
     theirs = requested or ('',)
     return any(_is_same(one, other) for one in offered or ('',) for other in theirs)
 
@@ -113,7 +113,7 @@ def write_qos(qos: Qos) -> Parameters:
 
 
 def read_qos(told: Parameters, order: int, default: Qos) -> Qos:
-    """Return an endpoint's QoS of its parameters; raises RtpsError."""
+    """Read an endpoint's QoS from its parameters; raises RtpsError."""
     values = {name: getattr(default, name) for name in Qos.__match_args__}
     for pid, value in told:
         match pid:

@@ -1,11 +1,11 @@
-"""A reader: puts what its writers send in order, and asks for what is missing.
+"""A reader: puts its writers' samples in order, and requests missing ones.
 
-A reliable reader delivers the samples of each writer in the order of their numbers. What comes too early is
-held back; what is missing is asked for by ACKNACK as soon as HEARTBEAT tells of it, a moment after a gap has
-shown itself, and again if it does not come. A best-effort reader delivers what comes, and skips what is late.
+A reliable reader delivers the samples of each writer in the order of their numbers. An early sample is
+held back; a missing one is requested by ACKNACK as soon as HEARTBEAT tells of it, a moment after a gap was
+seen, and again if it does not come. A best-effort reader delivers samples as they come, and drops late ones.
 
-A reader does not know with which number a writer begins for it, so it asks at its match (the *preemptive*
-ACKNACK), and holds back what comes until the writer's first HEARTBEAT has told.
+A reader does not know a writer's first number for it, so it asks when they match (the *preemptive*
+ACKNACK), and holds samples back until the writer's first HEARTBEAT tells the number.
 """
 
 from __future__ import annotations
@@ -26,35 +26,35 @@ __all__ = ['Reader', 'ReaderListener', 'Sample', 'WriterProxy']
 
 
 class ReaderListener:
-    """Is told what happens to a reader. Every method is called without any lock."""
+    """The callbacks of a reader. Every method is called without any lock held."""
 
     def on_sample(self, sample: Sample) -> None:
-        """A sample has come, in its turn."""
+        """Called with each sample, in order."""
 
     def on_matched(self, writer: EndpointData) -> None:
-        """What a writer writes comes from now on."""
+        """Called when a writer has been matched: its samples come from now on."""
 
     def on_answered(self, writer: EndpointData) -> None:
-        """A reliable writer has told what it has, for the first time: it knows the reader."""
+        """Called at the first HEARTBEAT of a reliable writer: it knows the reader."""
 
     def on_unmatched(self, writer: EndpointData) -> None:
-        """A writer has gone."""
+        """Called when a matched writer has gone."""
 
     def on_incompatible(self, writer: EndpointData, policy: str) -> None:
-        """A writer of the topic offers less than the reader asks for, by this policy."""
+        """Called if a writer of the topic offers less than the reader requests, by this policy."""
 
     def on_lost(self, count: int) -> None:
-        """Samples will not come any more."""
+        """Called if samples are lost: they will not come any more."""
 
     def on_deadline_missed(self) -> None:
-        """Nothing came for the time that the deadline allows."""
+        """Called if no sample came within the deadline."""
 
     def on_liveliness(self, writer: bytes, is_alive: bool) -> None:
-        """A writer has fallen silent for its lease, or speaks again."""
+        """Called when a writer's liveliness lease has ended, or the writer is alive again."""
 
 
 class Reader:
-    """A reader of one topic. Its methods are called inside `Wire.run`, if nothing else is said."""
+    """A reader of one topic. Its methods are called inside `Wire.run`, unless they say otherwise."""
 
     def __init__(self, wire: Wire, data: EndpointData, listener: ReaderListener) -> None:
         self.data = data
@@ -67,13 +67,13 @@ class Reader:
         self.on_heartbeat_frag = self._requests.on_heartbeat_frag
         self._tell_sample = listener.on_sample
         self._most_history = 0
-        """How many samples of those that were written before its match it takes; 0: all that there are."""
+        """How many samples from before the match it takes; 0: all that the writer has."""
         if data.qos.durability >= TRANSIENT_LOCAL and not is_keyed(data.entity_id):
             self._most_history = max(data.qos.depth, 0)
         self._deadline: Watch | None = None
 
     def start(self) -> None:
-        """Watch its deadline from now on."""
+        """Watch the reader's deadline from now on."""
         wire, deadline = self._wire, self.data.qos.deadline
         if deadline < INFINITE:
             self._deadline = Watch(wire, deadline / NS, partial(wire.tell, self.listener.on_deadline_missed))
@@ -81,9 +81,9 @@ class Reader:
     # ---- a user who is slow
 
     def pause(self) -> None:
-        """Deliver nothing, and acknowledge nothing new, until `resume`. On any thread.
+        """Deliver and acknowledge no more samples until `resume`. On any thread.
 
-        A reliable writer that keeps all then waits in time. What comes meanwhile is held back within bounds.
+        So a reliable writer with KEEP_ALL will wait. Samples that come meanwhile are held back within bounds.
         """
         self._wire.run(partial(setattr, self._requests, 'is_paused', True), None)
 
@@ -130,7 +130,7 @@ class Reader:
             self.on_sample(proxy, sample)
 
     def _hold(self, proxy: WriterProxy, sample: Sample) -> None:
-        """Keep a sample until those before it have come; beyond the bounds it is asked for again later."""
+        """Keep a sample until the ones before it have come; beyond the bounds it is requested again later."""
         if not proxy.backlog.hold(sample, proxy.next):
             return
         if not proxy.next:
@@ -141,7 +141,7 @@ class Reader:
             self._requests.ask_in(proxy, GAP_S)
 
     def _release(self, proxy: WriterProxy) -> None:
-        """Deliver what was held back and is next."""
+        """Deliver the held samples that are next."""
         backlog = proxy.backlog
         if not proxy.next:
             return
@@ -189,7 +189,7 @@ class Reader:
             self._requests.ask_in(proxy, ASK_AGAIN_S)
 
     def on_heartbeat(self, proxy: WriterProxy, heartbeat: Heartbeat) -> None:
-        """Learn which samples a writer has, and ask for those that are missing."""
+        """Note which samples a writer has, and request the missing ones."""
         if proxy.watch is not None and heartbeat.asserts_liveliness:
             self.note_alive(proxy)
         if not proxy.is_reliable or heartbeat.counter == proxy.counter:
@@ -214,7 +214,7 @@ class Reader:
         self._requests.answer(proxy, is_final=heartbeat.is_final)
 
     def _skip(self, proxy: WriterProxy, first: int, *, is_loss: bool) -> None:
-        """Wait no more for what is below `first`; what has come of it is delivered."""
+        """Stop waiting for samples below `first`; deliver the ones that have come."""
         while proxy.next < first:
             if proxy.next in proxy.backlog.held:
                 if self._requests.is_paused:
@@ -226,7 +226,7 @@ class Reader:
         proxy.backlog.drop_below(proxy.next)
 
     def on_gap(self, proxy: WriterProxy, gap: Gap) -> None:
-        """Wait no more for samples that will not come."""
+        """Stop waiting for samples that will not come."""
         if not proxy.is_reliable or not proxy.next:
             return
         base = gap.irrelevant.base
@@ -245,7 +245,7 @@ class Reader:
     # ---- writers that come and go
 
     def match(self, writer: EndpointData, address: Address) -> WriterProxy:
-        """Take up a writer."""
+        """Add a writer."""
         is_reliable = self._is_reliable and writer.qos.reliability == RELIABLE
         proxy = WriterProxy(self._wire, writer, address, is_reliable)
         self.writers[writer.guid] = proxy
@@ -271,7 +271,7 @@ class Reader:
             proxy.watch.stop()
 
     def note_alive(self, proxy: WriterProxy) -> None:
-        """A writer has shown that it lives."""
+        """Note that a writer has shown that it lives."""
         if proxy.watch is not None:
             proxy.watch.heard = self._wire.clock()
         if not proxy.is_alive:
@@ -284,7 +284,7 @@ class Reader:
             self._wire.tell(self.listener.on_liveliness, proxy.data.guid, False)
 
     def stop(self) -> None:
-        """Read nothing more."""
+        """Stop reading."""
         for proxy in self.writers.values():
             self._let_go(proxy)
         self.writers.clear()

@@ -1,4 +1,4 @@
-"""A reader, as its writer knows it: what it has, and when it is asked again."""
+"""A writer's record of one reader: what the reader has acknowledged, and when it is asked again."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from goalwire.rtps.protocol.wire import FOREVER
 FIRST_HEARTBEAT_S = 0.005
 """How long after a match an unanswered HEARTBEAT is sent again."""
 HEARTBEAT_S = 0.010
-"""How long after a sample its readers are asked whether they have it."""
+"""How long after a sample its readers are asked by HEARTBEAT if they have it."""
 
 
 class ReaderProxy:
-    """One reader, as its writer knows it."""
+    """A writer's record of one reader."""
 
     __slots__ = (
         'acked',
@@ -43,23 +43,23 @@ class ReaderProxy:
         self.address = address
         self.entity_id = data.entity_id
         self.asks = info_dst(data.prefix)
-        """INFO_DST of its participant."""
+        """INFO_DST for the reader's participant."""
         self.is_reliable = is_reliable
         self.start = start
-        """The first sample that it is to have."""
+        """The first sample that the reader should get."""
         self.acked = start - 1
-        """All samples up to this one are acknowledged, or none of its business."""
+        """All samples up to this one are acknowledged, or are not for this reader."""
         self.last = start - 1
-        """The last sample that it has been sent, where samples are addressed."""
+        """The last sample sent to it, if samples are addressed to single readers."""
         self.addressed: deque[Change] = deque()
         self.addressed_size = 0
-        """What is meant for it alone and not acknowledged, and the bytes of that."""
+        """The unacknowledged samples that only this reader gets, and their bytes."""
         self.counter: int | None = None
         self.frag_counter: int | None = None
-        """Of its last ACKNACK and NACK_FRAG: one that comes twice counts once."""
+        """The counts of its last ACKNACK and NACK_FRAG: so a duplicate is ignored."""
         self.has_answered = False
         self.pushed_at = -FOREVER
-        """When it was last sent, unasked, all that it lacks."""
+        """When all missing samples were last sent to it without a request."""
         self.interval = FIRST_HEARTBEAT_S
         self.due = FOREVER
-        """When it is asked next."""
+        """When the next HEARTBEAT to it is due."""

@@ -1,6 +1,6 @@
-"""What a reader asks its writers for: the first HEARTBEAT, samples, and fragments of samples.
+"""A reader's requests to its writers: for the first HEARTBEAT, samples, and fragments of samples.
 
-What is missing is asked for by ACKNACK, and again some time later if it does not come, ever more rarely.
+Missing samples are requested by ACKNACK, and again at growing intervals until they come.
 """
 
 from __future__ import annotations
@@ -14,27 +14,27 @@ from goalwire.rtps.protocol.wire import Wire
 from goalwire.rtps.protocol.writer_proxy import FIRST_ASK_S, WriterProxy
 
 GAP_S = 0.002
-"""How long a sample may be late that others have overtaken, before it is asked for."""
+"""How long a sample may be late, after others have overtaken it, before it is requested."""
 ASK_AGAIN_S = 0.020
-"""How long what was asked for may take, before it is asked for again; the time doubles each time."""
+"""How long a requested sample may take, before it is requested again; the time doubles each time."""
 ON_THE_WAY_S = 0.002
-"""How long what was asked for may take, before a HEARTBEAT has it asked for again. Without that, two sides
-that disagree about what there is would ask and answer each other without a pause."""
+"""How long a requested sample may take, before a HEARTBEAT leads to a new request. Without this, two sides
+that disagree about the existing samples would ask and answer each other without a pause."""
 RAREST_ASK_S = 0.5
 RAREST_FIRST_ASK_S = 1.0
 _MOST_PARTIALS_ASKED = 4
-"""Samples whose fragments are asked for at a time."""
+"""How many samples' fragments are requested at a time."""
 
 
 class Requests:
-    """Asks the writers of one reader. Inside `Wire.run`."""
+    """Sends the requests of one reader. Inside `Wire.run`."""
 
     def __init__(self, wire: Wire, entity_id: bytes) -> None:
         """`entity_id` is the reader's."""
         self._wire = wire
         self._entity_id = entity_id
         self.is_paused = False
-        """Whether what has come is not acknowledged, since the reader's user is slow."""
+        """True while new samples are not acknowledged, because the reader's user is slow."""
 
     def greet(self, proxy: WriterProxy) -> None:
         """Ask a writer for its first HEARTBEAT."""
@@ -45,14 +45,14 @@ class Requests:
         proxy.interval = min(2 * proxy.interval, RAREST_FIRST_ASK_S)
 
     def greet_anew(self, proxy: WriterProxy) -> None:
-        """Ask at once, since a sample waits for the first HEARTBEAT. RustDDS sends none before it has one."""
+        """Ask at once: a sample waits for the first HEARTBEAT. RustDDS sends none before its first sample."""
         if len(proxy.backlog.held) == 1:
             self.stop_timer(proxy)
             proxy.interval = FIRST_ASK_S
             self.greet(proxy)
 
     def answer(self, proxy: WriterProxy, *, is_final: bool) -> None:
-        """A HEARTBEAT has come: ask for what is missing, or acknowledge if an answer is expected."""
+        """Answer a HEARTBEAT: request missing samples, or acknowledge if an answer is required."""
         if self._is_missing(proxy):
             if proxy.asked != proxy.next or self._wire.clock() >= proxy.asked_at + ON_THE_WAY_S:
                 self.ask(proxy)
@@ -61,7 +61,7 @@ class Requests:
             self._acknowledge(proxy, [])
 
     def ask(self, proxy: WriterProxy) -> None:
-        """Send ACKNACK with what is missing, and again some time later if it does not come."""
+        """Send ACKNACK with the missing samples, and again some time later if they do not come."""
         missing = [
             number
             for number in range(proxy.next, min(proxy.known, proxy.next + bounds.SET_BITS - 1) + 1)
@@ -75,18 +75,18 @@ class Requests:
             self.ask_in(proxy, proxy.interval)
 
     def ask_in(self, proxy: WriterProxy, delay_s: float) -> None:
-        """Ask after a while, if something is missing then; what was planned before stays."""
+        """Ask after a while, if samples are still missing then; an earlier plan is kept."""
         if proxy.timer is None:
             proxy.timer = self._wire.timers.at(self._wire.clock() + delay_s, partial(self._on_timer, proxy))
 
     def stop_timer(self, proxy: WriterProxy) -> None:
-        """Ask no more."""
+        """Cancel the planned request."""
         if proxy.timer is not None:
             proxy.timer.cancel()
             proxy.timer = None
 
     def on_heartbeat_frag(self, proxy: WriterProxy, told: HeartbeatFrag) -> None:
-        """Ask for the fragments that are missing of a sample that is being sent."""
+        """Request the missing fragments of a sample that is being sent."""
         if not proxy.is_reliable or not proxy.next or told.counter == proxy.frag_counter:
             return
         proxy.frag_counter = told.counter

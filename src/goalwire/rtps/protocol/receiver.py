@@ -1,4 +1,4 @@
-"""What comes to a participant in packets goes to its writers, its readers and its discovery."""
+"""Hands the contents of received packets to the participant's writers, readers and discovery."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ class Receiver:
         self._known = known
         self._discovery = discovery
         self._early_size = 0
-        """Bytes of the packets that wait for their writers to be known."""
+        """Bytes of the packets whose writers are not known yet."""
         self.is_closed = False
-        """Whether what comes is ignored: the participant's sockets are closed a moment later."""
+        """True if packets are ignored: the participant's sockets will be closed in a moment."""
 
     def receive(self, packet: bytes, source: Address) -> None:
-        """Take a packet that has come from an address."""
+        """Take a packet from an address."""
         if self.is_closed:
             return
         try:
@@ -82,7 +82,7 @@ class Receiver:
     # ---- who speaks
 
     def _is_from(self, prefix: bytes, remote: RemoteParticipant | None, source: Address) -> bool:
-        """Whether a packet in a participant's name may come from an address; if not, that is counted."""
+        """Return True if a packet in a participant's name may come from an address; if not, count that."""
         host, port = source
         if remote is not None and host not in remote.hosts:
             if remote is not self._known.own:
@@ -146,7 +146,7 @@ class Receiver:
                     time = decode_time(*TIME[flags & LITTLE].unpack_from(packet, at))
                 continue
             if kind == INFO_SRC:
-                return  # what follows is another participant's, and no implementation sends that
+                return  # the rest is of another participant; no implementation sends that
             body = read_body(kind, packet, at, end, flags) if is_for_us else None
             if body is None:
                 continue
@@ -199,7 +199,7 @@ class Receiver:
     # ---- packets whose writers are not known yet
 
     def _keep_early(self, remote: RemoteParticipant, packet: bytes, source: Address) -> None:
-        """Keep a packet of a writer that is not known yet: what tells of it comes by another port."""
+        """Keep a packet of a writer that is not known yet: its announcement comes to another port."""
         if self._early_size + len(packet) > bounds.EARLY_SIZE:
             self._wire.refuse('packet of an unknown writer', f'{self._early_size} bytes of such wait')
             return
@@ -212,7 +212,7 @@ class Receiver:
         self._early_size += len(packet)
 
     def receive_early(self, remote: RemoteParticipant) -> None:
-        """Take the packets of a participant that have waited: one of its writers is known now."""
+        """Read the kept packets of a participant: one of its writers is known now."""
         for packet, source in self._take_early(remote):
             self.receive(packet, source)
 
@@ -220,7 +220,7 @@ class Receiver:
         self._take_early(remote)
 
     def _take_early(self, remote: RemoteParticipant) -> list[tuple[bytes, Address]]:
-        """Return the packets of a participant that wait, which wait no more."""
+        """Remove the kept packets of a participant and return them."""
         early = list(remote.early)
         remote.early.clear()
         self._early_size -= sum(len(packet) for packet, _ in early)

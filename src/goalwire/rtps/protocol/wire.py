@@ -1,4 +1,4 @@
-"""What writers and readers stand on: packets that are sent, timers, a lock, and events for who listens."""
+"""The base of writers and readers: sending of packets, timers, a lock, and events for listeners."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FOREVER = float('inf')
 
 
 class Timer:
-    """Calls its function once, unless it is cancelled before."""
+    """Calls a function once, unless it is cancelled before."""
 
     __slots__ = ('function', 'when')
 
@@ -29,7 +29,7 @@ class Timer:
         self.function: Callable[[], None] | None = function
 
     def cancel(self) -> None:
-        """Do not call it."""
+        """Do not call the function."""
         self.function = None
 
 
@@ -38,24 +38,24 @@ class Timers:
 
     def __init__(self) -> None:
         self.heap: list[tuple[float, int, Timer]] = []
-        """With those that are cancelled and not due yet."""
+        """The timers, with cancelled ones that are not due yet."""
         self._next = count().__next__
 
     def at(self, when: float, function: Callable[[], None]) -> Timer:
-        """Have `function` called at a time."""
+        """Let `function` be called at a time."""
         timer = Timer(when, function)
         heapq.heappush(self.heap, (when, self._next(), timer))
         return timer
 
     def next_due(self) -> float:
-        """Return when the next one is due; FOREVER if there is none."""
+        """Return when the next timer is due; FOREVER if there is none."""
         heap = self.heap
         while heap and heap[0][2].function is None:
             heapq.heappop(heap)
         return heap[0][0] if heap else FOREVER
 
     def run(self, now: float) -> None:
-        """Call those that are due."""
+        """Call the functions of the due timers."""
         while self.next_due() <= now:
             timer = heapq.heappop(self.heap)[2]
             function, timer.function = timer.function, None
@@ -64,7 +64,7 @@ class Timers:
 
 
 class Watch:
-    """Tells when nothing has been heard for a while. To be heard costs one assignment, and no timer."""
+    """Notices when nothing was heard for a while. To note a sign of life costs one assignment, no timer."""
 
     __slots__ = ('_on_silence', '_period', '_timer', '_wire', 'heard')
 
@@ -85,16 +85,16 @@ class Watch:
             self._timer = self._wire.timers.at(self.heard + self._period, self._look)
 
     def stop(self) -> None:
-        """Look no more."""
+        """Stop watching."""
         self._period = 0.0
         self._timer.cancel()
 
 
 class Wire:
-    """One participant's outside, as its writers and readers see it.
+    """Everything that a participant's writers and readers need from outside.
 
-    All that changes them runs in `run`, alone. What users are told goes through `tell`: it is called after
-    that, in order, without any lock.
+    All changes of them run in `run`, one at a time. Users' callbacks go through `tell`: they run after
+    the change, in order, without any lock held.
     """
 
     def __init__(
@@ -109,8 +109,8 @@ class Wire:
     ) -> None:
         """`send` never blocks; a packet that it cannot send is lost, as on any network.
 
-        `on_sooner` is called when a timer has been set that is due before all others; `on_acknowledged`, as
-        users are told things, when readers have acknowledged something, for those who wait for that.
+        `on_sooner` is called when a new timer is due before all others; `on_acknowledged`, in order with
+        users' callbacks, when readers have acknowledged samples, for callers that wait for that.
         """
         self.prefix = prefix
         self.head = header(prefix)
@@ -122,17 +122,17 @@ class Wire:
         self.section = CriticalSection()
         self.next_due = FOREVER
         self.kept = 0
-        """Bytes that readers keep of samples that they cannot deliver yet."""
+        """Bytes of the samples that readers keep because they cannot deliver them yet."""
         self._on_sooner = on_sooner
         self._told: OrderedDispatcher[Callable[[], None]] = OrderedDispatcher(_call)
         self._post = self._told.post
         self._local: list[bytes] = []
-        """Packets for the own participant's readers and writers."""
+        """Packets for this participant's own readers and writers."""
 
     def run(self, do: Callable[[], T], otherwise: T) -> T:
-        """Do something, alone, and return what it returns.
+        """Call a function while no other thread is in `run`, and return its result.
 
-        If it interrupts this thread's own work in here, as a signal's handler does, it is done after that,
+        If this thread is in `run` already, as when a signal handler interrupts it, the call is made later,
         and `otherwise` is returned.
         """
         # hot path: `CriticalSection.run` here saves two calls (1 us) for each sample that is sent or comes.
@@ -167,32 +167,32 @@ class Wire:
             self.loop_back()
 
     def advance(self) -> None:
-        """Run the timers that are due."""
+        """Run the due timers."""
         self.next_due = FOREVER
         self.run(partial(self.timers.run, self.clock()), None)
 
     def tell(self, function: Callable[..., object], *arguments: object) -> None:
-        """Call a user's function after this."""
+        """Call a user's callback after the present change."""
         self._post(partial(function, *arguments))  # type: ignore[arg-type]
 
     def refuse(self, kind: str, reason: str) -> None:
-        """Count something that came and is ignored; nobody is there to count it yet."""
+        """Count ignored data. This default does nothing until a counter is set."""
 
     def send(self, packet: bytes, address: Address) -> None:
-        """Send a packet; one without a port is for this participant itself, and never leaves it."""
+        """Send a packet. An address without a port means this participant itself."""
         if address[1]:
             self.send_packet(packet, address)
         else:
             self._local.append(packet)
 
     def loop_back(self) -> None:
-        """Receive what was sent to this participant itself."""
+        """Receive the packets that were sent to this participant itself."""
         packets, self._local = self._local, []
         for packet in packets:
             self.receive_own(packet)
 
     def receive_own(self, packet: bytes) -> None:
-        """Receive a packet of this participant's own; nobody is there to receive it yet."""
+        """Receive a packet of this participant's own. This default does nothing until a receiver is set."""
 
 
 LOCAL: Address = ('', 0)

@@ -1,4 +1,4 @@
-"""A writer of one topic: what it is given goes out at once, and is kept for those who may ask for it again.
+"""A writer of one topic: it sends samples at once, and keeps them for readers that may request them again.
 
 A fresh sample goes to all readers, in one packet for each address (`writer_output`). It is kept for reliable
 readers that have not acknowledged it (`repairs`), and for readers that come later (transient local). A sample
@@ -22,36 +22,36 @@ from goalwire.rtps.protocol.writer_repairs import Repairs
 
 MOST_UNACKNOWLEDGED = 1024
 MOST_UNACKNOWLEDGED_SIZE = 16 << 20
-"""Samples, and bytes, that a writer keeps for its readers before it is full, where it keeps all."""
+"""How many samples, and bytes, a writer with KEEP_ALL keeps for its readers before it is full."""
 
 
 class WriterListener:
-    """Is told what happens to a writer. Every method is called without any lock."""
+    """The callbacks of a writer. Every method is called without any lock held."""
 
     def on_matched(self, reader: EndpointData) -> None:
-        """A reader gets what is written from now on."""
+        """Called when a reader has been matched: it gets the samples from now on."""
 
     def on_answered(self, reader: EndpointData) -> None:
-        """A reliable reader has answered for the first time: it knows the writer, and lacks nothing new."""
+        """Called at a reliable reader's first answer: it knows the writer, and will miss no new sample."""
 
     def on_unmatched(self, reader: EndpointData) -> None:
-        """A reader has gone."""
+        """Called when a matched reader has gone."""
 
     def on_incompatible(self, reader: EndpointData, policy: str) -> None:
-        """A reader of the topic asks for more than the writer offers, by this policy."""
+        """Called if a reader of the topic requests more than the writer offers, by this policy."""
 
     def on_room(self) -> None:
-        """A writer that was full has room again."""
+        """Called when a writer that was full has room again."""
 
     def on_deadline_missed(self) -> None:
-        """Nothing was written for the time that the deadline allows."""
+        """Called if no sample was written within the deadline."""
 
     def on_liveliness_lost(self) -> None:
-        """Nothing was written or asserted for the time of the lease; readers hold the writer for dead."""
+        """Called if the liveliness lease has ended without a sample or assertion."""
 
 
 class Writer:
-    """A writer of one topic. Methods may be called on any thread, if nothing else is said."""
+    """A writer of one topic. Methods may be called on any thread, unless they say otherwise."""
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class Writer:
         is_keyed: bool = False,
         fragment_sizes: FragmentSizes = FRAGMENT_SIZES,
     ) -> None:
-        """`is_keyed` is for built-in writers."""
+        """`is_keyed` is used for built-in writers."""
         self.data = data
         self.listener = listener
         self.entity_id = data.entity_id
@@ -72,7 +72,7 @@ class Writer:
         self._keeps_all = not data.qos.depth
         self._expires = data.qos.lifespan < INFINITE
         self._is_watched = False
-        """Whether it has a deadline, or a lease of its own."""
+        """True if it has a deadline or a liveliness lease to watch."""
         self._is_local_history = data.qos.durability >= TRANSIENT_LOCAL
         self._was_full = False
         self._output = WriterOutput(wire, data, self.history, fragment_sizes)
@@ -81,14 +81,14 @@ class Writer:
             self._output, self._windows, data.qos, self._on_acknowledged, listener.on_answered
         )
         self.readers = self._output.readers
-        """Those that get its samples, by their GUID."""
+        """The readers that get its samples, by their GUIDs."""
         self.on_acknack = self._repairs.on_acknack
         self.on_nack_frag = self._windows.on_nack_frag
         self._deadline: Watch | None = None
         self._lease: Watch | None = None
 
     def start(self) -> None:
-        """Watch its deadline and its lease from now on. Inside `Wire.run`."""
+        """Watch the writer's deadline and lease from now on. Inside `Wire.run`."""
         wire, qos, listener = self._wire, self.data.qos, self.listener
         self._is_watched = min(qos.deadline, qos.lease) < INFINITE
         if qos.deadline < INFINITE:
@@ -106,9 +106,9 @@ class Writer:
     def write(
         self, payload: bytes, *, qos: bytes = b'', to: bytes | None = None, time_ns: int | None = None
     ) -> int | None:
-        """Send a sample and return its number; None if the writer is full, which `on_room` ends.
+        """Send a sample and return its number; None if the writer is full: then wait for `on_room`.
 
-        `qos` is inline QoS, `to` the GUID of the only reader to get it. A signal's handler that interrupts
+        `qos` is inline QoS, `to` the GUID of the only reader to get it. A signal handler that interrupts
         its own thread in here gets 0: its sample is sent right after that.
         """
         otherwise: int | None = 0
@@ -123,7 +123,7 @@ class Writer:
         key: bytes = b'',
         is_key: bool = False,
     ) -> int | None:
-        """Do what `write` says. Inside `Wire.run`."""
+        """Write a sample, as `write` does, but inside `Wire.run`."""
         addressee = self.readers.get(to) if to is not None else None
         output, history = self._output, self.history
         may_be_full = len(history.changes) >= MOST_UNACKNOWLEDGED or history.size >= MOST_UNACKNOWLEDGED_SIZE
@@ -162,7 +162,7 @@ class Writer:
         return number
 
     def assert_liveliness(self) -> None:
-        """Say that the writer lives, to readers that mind."""
+        """Assert that the writer lives, to readers that watch its liveliness."""
         self._wire.run(self._assert, None)
 
     def _assert(self) -> None:
@@ -179,7 +179,7 @@ class Writer:
     # ---- what waits for readers
 
     def is_full(self) -> bool:
-        """Whether a writer that keeps all waits for its readers."""
+        """True if a writer with KEEP_ALL must wait for its readers."""
         if self.data.qos.depth:
             return False
         if self._windows.unsent_size >= MOST_UNACKNOWLEDGED_SIZE:
@@ -188,7 +188,7 @@ class Writer:
         return bool(self._output.reliable) and (is_behind or self._unacked_size() >= MOST_UNACKNOWLEDGED_SIZE)
 
     def _is_full_for(self, proxy: ReaderProxy) -> bool:
-        """Whether a writer that keeps all waits for one reader; others that are silent do not matter."""
+        """Return True if a writer with KEEP_ALL must wait for this reader; silent others do not count."""
         return (
             self._windows.unsent_size >= MOST_UNACKNOWLEDGED_SIZE
             or len(proxy.addressed) >= MOST_UNACKNOWLEDGED
@@ -196,12 +196,12 @@ class Writer:
         )
 
     def is_acknowledged(self) -> bool:
-        """Whether readers that have ever answered have acknowledged all that was written for them."""
+        """True if all readers that have ever answered have acknowledged all their samples."""
         output = self._output
         return not any(proxy.has_answered and output.is_open(proxy) for proxy in tuple(output.reliable))
 
     def is_acknowledged_by_all(self) -> bool:
-        """Whether all reliable readers have acknowledged what was written for them; on any thread."""
+        """True if all reliable readers have acknowledged all their samples; on any thread."""
         output = self._output
         return all(proxy.acked >= output.last_for(proxy) for proxy in tuple(output.reliable))
 
@@ -223,7 +223,7 @@ class Writer:
         self._offer_room()
 
     def _offer_room(self) -> None:
-        """Tell that there is room again, if there was none; there may be some for one reader alone."""
+        """Report that there is room again, if the writer was full; the room may be for only one reader."""
         if self._was_full and (self._output.is_addressed or not self.is_full()):
             self._was_full = False
             self._wire.tell(self.listener.on_room)
@@ -231,7 +231,7 @@ class Writer:
     # ---- readers that come and go
 
     def match(self, reader: EndpointData, address: Address, *, is_near: bool, pushes: bool = False) -> None:
-        """Take up a reader; `pushes`: send it all at once, unasked. Inside `Wire.run`."""
+        """Add a reader; `pushes`: send it all samples at once, without a request. Inside `Wire.run`."""
         output = self._output
         is_reliable = self._is_reliable and reader.qos.reliability == RELIABLE
         wants_history = self._is_local_history and reader.qos.durability >= TRANSIENT_LOCAL
@@ -256,16 +256,16 @@ class Writer:
         self._repairs.set_timer(self._wire.clock())
 
     def note_received(self, reader: bytes, number: int) -> None:
-        """A reader has shown otherwise than by ACKNACK that it has a sample, and so all before it.
+        """Note that a reader has a sample, and so all earlier ones, although it sent no ACKNACK.
 
-        It is not asked for that any more. Inside `Wire.run`.
+        The reader is then not asked for them. Inside `Wire.run`.
         """
         proxy = self.readers.get(reader)
         if proxy is not None and proxy.has_answered:
             self._repairs.note_received(proxy, min(number, self._output.last_for(proxy)))
 
     def tell_again(self, reader: bytes) -> None:
-        """Tell a reader which samples there are. Inside `Wire.run`."""
+        """Tell a reader again which samples exist. Inside `Wire.run`."""
         proxy = self.readers.get(reader)
         if proxy is not None:
             self._output.send_to(proxy, self._output.heartbeat(proxy))
@@ -287,7 +287,7 @@ class Writer:
             self._output.note_readers()
 
     def stop(self) -> None:
-        """Send nothing more. Inside `Wire.run`."""
+        """Stop sending. Inside `Wire.run`."""
         self._repairs.stop()
         self._windows.stop()
         for watch in (self._deadline, self._lease):

@@ -1,8 +1,8 @@
-"""What a writer sends: fresh samples, and what tells its readers which samples there are.
+"""A writer's packets: fresh samples, and HEARTBEAT and GAP, which tell its readers what samples exist.
 
-A fresh sample goes to all readers in one packet for each address. A sample may be meant for one reader alone
-(`Change.reader`): from then on each reader gets packets of its own, and learns by GAP, in front of what it
-gets next, which samples are none of its business.
+A fresh sample goes to all readers in one packet for each address. A sample may be for only one reader
+(`Change.reader`): from then on each reader gets separate packets, and learns by GAP, in front of what it
+gets next, which samples are not for it.
 """
 
 from __future__ import annotations
@@ -29,72 +29,72 @@ from goalwire.rtps.protocol.reader_proxy import ReaderProxy
 from goalwire.rtps.protocol.wire import Wire
 
 SAMPLES_A_HEARTBEAT = 32
-"""Samples after which readers are asked at once."""
+"""After so many samples readers are asked at once."""
 
 _HEADS = struct.Struct('<BBHIIBBHHH4s4siI')
-"""INFO_TS, and DATA up to its inline QoS or payload, in one go."""
+"""INFO_TS, and DATA up to its inline QoS or payload, as one struct."""
 
 
 class WriterOutput:
-    """A writer's samples and readers, and the packets from the one to the others. Inside `Wire.run`."""
+    """Sends a writer's samples to its readers. Inside `Wire.run`."""
 
     def __init__(self, wire: Wire, data: EndpointData, history: HistoryCache, sizes: FragmentSizes) -> None:
-        """`sizes` are of its fragments."""
+        """`sizes` are the sizes of its fragments."""
         self.wire = wire
         self.entity_id = data.entity_id
         self.history = history
         self.fragment_size = sizes.near
         self._sizes = sizes
         self._has_far = self._has_lost = False
-        """Whether there was a reader on another host, and whether one has lost something."""
+        """True once there was a reader on another host; True once a reader has lost fragments."""
         self.last = 0
         """The number of the last sample."""
         self.unsent: deque[Change] = deque()
-        """Samples that wait for those before them; the first is being sent, in fragments."""
+        """Samples that wait for earlier ones; the first is being sent, in fragments."""
         self.readers: dict[bytes, ReaderProxy] = {}
         self.reliable: list[ReaderProxy] = []
         self.addresses: tuple[Address, ...] = ()
-        """Where the readers are, each address once."""
+        """The addresses of the readers, without duplicates."""
         self.is_addressed = False
-        """Whether a sample was meant for one reader alone: then each reader gets packets of its own."""
+        """True once a sample was for only one reader: then each reader gets separate packets."""
         self.counter = 0
-        """Of the last HEARTBEAT and HEARTBEAT_FRAG."""
+        """The counts of the last HEARTBEAT and HEARTBEAT_FRAG."""
         self.asked = 0
-        """The last sample when readers were asked last."""
+        """The number of the last sample at the last HEARTBEAT."""
 
     def note_far(self) -> None:
-        """Take note that a reader is on another host."""
+        """Note that a reader is on another host."""
         if not self._has_far:
             self._has_far = True
             self.fragment_size = self._sizes.far
 
     def note_loss(self) -> None:
-        """Take note that a reader lacks fragments that were sent."""
+        """Note that a reader lacks fragments that were sent."""
         self._has_lost = True
         if self._has_far:
             self.fragment_size = self._sizes.far
 
     def trust(self) -> None:
-        """Take note that much has arrived without a loss."""
+        """Note that many fragments have arrived without a loss."""
         if self._has_far and not self._has_lost:
             self.fragment_size = self._sizes.most_far
 
     def begin_addressing(self) -> None:
-        """Send each reader packets of its own from now on."""
+        """Send each reader separate packets from now on."""
         if not self.is_addressed:
             self.is_addressed = True
             for proxy in self.readers.values():
                 proxy.last = max(self.last, proxy.start - 1)
 
     def note_readers(self) -> None:
-        """Take note that a reader has come or gone."""
+        """Note that a reader has been added or removed."""
         self.reliable = [proxy for proxy in self.readers.values() if proxy.is_reliable]
         self.addresses = tuple({proxy.address: None for proxy in self.readers.values()})
 
     # ---- samples
 
     def send_fresh(self, change: Change) -> None:
-        """Send a sample that fits a packet to all that it is for."""
+        """Send a sample that fits into a packet to all its readers."""
         if self.is_addressed:
             for proxy in self.receivers(change):
                 self._send_addressed(proxy, change)
@@ -114,7 +114,7 @@ class WriterOutput:
                 self.send_to(proxy, self.heartbeat(proxy))
 
     def _encode(self, before: bytes, change: Change, reader: bytes) -> bytes:
-        """Return INFO_TS and DATA behind the beginning of their packet; `reader` is the entity id."""
+        """Return INFO_TS and DATA after the beginning of their packet; `reader` is the entity id."""
         payload, number, qos = change.payload, change.number, change.qos
         seconds, rest = divmod(change.time, NS)
         flags = LITTLE
@@ -145,7 +145,7 @@ class WriterOutput:
         return b'%b%b%b%b%b' % (before, heads, qos, payload, b'\0\0\0'[:pad])
 
     def _send_addressed(self, proxy: ReaderProxy, change: Change) -> None:
-        """Send a sample to one reader, behind a GAP for those that were others'."""
+        """Send a sample to one reader, after a GAP for samples that were for others."""
         before = self.wire.head + proxy.asks
         if proxy.last + 1 < change.number:
             before += self.gap_before(proxy, change.number)
@@ -156,7 +156,7 @@ class WriterOutput:
         self.wire.send(packet, proxy.address)
 
     def gap_before(self, proxy: ReaderProxy, number: int) -> bytes:
-        """Return GAP for the samples between the last that a reader was sent and `number`."""
+        """Return GAP for the samples between the last one sent to a reader and `number`."""
         first = max(proxy.last + 1, proxy.start)
         if not self.is_addressed or first >= number or not proxy.is_reliable:
             return b''
@@ -184,11 +184,11 @@ class WriterOutput:
         return self.unsent[0].number - 1 if self.unsent else self.last
 
     def last_for(self, proxy: ReaderProxy) -> int:
-        """Return the last sample that a reader has been sent, or that was none of its business."""
+        """Return the last sample that was sent to a reader, or was not for it."""
         return proxy.last if self.is_addressed else max(self.sent(), proxy.start - 1)
 
     def heartbeat(self, proxy: ReaderProxy, *, is_final: bool = False, asserts: bool = False) -> bytes:
-        """Return HEARTBEAT for one reader, behind a GAP for samples that were others'."""
+        """Return HEARTBEAT for one reader, after a GAP for samples that were for others."""
         self.counter += 1
         last = self.last_for(proxy)
         self.asked = self.last
@@ -200,5 +200,5 @@ class WriterOutput:
         return gap + told.encode()
 
     def is_open(self, proxy: ReaderProxy) -> bool:
-        """Whether a reader has something to acknowledge, or has never answered."""
+        """Return True if a reader has samples to acknowledge, or has never answered."""
         return not proxy.has_answered or proxy.acked < self.last_for(proxy)

@@ -1,4 +1,4 @@
-"""A writer, as its reader knows it: what has come of it, and what it is asked for."""
+"""A reader's record of one writer: received samples, and requests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FIRST_ASK_S = 0.005
 
 
 class WriterProxy:
-    """One writer, as a reader knows it."""
+    """A reader's record of one writer."""
 
     __slots__ = (
         '_skipped_from',
@@ -44,42 +44,42 @@ class WriterProxy:
         self.address = address
         self.entity_id = data.entity_id
         self.asks = info_dst(data.prefix)
-        """INFO_DST of its participant."""
+        """INFO_DST for the writer's participant."""
         self.is_reliable = is_reliable
         self.matched_at = wire.clock()
         self.next = 0
-        """The sample that is delivered next; 0 until that is known."""
+        """The next sample to deliver; 0 until that is known."""
         self.known = 0
-        """The last sample that the writer is known to have."""
+        """The last sample that the writer has told of."""
         self.lost = 0
-        """Samples before `next` that are lost, and of which the user has not been told."""
+        """Lost samples before `next` that have not been reported to the user."""
         self.backlog = Backlog(wire)
         self.counter: int | None = None
         self.frag_counter: int | None = None
-        """Of its last HEARTBEAT and HEARTBEAT_FRAG: one that comes twice counts once."""
+        """The counts of its last HEARTBEAT and HEARTBEAT_FRAG: so a duplicate is ignored."""
         self.sent_counter = 0
-        """Of what was sent to it last."""
+        """The count of the last ACKNACK or NACK_FRAG to it."""
         self.asked, self.asked_at = 0, 0.0
-        """From which sample on others were asked for last, and when."""
+        """The first sample of the last request, and the request's time."""
         self.timer: Timer | None = None
         self.interval = FIRST_ASK_S
         self.watch: Watch | None = None
-        """Over its liveliness, where that has a lease."""
+        """The watch over its liveliness, if that has a lease."""
         self.is_alive = True
         self._skipped_from = self._skipped_to = 0
 
     # ---- what was skipped
 
     def begin(self, first: int) -> None:
-        """Wait for `first`: the writer has told, for the first time, which samples it has."""
+        """Wait for `first`, after the writer's first HEARTBEAT."""
         self.next = self._skipped_to = first
 
     def skip(self, first: int, *, is_loss: bool = False) -> None:
-        """Wait no more for what is below `first`: somebody has told that it will not come.
+        """Stop waiting for samples below `first`, which a HEARTBEAT or a GAP says will not come.
 
-        That is not known for certain. Any program of the writer's host could send a HEARTBEAT or a GAP in the
-        writer's name, with any numbers. As long as nothing behind what was skipped has been delivered, the
-        writer may prove that it is not so, and then nothing is lost and no order is broken.
+        That may be false. Any program of the writer's host could send a HEARTBEAT or a GAP in the
+        writer's name, with any numbers. As long as no sample after the skipped ones has been delivered, the
+        writer can prove the opposite, and then nothing is lost and the order is kept.
         """
         if self._skipped_to != self.next or not self._skipped_from:
             self._skipped_from = self.next
@@ -88,16 +88,16 @@ class WriterProxy:
         self.next = self._skipped_to = first
 
     def was_skipped(self, number: int) -> bool:
-        """Whether a sample comes of which was told that it would not, and nothing behind it was delivered."""
+        """Return True for a skipped sample that comes, if no later one was delivered."""
         return self._skipped_to == self.next and 0 < self._skipped_from <= number < self.next
 
     def take_back_skip(self) -> None:
-        """Wait for what was skipped."""
+        """Wait for the skipped samples again."""
         self.next = self.known = self._skipped_from
         self._skipped_from = self._skipped_to = self.lost = 0
 
     def correct(self, last: int) -> None:
-        """The writer's last sample is `last`: if even the one behind it was skipped, that was not true."""
+        """Undo a skip beyond the writer's last sample `last`: it was false."""
         if last + 1 < self.next == self._skipped_to:
             self.next = self._skipped_from or last + 1
             self._skipped_to, self.lost = self.next, 0

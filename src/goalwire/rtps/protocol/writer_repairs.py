@@ -1,9 +1,9 @@
-"""What a writer's reliable readers have acknowledged, and what they lack.
+"""Acknowledgements of a writer's reliable readers, and repeats of samples that they lack.
 
-A reliable reader is asked by HEARTBEAT what it lacks. It answers by ACKNACK, and gets what it lacks at once.
-A reader that has answered before is asked some time after a sample, so that a stream costs few answers; one
-that has not may not know this writer yet, and is asked with each sample. One that does not answer is asked
-ever more rarely, and nobody waits for it but a writer that keeps all.
+A reliable reader is asked by HEARTBEAT. It answers by ACKNACK, and gets its missing samples at once.
+A reader that has answered before is asked some time after a sample, so that a stream costs few answers. A
+reader that has not answered may not know this writer yet, and is asked with each sample. A silent reader is
+asked at growing intervals, and only a writer with KEEP_ALL waits for it.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from goalwire.rtps.protocol.wire import FOREVER, Timer
 from goalwire.rtps.protocol.writer_output import WriterOutput
 
 TOGETHER_S = 0.002
-"""Readers are asked together that would be asked so soon one after the other: each time all are looked at."""
+"""Readers that are due within this time are asked together, because each round looks at all readers."""
 ON_THE_WAY_S = 0.004
-"""How long samples may be on their way to a reader that says it has nothing: two sides that meet tell each
-other all, and ask each other, at the same moment. Less than it takes until HEARTBEAT is sent again."""
+"""How long samples may be on their way to a reader that says it has none: two sides that meet tell each
+other everything, and ask each other, at the same moment. It is less than the time between HEARTBEATs."""
 RAREST_HEARTBEAT_S = 1.0
-"""How long a reader that does not answer is left alone at most."""
+"""The longest interval at which a silent reader is asked."""
 
 
 class Repairs:
-    """Asks the reliable readers of one writer, and sends them again what they lack. Inside `Wire.run`."""
+    """Asks the reliable readers of one writer, and repeats samples that they lack. Inside `Wire.run`."""
 
     def __init__(
         self,
@@ -39,9 +39,9 @@ class Repairs:
         on_acknowledged: Callable[[], None],
         on_answered: Callable[[EndpointData], None],
     ) -> None:
-        """`on_acknowledged` is called when a reader has acknowledged something, or has gone.
+        """`on_acknowledged` is called when a reader has acknowledged samples, or has gone.
 
-        `on_answered` is told of the first answer of each reader, as users are told things.
+        `on_answered` is called at each reader's first answer, in order with users' callbacks.
         """
         self._output = output
         self._windows = windows
@@ -52,10 +52,10 @@ class Repairs:
         self.acked = 0
         """All samples up to this one are acknowledged by all reliable readers."""
         self.timer: Timer | None = None
-        """None: nobody has to be asked."""
+        """None: no reader must be asked."""
 
     def expect_answers(self) -> None:
-        """Ask reliable readers some time from now, if they have not acknowledged all by then."""
+        """Plan to ask reliable readers later, if they have not acknowledged all by then."""
         output = self._output
         now = output.wire.clock()
         for proxy in output.reliable:
@@ -64,7 +64,7 @@ class Repairs:
         self.set_timer(now)
 
     def set_timer(self, now: float) -> None:
-        """Have the readers asked that are due next."""
+        """Set the timer for the readers that are due next."""
         output = self._output
         due = min((proxy.due for proxy in output.reliable), default=FOREVER)
         if self.timer is not None:
@@ -76,7 +76,7 @@ class Repairs:
             self.timer = output.wire.timers.at(max(due, now), self._ask)
 
     def _ask(self) -> None:
-        """Send HEARTBEAT to the readers whose time has come."""
+        """Send HEARTBEAT to the due readers."""
         output = self._output
         self.timer = None
         now = output.wire.clock()
@@ -92,7 +92,7 @@ class Repairs:
         self.set_timer(now)
 
     def on_acknack(self, proxy: ReaderProxy, acknack: AckNack) -> None:
-        """Take note of what a reader has, and send what it lacks. Inside `Wire.run`."""
+        """Note which samples a reader has, and send the missing ones. Inside `Wire.run`."""
         output = self._output
         base, missing = acknack.missing.base, acknack.missing.numbers()
         has_nothing = base <= max(1, proxy.start) and not missing and not acknack.is_final
@@ -107,7 +107,7 @@ class Repairs:
         if missing:
             proxy.interval = HEARTBEAT_S
             self.repair(proxy, missing)
-        elif has_nothing and proxy.acked < last:  # it will ask for all of it
+        elif has_nothing and proxy.acked < last:  # it will request all of it
             if output.wire.clock() >= proxy.pushed_at + ON_THE_WAY_S:
                 self.push(proxy, list(range(proxy.acked + 1, min(last, proxy.acked + 256) + 1)))
         elif not acknack.is_final:
@@ -116,7 +116,7 @@ class Repairs:
             self.expect_answers()
 
     def note_received(self, proxy: ReaderProxy, number: int) -> None:
-        """Take note that a reader has all samples up to one; nothing new is no error."""
+        """Note that a reader has all samples up to `number`; it may be known already."""
         before = proxy.acked
         if number <= before:
             return
@@ -125,13 +125,13 @@ class Repairs:
             self.forget_addressed(proxy, number)
         proxy.interval = HEARTBEAT_S
         proxy.due = FOREVER
-        if before <= self.acked:  # else another reader has less, which stays so
+        if before <= self.acked:  # else another reader has fewer, and the least number stays
             self.note_acked()
         else:
             self._on_acknowledged()
 
     def note_acked(self) -> None:
-        """Let go of samples that all reliable readers have."""
+        """Drop samples that all reliable readers have."""
         output = self._output
         sent = output.sent()
         self.acked = min(
@@ -144,7 +144,7 @@ class Repairs:
         self._on_acknowledged()
 
     def forget_addressed(self, proxy: ReaderProxy, number: int) -> None:
-        """Let go of what was meant for one reader alone, up to a sample."""
+        """Drop the samples for only this reader, up to a number."""
         history, addressed = self._output.history, proxy.addressed
         while addressed and addressed[0].number <= number:
             change = addressed.popleft()
@@ -153,12 +153,12 @@ class Repairs:
                 history.remove(change.number)
 
     def push(self, proxy: ReaderProxy, numbers: list[int]) -> None:
-        """Send samples to a reader that has none and has not asked for these."""
+        """Send samples to a reader that has none, without a request."""
         proxy.pushed_at = self._output.wire.clock()
         self.repair(proxy, numbers)
 
     def repair(self, proxy: ReaderProxy, numbers: list[int]) -> None:
-        """Send samples again to one reader, up to a window, and ask it what it lacks then."""
+        """Send samples again to one reader, up to a window, and then ask which ones it lacks."""
         output = self._output
         if self._lifespan < INFINITE:
             output.history.expire(output.wire.wall_clock_ns() - self._lifespan)
@@ -171,7 +171,7 @@ class Repairs:
             if number > last or left <= 0:
                 break
             if change is not None and change.size > output.fragment_size and not change.fragment_size:
-                change.fragment_size = output.fragment_size  # it was written before there was a reader
+                change.fragment_size = output.fragment_size  # the sample is older than the reader
             if change is None or number < proxy.start or change.reader not in (None, proxy.data.guid):
                 gone.append(number)
             elif change.fragment_size:
@@ -191,7 +191,7 @@ class Repairs:
         output.send_to(proxy, b''.join(parts))
 
     def _gap(self, proxy: ReaderProxy, numbers: list[int]) -> bytes:
-        """Return GAP for numbers in order, less than 256 apart."""
+        """Return GAP for sorted numbers that are less than 256 apart."""
         base = numbers[0] + 1
         while base - numbers[0] < len(numbers) and numbers[base - numbers[0]] == base:
             base += 1
@@ -199,6 +199,6 @@ class Repairs:
         return Gap(proxy.entity_id, self._output.entity_id, numbers[0], NumberSet.of(base, rest)).encode()
 
     def stop(self) -> None:
-        """Ask nobody more."""
+        """Stop asking."""
         if self.timer is not None:
             self.timer.cancel()
