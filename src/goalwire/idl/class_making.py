@@ -1,4 +1,4 @@
-"""Makes classes: that of a message from generated source, that of a service or action from its parts."""
+"""Makes classes: of a message from generated source, of a service or an action from its parts."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class InterfaceMeta(type):
     """The metaclass of every interface class; rclpy asks for _TYPE_SUPPORT to tell them from others."""
 
     _TYPE_SUPPORT: str | None = None
-    _covered: dict[str, object]  # slots behind values that were set on the class
+    _covered: dict[str, object]  # slots of fields whose values were set on the class
 
     def __setattr__(cls, name: str, value: object) -> None:
         """Set a class attribute. A field's name sets the field of every message, as `ros2 param delete` does.
@@ -56,7 +56,7 @@ class InterfaceMeta(type):
 
     @classmethod
     def __import_type_support__(cls) -> None:
-        """rosidl loads its C code here; there is none."""
+        """Do nothing: rosidl loads its C code here, which goalwire does not have."""
 
 
 class _Printer(Protocol):
@@ -66,7 +66,7 @@ class _Printer(Protocol):
 
 
 class _Made:
-    """A class attribute that is made when it is first read: most programs read none of them."""
+    """A class attribute that is computed when it is first read: most programs never read it."""
 
     def __init__(self, make: Callable[[], object]) -> None:
         self._make = make
@@ -83,13 +83,13 @@ class _Signature(_Made):
 
     def __get__(self, instance: object, owner: type) -> object:
         made = super().__get__(instance, owner)
-        if isinstance(instance, type):  # help() asks the class before it lists the methods
+        if isinstance(instance, type):  # help() reads it from the class before it lists the methods
             vars(instance)['__init__'].__signature__ = made
         return made
 
 
 class _Documentation(_Made):
-    """A docstring of a class and its instances. It stands in the metaclass, too: pydoc looks there."""
+    """The docstring of a class and its instances. The metaclass has it, too, because pydoc reads it there."""
 
     def __get__(self, instance: object, owner: type) -> object:
         return self if instance is None else super().__get__(instance, owner)
@@ -179,7 +179,9 @@ def _metaclass(
         '_covered': {},
     }
     if isinstance(defined, MessageDefinition):
-        namespace['__signature__'] = _Signature(partial(_sign, defined))  # help() would list the class's own
+        namespace['__signature__'] = _Signature(
+            partial(_sign, defined)
+        )  # else help() would list this attribute of the class
     for attribute, value in attributes.items():
         namespace[attribute] = property(partial(_constant, value))
     return type(name, (InterfaceMeta,), namespace)
@@ -220,7 +222,7 @@ def _finish(cls: type, message: MessageDefinition, nested: Mapping[str, type]) -
 
 
 def _describe(attribute: property, field: Field, nested: Mapping[str, type]) -> None:
-    """Give a field its comment, and its type to IPython, which completes what follows it."""
+    """Give a field its comment, and tell IPython its type, for completion of nested fields."""
     if field.comment:
         attribute.__doc__ = f'Message field {field.name!r}: {field.comment}'
     if field.type.shape is Shape.SINGLE and attribute.fget is not None:

@@ -1,6 +1,6 @@
 """The Python source of a message class: like rosidl's, but with a fast constructor.
 
-Names inside: `_self` and everything the class borrows start with an underscore, which no field does.
+Names inside: `_self` and all imported names start with an underscore; names of fields never do.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ class _Slot:
     """A field in the source: its default in the signature, and expressions for the stored value."""
 
     name: str
-    signature: str  # the keyword's default
+    signature: str  # the default of the keyword argument
     fresh: str  # an expression for a new default; '' if the signature's default is stored itself
     convert: str  # an expression that converts the given value `{}`
     is_packed: bool = False  # the slot holds bytes until the field is first read
@@ -41,7 +41,7 @@ def class_source(
 ) -> tuple[str, dict[str, object]]:
     """Return the source of a class and the names it needs; `classes` are the nested ones by full name.
 
-    With `checks` its messages check their fields unless they are asked not to.
+    With `checks` its messages check their fields, unless check_fields=False is given.
     """
     names: dict[str, object] = {'_UNSET': UNSET}
     slots = [_slot(field, names) for field in message.fields]
@@ -113,7 +113,7 @@ def _slot(field: Field, names: dict[str, object]) -> _Slot:
 
 def _constructor(slots: list[_Slot], *, checks: bool) -> list[str]:
     keywords = ''.join(f'{slot.name}={slot.signature}, ' for slot in slots)
-    # Rare arguments stand in _rest, check_fields too: the usual case asks one question.
+    # Rare arguments, such as check_fields, are in _rest: so the usual call needs only one test.
     return [
         f'    def __init__(_self, {"*, " if slots else ""}{keywords}**_rest):',
         '        _self._check_fields = False',
@@ -143,7 +143,7 @@ def _equality(fields: tuple[Field, ...]) -> list[str]:
 
 
 def _unpacking(name: str) -> list[str]:
-    """Return the lines that make a fixed primitive array of the bytes in its slot; see idl/runtime.py."""
+    """Return the lines that turn the bytes in a slot into a fixed primitive array; see idl/runtime.py."""
     return [
         f'        _kept = _self._{name}',
         '        if _type(_kept) is _bytes:',

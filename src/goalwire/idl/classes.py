@@ -18,7 +18,7 @@ from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, 
 _classes: dict[str, type] = {}
 _extents: dict[type, extent.Extent] = {}
 _KEPT = '__definition__'
-"""The attribute of a class in which its definition is kept; no field and no constant has such a name."""
+"""The attribute that holds a class's definition; fields and constants cannot have this name."""
 
 
 class _Part:
@@ -37,7 +37,7 @@ class _Part:
 
 
 def made_classes(name: str) -> list[type]:
-    """Return the message classes of this name, without its package, that have been made so far."""
+    """Return the classes made so far of messages with this name, in any package."""
     return [cls for cls in list(_classes.values()) if cls.__name__ == name]
 
 
@@ -82,7 +82,7 @@ def find_class(full_name: str, _inside: tuple[str, ...] = ()) -> type:
 
 
 def _foreign_class(package: str, kind: str, name: str) -> type:
-    module = f'{package}.{kind}.{module_name(name.partition("_")[0])}'  # holds the derived types too
+    module = f'{package}.{kind}.{module_name(name.partition("_")[0])}'  # it also holds the derived types
     try:
         found = getattr(import_module(module), name)
     except (ImportError, AttributeError):

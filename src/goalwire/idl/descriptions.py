@@ -1,4 +1,4 @@
-"""A type that another node has described, as the text of a definition (REP 2016).
+"""Turns a type description of another node into the text of a definition (REP 2016).
 
 `~/get_type_description` of a node describes its types. A description has what the wire needs: names and
 types of fields, of the type and of all types in it. It has no comments, constants or units, and its defaults
@@ -66,8 +66,8 @@ class Description(Protocol):
 def register_descriptions(name: str, descriptions: Iterable[Description]) -> list[str]:
     """Make a type known, and all types in it that are not known here; return the full names of the new ones.
 
-    `name` is 'pkg/kind/Name', or an event of a service, which has all parts of that. `descriptions` have it
-    and the types in it; of an action its parts suffice. The hash says whether the result is the type that was
+    `name` is 'pkg/kind/Name', or an event of a service, which has all its parts. `descriptions` hold it
+    and the types in it; for an action its parts suffice. The hash tells if the result is the type that was
     asked for: compare `type_hash` afterwards. Raises InterfaceError if something is missing or unreadable.
     """
     all_types = {
@@ -81,7 +81,7 @@ def register_descriptions(name: str, descriptions: Iterable[Description]) -> lis
     for each in sorted({whole, *all_types}):
         package, kind, base = registry.split_name(each)
         if '_' in base or _is_known(each):
-            continue  # a part of a service or an action comes with that
+            continue  # a part is made with its service or action
         text = _definition_text(all_types, each, kind)
         registry.register_definitions(package, {f'{kind}/{base}': text})
         added.append(each)

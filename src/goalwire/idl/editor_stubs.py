@@ -1,7 +1,7 @@
-"""Stubs of packages of one's own, written when jedi asks for a package.
+"""Writes stubs of the user's own packages when jedi imports a package.
 
 pylsp, vim, IPython and Jupyter use jedi. It runs no code of a package, and looks for stubs on the package's
-`__path__`. So that leads to a folder in the user's cache. The import hook uses this module: nothing heavy is
+`__path__`. So `__path__` contains a folder in the user's cache. The import hook uses it: nothing heavy is
 imported at the top.
 """
 
@@ -19,12 +19,14 @@ EDITORS_LIBRARY = 'jedi'
 
 
 def prepare(package: 'InterfacePackage') -> str:
-    """Return the folder for a package's stubs, '' if there is none; write them if jedi runs here."""
+    """Return the folder for a package's stubs, or ''; write the stubs if this process runs jedi."""
     try:
         cache = cache_folder('stubs')
     except OSError:
         return ''
-    place = os.path.splitdrive(package.folder)[1].strip(os.sep)  # packages of one name lie in several folders
+    place = os.path.splitdrive(package.folder)[1].strip(
+        os.sep
+    )  # different packages of the same name need different folders
     folder = os.path.join(cache, place, package.name)
     if EDITORS_LIBRARY in sys.modules and _is_stale(package, folder):
         _write(package, os.path.dirname(folder))
@@ -32,7 +34,7 @@ def prepare(package: 'InterfacePackage') -> str:
 
 
 def _is_stale(package: 'InterfacePackage', folder: str) -> bool:
-    """Whether a definition came, went or changed after the stubs were written."""
+    """Return True if a definition was added, removed or changed after the stubs were written."""
     try:
         written = os.stat(os.path.join(folder, '__init__.pyi')).st_mtime
     except OSError:
@@ -45,7 +47,7 @@ def _is_stale(package: 'InterfacePackage', folder: str) -> bool:
             try:
                 if os.stat(file).st_mtime > written:
                     return True
-            except OSError:  # it is gone again, or this kind was never there
+            except OSError:  # the folder has gone, or the package lacks this kind
                 continue
     return False
 
@@ -57,5 +59,5 @@ def _write(package: 'InterfacePackage', folder: str) -> None:
 
     try:
         stubs.write_stubs(Path(folder), [package.name], broken=[])
-    except OSError:  # nowhere to write: the editor knows less, and the import goes on
+    except OSError:  # the stubs cannot be written: the editor knows less, and the import goes on
         return

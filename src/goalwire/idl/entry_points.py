@@ -5,7 +5,7 @@ In pyproject.toml of such a distribution:
     [project.entry-points."goalwire.interfaces"]
     humanoid_interfaces = "humanoid_definitions"   # the Python package whose folder holds msg/, srv/, action/
 
-importlib.metadata costs 20 ms to import and stumbles over broken files, so the few lines are read here.
+importlib.metadata costs 20 ms to import and fails on broken files, so this module reads the lines itself.
 """
 
 import os
@@ -22,7 +22,7 @@ _cache: dict[tuple[str, ...], dict[str, str]] = {}
 
 
 def registrations() -> dict[str, str]:
-    """Interface package name -> name of the Python package that holds its definitions."""
+    """Map each interface package's name to the Python package that holds its definitions."""
     key = python_path()
     if key not in _cache:
         found: dict[str, str] = {}
@@ -41,11 +41,11 @@ def python_path() -> tuple[str, ...]:
 
 
 def folder_of(value: str, *, regular: bool = False) -> str | None:
-    """The folder of a Python package, as Python's own finders know it; nothing is imported for it.
+    """Return the folder of a Python package, found by Python's own finders without importing it.
 
-    The finder of interfaces is not asked: it would ask here.
+    The import hook's finder is not asked: it would call this function again.
 
-    With `regular` only of one with __init__.py.
+    With `regular`, only a package with __init__.py is found.
     """
     finders = [finder for finder in sys.meta_path if not getattr(finder, 'finds_interfaces', False)]
     path: Sequence[str] | None = None
@@ -59,18 +59,18 @@ def folder_of(value: str, *, regular: bool = False) -> str | None:
             if spec is None or not spec.submodule_search_locations or (regular and spec.loader is None):
                 return None
             path = list(spec.submodule_search_locations)
-        except Exception:  # other people's finders, and names that are not names
+        except Exception:  # finders of other packages may raise, and names may be invalid
             return None
     return os.path.abspath(path[0]) if path else None
 
 
 def discard() -> None:
-    """Read them anew from now on."""
+    """Forget the entry points: the next question reads them again."""
     _cache.clear()
 
 
 def _entry_points(folder: str) -> list[str]:
-    """Return the entry_points.txt of each distribution in a folder; unreadable files are passed over."""
+    """Return the entry_points.txt of each distribution in a folder; unreadable files are skipped."""
     try:
         with os.scandir(folder) as entries:
             names = [entry.name for entry in entries if entry.name.endswith(('.dist-info', '.egg-info'))]
@@ -88,7 +88,7 @@ def _entry_points(folder: str) -> list[str]:
 
 
 def _entries(text: str) -> list[tuple[str, str]]:
-    """The entries of our group: lines `name = value` below `[goalwire.interfaces]`."""
+    """Return the entries of goalwire's group: lines `name = value` below `[goalwire.interfaces]`."""
     entries = []
     group = ''
     for line in map(str.strip, text.splitlines()):

@@ -9,11 +9,11 @@ from goalwire.idl.model import Field, MessageDefinition, Shape
 from goalwire.records import record
 
 MAX_DEPTH = 64
-"""Messages inside messages: each level is a call in constructors, encoders and decoders."""
+"""How deep messages may be nested: each level is a call in constructors, encoders and decoders."""
 MAX_FIELDS = 10_000
 """How many fields, nested ones included, encoders write out one by one."""
 MAX_VALUES = 2**22
-"""Values that a new message is made with; 1024 numbers of an array are one."""
+"""How many values a new message may have; 1024 numbers of an array count as one."""
 _NUMBERS_PER_VALUE = 1024
 
 
@@ -30,10 +30,10 @@ ONE = Extent()
 
 
 def extent_of(message: MessageDefinition, nested: Mapping[str, Extent]) -> Extent:
-    """Return the extent of a message; raises InterfaceSyntaxError at the field that is too much.
+    """Return the extent of a message; raises InterfaceSyntaxError at the field that exceeds a limit.
 
-    `nested` are those of the messages in it, by full name. What ROS 2 derives from a definition, such as a
-    service's event, is never too much if the definition is not: its fields stand in no file.
+    `nested` has the extents of nested messages, by full name. Types that ROS 2 derives, such as a
+    service's event, are not refused if the definition itself is allowed: no file has their fields.
     """
     depth, fields, values = 1, 1, 1
     for field in message.fields:

@@ -1,8 +1,8 @@
 """Plain data, as YAML, JSON and forms give it, on its way into the fields of a message.
 
 ROS 2's own `set_message_fields` converts whatever it gets: the text 'false' becomes true, 3.7 becomes 3, and
-a text that stands for a list becomes one item a letter. Where values become commands for a robot, that is an
-accident. So `fit_fields` converts only what cannot be misunderstood, and refuses the rest with field, type
+a text in place of a list becomes a list of its letters. If values become commands for a robot, that is an
+accident. So `fit_fields` converts only unambiguous values, and refuses the rest with field, type
 and an example:
 
     1 for a float, 3.0 for an integer, '1e-3' for a number    taken, as ROS 2's commands do
@@ -82,7 +82,7 @@ def _loader() -> type[yaml.SafeLoader]:
         def keep(loader: Loader, node: yaml.ScalarNode, construct: Any = construct) -> object:
             try:
                 value = construct(loader, node)
-            except ValueError:  # the thirteenth month; a number of thousands of digits
+            except ValueError:  # a date in month 13, or a number of thousands of digits
                 value = node.value
             return Written(node.value, value) if node.style is None else value
 
@@ -93,7 +93,7 @@ def _loader() -> type[yaml.SafeLoader]:
 def _with_plain_keys(data: Any, done: dict[int, Any]) -> Any:
     """Return the data with the names of fields as texts: a field may be called `on`.
 
-    `done` holds what was made of each part: YAML's aliases may name one part a billion times.
+    `done` holds the result for each part: YAML's aliases may name one part a billion times.
     """
     if not isinstance(data, Mapping | list):
         return data
@@ -110,9 +110,9 @@ def _with_plain_keys(data: Any, done: dict[int, Any]) -> Any:
 
 
 def plain_values(data: Any, done: dict[int, Any] | None = None) -> Any:
-    """Return data with the values that YAML gives, if nobody knows the types of the fields.
+    """Return data with YAML's own values, for fields whose types are unknown.
 
-    `done` holds what was made of each part, as YAML's aliases may name one part often.
+    `done` holds the result for each part, because YAML's aliases may name one part often.
     """
     done = {} if done is None else done
     if isinstance(data, Written):
@@ -271,7 +271,7 @@ def _fit_integer(type_: FieldType, value: Any, path: str) -> int | bytes:
 
 
 def _number(value: Any) -> int | float | None:
-    """Return a number, also of a text that is one, as 1e-3 is to YAML; None for anything else."""
+    """Return a number, also from a text such as 1e-3, which YAML does not read as one; else None."""
     text = value.text if isinstance(value, Written) else value
     plain = value.value if isinstance(value, Written) else value
     number: object = _number_in(value) if isinstance(value, str) else plain

@@ -1,7 +1,7 @@
 """Code that is generated at run time: run, with its lines shown in tracebacks.
 
-`linecache` asks a module's loader for the source, when a traceback is printed. So that module, which brings
-`tokenize`, is not imported for lines that nobody ever sees.
+For a traceback `linecache` asks a module's loader for the source. So `linecache`, which imports
+`tokenize`, is not imported unless a traceback is printed.
 """
 
 from __future__ import annotations

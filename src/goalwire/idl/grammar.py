@@ -35,7 +35,7 @@ _CONSTANT_NAME = Pattern(r'[A-Z](?:_?[A-Z0-9])*')
 _LINE = Pattern(r'(\S++)(?:\s++([^\s=]++)\s*+(=?)\s*+(.*))?', re.DOTALL)
 _QUOTED = Pattern(r'\s*+\S++\s++[^\s=]++\s*+=?\s*+(?=["\'])')  # possessive: no line takes quadratic time
 _ARRAY = Pattern(r'(.*)\[([^\[\]]*)\]')
-# Names that the generated class itself uses; the third would be a slot of the same name.
+# Names that the generated class itself uses; the third is the name of a slot.
 _TAKEN = frozenset({'check_fields', 'get_fields_and_field_types', 'fields_and_field_types'})
 _TAKEN_CONSTANTS = frozenset({'SLOT_TYPES'})
 _SEPARATOR = '---'
@@ -55,7 +55,7 @@ _HINTS = {
 
 @record
 class _Source:
-    """Where a piece of text stands, for the error messages."""
+    """The position of a piece of text, for error messages."""
 
     name: str
     line: int = 1
@@ -171,7 +171,7 @@ class _Message:
             self._comments.append([*self._pending, *([comment] if comment else [])])
             self._pending = []
         elif not raw:
-            if not self._order:  # above a blank line at the top: of the whole message
+            if not self._order:  # a comment above a blank line at the top describes the whole message
                 self._heading += [*self._pending, '']
             self._pending = []
         elif raw[0].isspace() and self._order and not self._pending:
@@ -243,7 +243,7 @@ class _Message:
 
 
 def _split_comment(line: str) -> tuple[str, str]:
-    """Split at the `#` that starts the comment: one inside a quoted default or constant does not."""
+    """Split at the `#` that starts the comment; a `#` inside a quoted value does not count."""
     at = line.find('#')
     value = _QUOTED.match(line)
     if value and value.end() < at:

@@ -8,7 +8,7 @@ that one (and those behind it) first, and then decides:
   namespace package, does not: ./humanoid_interfaces/ may be a source folder.
 - What lies in goalwire/overlay/ (rclpy and its companions) comes last, wherever the overlay stands in
   sys.path; with GOALWIRE_FIRST=1, which `python -m goalwire.run` sets, it comes first.
-- A Python package may have interfaces of its own name: then only its msg, srv and action come from here.
+- A Python package and an interface package may share a name: then only msg, srv and action come from here.
 - Beside a real rclpy the hook serves nothing: that ROS 2 has its own packages.
 
 Every Python program loads this, pip too, and the folders that it searches may hold anything. So a failure
@@ -39,7 +39,7 @@ NEVER_PACKAGES = sys.stdlib_module_names | {
     'java',
 }
 KINDS = ('msg', 'srv', 'action')
-# Where the frames of an import lie between the statement and this module.
+# The files whose frames lie between an import statement and this module.
 _IMPORTERS = frozenset(
     {
         __file__,
@@ -54,7 +54,7 @@ TELLING_ENDINGS = ('_msgs', '_srvs', '_interfaces', '_actions', '_interface')
 class InterfaceFinder:
     """A meta path finder for std_msgs, humanoid_interfaces and the like."""
 
-    finds_interfaces = True  # by this `entry_points.py` tells the hook from other finders
+    finds_interfaces = True  # by this attribute `entry_points.py` recognises the hook among the finders
 
     def __init__(self) -> None:
         self._served: set[str] = set()  # packages, and of Python's own packages 'name.msg' and the like
@@ -87,7 +87,7 @@ class InterfaceFinder:
             search_path.discard()
 
     def _module_spec(self, fullname: str, target: 'ModuleType | None') -> 'ModuleSpec | None':
-        """A regular module or package (the overlay's if there is no other), else a namespace folder."""
+        """Find a regular module or package (the overlay's if there is no other), else a namespace folder."""
         if os.environ.get(OVERLAY_FIRST) == '1' and (spec := _regular(fullname, [OVERLAY])):
             return spec
         found = self._ask_behind(fullname, target)
@@ -98,7 +98,7 @@ class InterfaceFinder:
     def _ask_behind(
         self, fullname: str, target: 'ModuleType | None', path: 'Sequence[str] | None' = None
     ) -> 'ModuleSpec | None':
-        """Ask the finders behind this one: they find a module, else a namespace folder, else nothing."""
+        """Ask the finders behind this one, for a module or else for a namespace folder."""
         namespace = None
         for finder in _behind(self):
             spec = finder.find_spec(fullname, path, target)
@@ -128,7 +128,7 @@ class InterfaceFinder:
         return None
 
     def _kind_spec(self, fullname: str, path: 'Sequence[str]') -> 'ModuleSpec | None':
-        """The spec of name.msg, .srv or .action for a Python package `name`, whose folders are `path`."""
+        """Return the spec of name.msg, .srv or .action of a Python package `name`, which lies in `path`."""
         package = fullname.partition('.')[0]
         if package in NEVER_PACKAGES or package[0] == '_':
             return None
@@ -153,13 +153,13 @@ class InterfaceFinder:
 
         spec = modules.inner_spec(fullname, path)
         if spec is None and _asked_by_import_statement() and (text := modules.explain_unknown(fullname)):
-            # For a name in a from-import importlib drops a ModuleNotFoundError, and its text.
+            # In a from-import importlib swallows a ModuleNotFoundError with its text.
             of_a_type = fullname.count('.') > 1 or fullname.rpartition('.')[2][0].isupper()
             raise (ImportError if of_a_type else ModuleNotFoundError)(text, name=fullname)
         return spec
 
     def _real_rclpy(self) -> bool:
-        """Whether `import rclpy` means a rclpy that is not goalwire's."""
+        """Return True if `import rclpy` finds an rclpy that is not goalwire's."""
         loaded = sys.modules.get('rclpy')
         spec = loaded.__spec__ if loaded is not None else self._module_spec('rclpy', None)
         return spec is not None and spec.origin is not None and not _is_ours(spec)
@@ -183,7 +183,7 @@ def install() -> None:
             f'goalwire lies in the zip file {_zip_file()}, where its definitions and modules cannot be '
             'read: take shiv or pex, which unpack themselves'
         )
-    _imp.acquire_lock()  # two threads may come here, by their first imports
+    _imp.acquire_lock()  # two threads may arrive here with their first imports
     try:
         if any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
             return
@@ -196,7 +196,7 @@ def install() -> None:
 
 
 def _zip_file() -> str:
-    """The file that this module lies in, if that is no folder."""
+    """Return the zip file that contains goalwire, if it is not unpacked."""
     place = OVERLAY
     while not os.path.exists(place) and place != os.path.dirname(place):
         place = os.path.dirname(place)
@@ -204,13 +204,13 @@ def _zip_file() -> str:
 
 
 def _search_carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -> 'ModuleSpec | None':
-    """Search. An error other than ImportError is a warning, and nothing is found."""
+    """Call a search. An error other than ImportError becomes a warning, and the result is None."""
     try:
         return search(name)
     except ImportError:
         _hide_own_frames()
         raise
-    except Warning as warning:  # the program has warnings raised: an import can fail in one way only
+    except Warning as warning:  # warnings are errors in this program; an import may only raise ImportError
         if _asked_by_import_statement():
             raise ImportError(str(warning), name=name) from None
     except Exception as error:
@@ -225,14 +225,14 @@ def _search_carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -
 
 
 def _tell_hidden(name: str, file: str) -> None:
-    """Say that a program's own file has the name of a package, which nobody can import then."""
+    """Warn that a program's own file has the name of a package and hides it from imports."""
     shipped = os.path.join(os.path.dirname(OVERLAY), 'idl', 'share', name)
     if name == 'rclpy' or os.path.isdir(shipped):
         sys.stderr.write(f"goalwire: {file} hides the package '{name}': give this file another name\n")
 
 
 def _hide_own_frames() -> None:
-    """Have the error end the program with a traceback that shows only the program's own lines."""
+    """Make an uncaught error show a traceback with only the program's own lines."""
     from goalwire.tracebacks import hide_own_frames
 
     hide_own_frames()
@@ -252,7 +252,7 @@ def _overlay_finder() -> 'FileFinder | None':
 
 
 def _stubs_of(found: 'InterfacePackage') -> str:
-    """The folder of a package's type stubs: beside the overlay, or where an editor has them written."""
+    """Return the folder of a package's type stubs: beside the overlay, or the one written for editors."""
     from goalwire.idl import search_path
 
     if found.origin == search_path.SHIPPED_ORIGIN:
@@ -263,10 +263,10 @@ def _stubs_of(found: 'InterfacePackage') -> str:
 
 
 def _python_beside(found: 'InterfacePackage', namespace: 'ModuleSpec | None') -> 'ModuleSpec | None':
-    """The Python package that lies in a source folder beside the interfaces: my_robot/my_robot/__init__.py.
+    """Find the Python package in a source folder beside the interfaces: my_robot/my_robot/__init__.py.
 
-    Only if Python's own search, or GOALWIRE_INTERFACE_PATH, leads to that folder: what else lies below the
-    working directory may be anybody's, and is not run.
+    Only if Python's own search, or GOALWIRE_INTERFACE_PATH, leads to that folder: other code below the
+    working directory may come from a stranger, and is not run.
     """
     from goalwire.idl.search_path import INTERFACE_PATH
 
@@ -289,14 +289,14 @@ def _refuse_unnamed(fullname: str, path: 'Sequence[str]') -> None:
 
 
 def _is_registered(package: str) -> bool:
-    """Whether register_definitions gave this package types."""
+    """Return True if register_definitions has given this package types."""
     # Another thread may be in the middle of importing it: then nothing is registered yet.
     types = getattr(sys.modules.get('goalwire.idl.registry'), 'registered_types', None)
     return types is not None and bool(types(package))
 
 
 def _behind(finder: InterfaceFinder) -> 'Iterator[type[PathFinder]]':
-    """The finders after this one; all have PathFinder's find_spec."""
+    """Return the finders after this one; all have PathFinder's find_spec."""
     finders = sys.meta_path
     for other in finders[finders.index(finder) + 1 :]:
         if hasattr(other, 'find_spec'):
@@ -304,7 +304,7 @@ def _behind(finder: InterfaceFinder) -> 'Iterator[type[PathFinder]]':
 
 
 def _is_ours(rclpy: 'ModuleSpec') -> bool:
-    """Whether a rclpy is a goalwire's: it lies in an overlay, or PyInstaller packed it beside goalwire.
+    """Return True if an rclpy is goalwire's: it lies in an overlay, or PyInstaller packed it with goalwire.
 
     That may be the overlay of another goalwire, whose folder stands first in sys.path.
     """
@@ -315,7 +315,7 @@ def _is_ours(rclpy: 'ModuleSpec') -> bool:
 
 
 def _is_in_an_overlay(origin: str) -> bool:
-    """Whether a file is that of the module rclpy in the overlay of any goalwire."""
+    """Return True if a file is the module rclpy in the overlay of any goalwire."""
     overlay = os.path.dirname(os.path.dirname(origin))
     goalwire = os.path.dirname(overlay)
     return (
@@ -330,7 +330,7 @@ def _is_regular(spec: 'ModuleSpec | None') -> bool:
 
 
 def _not_ours(fullname: str, found: 'ModuleSpec') -> 'ModuleSpec | None':
-    """For a module of the overlay: the same name elsewhere in sys.path, which then comes first."""
+    """Find a module of the overlay's name elsewhere in sys.path; it takes precedence."""
     if found.origin is None or not found.origin.startswith(OVERLAY):
         return None
     return _regular(fullname, [entry for entry in sys.path if entry != OVERLAY])
@@ -342,7 +342,7 @@ def _regular(fullname: str, path: list[str]) -> 'ModuleSpec | None':
 
 
 def _wants_interfaces(name: str) -> bool:
-    """Whether it is worth to walk over folders for a package: libraries try many imports that may fail.
+    """Return True if a package is worth a walk through folders: libraries try many imports that may fail.
 
     True if its name says so, if msg, srv or action is asked of it, or if no import statement asks.
     """
@@ -359,9 +359,9 @@ def _wants_interfaces(name: str) -> bool:
 
 
 def _asked_by_import_statement() -> bool:
-    """Whether importlib's import itself asks, and not importlib.util.find_spec, which wants None."""
+    """Return True if an import statement asks, not importlib.util.find_spec, which expects None."""
     frame = sys._getframe(1)  # inspect would cost 10 ms
     while frame.f_back is not None and frame.f_code.co_filename == __file__:
-        frame = frame.f_back  # out of this file, then out of _find_spec
+        frame = frame.f_back  # skip the frames of this file, then those of _find_spec
     caller = frame.f_back
     return caller is not None and caller.f_code.co_name == '_find_and_load_unlocked'

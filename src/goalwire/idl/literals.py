@@ -48,7 +48,7 @@ def parse_scalar(text: str, base: str, string_capacity: int = 0) -> Scalar:
 
 
 def _parse_integer(text: str, base: str) -> int | bytes:
-    if len(text) > _LONGEST_NUMBER:  # Python itself refuses thousands of digits with an error of its own
+    if len(text) > _LONGEST_NUMBER:  # Python itself would refuse thousands of digits with another error
         raise ValueError(f'a number of {len(text)} characters is outside the range of {base}')
     try:
         value = int(text, 0)

@@ -17,7 +17,7 @@ FLOATS = frozenset({'float32', 'float64'})
 STRINGS = frozenset({'string', 'wstring'})
 PRIMITIVES = frozenset({'bool', 'byte', 'char'}) | INTEGER_BITS.keys() | FLOATS | STRINGS
 
-# rosidl gives a message without fields this one byte, since C has no empty struct: it is in the type hash
+# rosidl gives a message without fields this byte, because C has no empty struct: it is in the type hash
 # and on the wire, never in the Python class.
 EMPTY_MEMBER = 'structure_needs_at_least_one_member'
 
@@ -54,7 +54,7 @@ class FieldType:
 
     @property
     def is_number(self) -> bool:
-        """Integers, `char` and floats: what array.array and numpy hold; not bool and byte."""
+        """True for integers, `char` and floats, which array.array and numpy hold; False for bool and byte."""
         return self.base in INTEGER_BITS or self.base in FLOATS or self.base == 'char'
 
     @property
@@ -88,7 +88,7 @@ class Field:
 
     @property
     def unit(self) -> str:
-        """The unit that the comment gives in square brackets, such as rad/s; '' if it gives none."""
+        """The unit in square brackets in the comment, such as rad/s; '' without one."""
         found = _UNIT.search(self.comment)
         return found[1] if found else ''
 

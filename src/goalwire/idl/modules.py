@@ -36,7 +36,7 @@ _SHOWN = 30  # types that a message lists
 class InterfaceLoader(Loader):
     """Makes the modules; they fill themselves as their names are asked for.
 
-    They are plain modules: jedi takes an instance of any other class for a value, not for a module.
+    They have the plain type of modules: jedi does not accept a subclass as a module.
     """
 
     def __init__(self, folder: str | None, stubs: str | None) -> None:
@@ -47,7 +47,7 @@ class InterfaceLoader(Loader):
         """Leave it to Python."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Nothing to run: a package is empty, the others look things up (PEP 562)."""
+        """Run nothing: a package is empty, other modules find names on demand (PEP 562)."""
         find, names = _CONTENTS[module.__name__.count('.')]
         module.__doc__ = f'Interfaces from {self._folder or REGISTERED}.'
         module.__dict__['__getattr__'] = partial(find, module)
@@ -65,7 +65,7 @@ class InterfaceLoader(Loader):
         return os.path.join(self._stubs, '__init__.py')
 
     def get_source(self, _fullname: str) -> str:
-        """Return what is in that file: nothing. jedi asks for it."""
+        """Return an empty source, for jedi."""
         return ''
 
     def get_resource_reader(self, _fullname: str) -> 'DefinitionFiles | None':
@@ -74,7 +74,7 @@ class InterfaceLoader(Loader):
 
 
 class DefinitionFiles:
-    """The definitions of a package, as importlib.resources wants to read them."""
+    """The definitions of a package, for importlib.resources."""
 
     def __init__(self, folder: str) -> None:
         self._folder = folder
@@ -86,7 +86,7 @@ class DefinitionFiles:
 
 
 class InnerModules:
-    """Finds what is in a package or a kind, for tools that search its `__path__` (pkgutil, jedi)."""
+    """Finds the modules in a package or a kind, for tools that search its `__path__` (pkgutil, jedi)."""
 
     def __init__(self, fullname: str, folder: str) -> None:
         self._fullname = fullname
@@ -110,7 +110,7 @@ class InnerModules:
 
 
 def _find_misplaced(module: ModuleType, name: str) -> object:
-    """Refuse a name of <package>, which has none of its own, and say where a type of that name is."""
+    """Raise AttributeError for a name in <package>, and say where a type of that name is."""
     explained = None if name.startswith('_') else _explain_misplaced(module.__name__, name)
     raise AttributeError(
         f'module {module.__name__!r} has no attribute {name!r}{f": {explained}" if explained else ""}',
@@ -122,7 +122,7 @@ def _find_misplaced(module: ModuleType, name: str) -> object:
 def _find_type(module: ModuleType, name: str) -> object:
     """Return a type of <package>.msg, .srv or .action, or one derived from it; it becomes an attribute."""
     package, _, kind = module.__name__.partition('.')
-    if name.startswith('__') and name != '__all__':  # Python asks for these, and no type has such a name
+    if name.startswith('__') and name != '__all__':  # Python looks up such names, and types cannot have them
         raise _no_attribute(module, name)
     known = type_names(package, kind)
     if name == '__all__':
@@ -145,7 +145,7 @@ def _list_types(module: ModuleType) -> list[str]:
 
 
 def _find_part(module: ModuleType, name: str) -> object:
-    """Return a type of <package>.<kind>._<type>: that of the file, one derived from it, or a metaclass."""
+    """Return a type of <package>.<kind>._<type>: the file's own, a derived one, or a metaclass."""
     wanted = name.removeprefix('Metaclass_')
     if name.startswith('__') or wanted not in _part_names(module):
         raise _no_attribute(module, name)
@@ -180,7 +180,7 @@ _CONTENTS: 'tuple[tuple[Callable[..., object], Callable[..., list[str]] | None],
 
 
 def package_spec(package: str, found: InterfacePackage | None, stubs: str) -> ModuleSpec:
-    """The spec of a package that is there, or that register_definitions made known.
+    """Return the spec of a package that was found, or was registered by register_definitions.
 
     `stubs` is the folder of its type stubs, if it has any: editors look for them on its `__path__`.
     """
@@ -190,9 +190,9 @@ def package_spec(package: str, found: InterfacePackage | None, stubs: str) -> Mo
 def inner_spec(
     fullname: str, path: 'Sequence[str]', found: InterfacePackage | None = None
 ) -> ModuleSpec | None:
-    """The spec of std_msgs.msg or std_msgs.msg._string, None for all else.
+    """Return the spec of a module such as std_msgs.msg or std_msgs.msg._string; None for others.
 
-    `path` is that of the package around it; `found` is where std_msgs is.
+    `path` is the `__path__` of the enclosing package; `found` is where std_msgs is.
     """
     package, kind, *rest = fullname.split('.')
     found = found or search_path.imported_package(package, kind)
@@ -205,7 +205,7 @@ def inner_spec(
 
 
 def explain_unknown(fullname: str) -> str | None:
-    """Return the text for an import of std_msgs.msg.Strng or std_msgs.srv; None if Python's will do."""
+    """Return the error text for an import such as std_msgs.msg.Strng; None if Python's text is enough."""
     from difflib import get_close_matches
 
     package, kind, *rest = fullname.split('.')
@@ -239,7 +239,7 @@ def explain_unknown(fullname: str) -> str | None:
 
 
 def _explain_misplaced(package: str, name: str) -> str | None:
-    """Return the error text for std_msgs.String: where the type is. None if there is no such type."""
+    """Return the error text for std_msgs.String, which names the type's place; None for an unknown type."""
     from difflib import get_close_matches
 
     kinds = {type_: kind for kind in reversed(workspace.KINDS) for type_ in type_names(package, kind)}
@@ -260,7 +260,7 @@ def _explain_python(fullname: str, package: str) -> str | None:
 
 
 def type_names(package: str, kind: str) -> list[str]:
-    """The types that a package defines in <kind>/, by file or by register_definitions, sorted."""
+    """Return the sorted types of a package's <kind>, from files or from register_definitions."""
     return _names_in(search_path.imported_package(package, kind), package, kind)
 
 
@@ -273,7 +273,7 @@ def _names_in(found: InterfacePackage | None, package: str, kind: str) -> list[s
 
 
 def _modules(package: str, kind: str) -> dict[str, str]:
-    """'_string' -> 'String', for each type."""
+    """Map module names to types, such as '_string' to 'String'."""
     return _by_module(tuple(type_names(package, kind)))
 
 
@@ -283,7 +283,7 @@ def _by_module(names: tuple[str, ...]) -> dict[str, str]:
 
 
 def _spec(name: str, found: InterfacePackage | None, stubs: str | None) -> ModuleSpec:
-    """The spec of one module, which keeps where its package was found (see imported_package).
+    """Return the spec of one module; it keeps where its package was found (see imported_package).
 
     `stubs` is the folder of its stubs; None for a module that is no package.
     """
@@ -299,7 +299,7 @@ def _spec(name: str, found: InterfacePackage | None, stubs: str | None) -> Modul
 
 
 def folder_of(package: str, kind: str = 'msg') -> str | None:
-    """Where a package's definitions are, or 'register_definitions'; None for a package without interfaces."""
+    """Return where a package's definitions are, or 'register_definitions'; None without interfaces."""
     if found := search_path.imported_package(package, kind):
         return found.folder
     return REGISTERED if registry.registered_types(package) else None

@@ -16,7 +16,7 @@ from goalwire.idl.png import png
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 _WIDEST = 640
-"""Pixels; of a wider picture each second, third, … pixel is shown."""
+"""The largest width in pixels; of a wider picture only each second, third, … pixel is shown."""
 _MOST_COMPRESSED = 4 << 20
 _CHANNELS = {'rgb8': 3, 'bgr8': 3, 'rgba8': 4, 'bgra8': 4, 'mono8': 1, '8UC1': 1, '8UC3': 3}
 PNG, JPEG = 'image/png', 'image/jpeg'

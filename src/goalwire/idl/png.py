@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 _KINDS = {1: 0, 3: 2, 4: 6}
-"""The numbers that PNG has for gray, colours, and colours with alpha, by how many channels they have."""
+"""PNG's colour types for gray, colours, and colours with alpha, by the number of channels."""
 
 
 def png(pixels: np.ndarray[Any, Any]) -> bytes:
@@ -20,7 +20,7 @@ def png(pixels: np.ndarray[Any, Any]) -> bytes:
     height, width, channels = pixels.shape
     big_endian = np.ascontiguousarray(pixels.astype(pixels.dtype.newbyteorder('>')))
     row = width * channels * pixels.dtype.itemsize
-    lines = np.zeros((height, row + 1), np.uint8)  # each line begins with its filter: none
+    lines = np.zeros((height, row + 1), np.uint8)  # each line begins with the number of its filter: 0, none
     lines[:, 1:] = big_endian.view(np.uint8).reshape(height, row)
     bits = pixels.dtype.itemsize * 8
     header = struct.pack('>IIBBBBB', width, height, bits, _KINDS[channels], 0, 0, 0)

@@ -66,12 +66,12 @@ def definition(full_name: str) -> Definition:
 
 
 def definition_text(full_name: str) -> str:
-    """Return the text that 'pkg/msg/Name' was defined by; raises as `definition`."""
+    """Return the text that defines 'pkg/msg/Name'; raises the same errors as `definition`."""
     return _text(*split_name(full_name))[0]
 
 
 def message_definition(full_name: str) -> MessageDefinition:
-    """Return the definition of a message; raises as `definition`, and for services and actions."""
+    """Return the definition of a message; raises as `definition` does, also for a service or an action."""
     found = definition(full_name)
     if not isinstance(found, MessageDefinition):
         raise UnknownInterfaceError(f'{full_name} is not a message')
@@ -90,7 +90,7 @@ def split_name(full_name: str) -> tuple[str, str, str]:
 
 
 def with_derived(parsed: Definition) -> Iterator[Definition]:
-    """Yield a definition and those that ROS 2 derives from it."""
+    """Yield a definition and the ones that ROS 2 derives from it."""
     yield parsed
     if isinstance(parsed, (ServiceDefinition, ActionDefinition)):
         yield from parsed.messages
@@ -100,7 +100,7 @@ def with_derived(parsed: Definition) -> Iterator[Definition]:
 
 
 def parse(package: str, kind: str, name: str) -> Definition:
-    """Return what defines a type now: its file may have changed since. Raises as `definition`."""
+    """Parse a type's text again, because its file may have changed. Raises as `definition` does."""
     text, source = _text(package, kind, name)
     return _PARSERS[kind](text, package, name, source=source)
 

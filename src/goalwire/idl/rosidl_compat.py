@@ -60,7 +60,7 @@ def definition_of(cls: type) -> Definition:
     own = classes.own_definition(cls)
     if own is not None:
         return own
-    type_name(cls)  # raises for anything but an interface class
+    type_name(cls)  # raises the error unless it is an interface class
     if hasattr(cls, 'get_fields_and_field_types'):
         return _foreign_message(cls)
     return _foreign_service(cls) if hasattr(cls, 'Request') else _foreign_action(cls)

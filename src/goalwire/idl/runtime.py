@@ -1,8 +1,8 @@
 """Functions that the generated message classes call: conversion of field values, repr and equality.
 
 array.array holds primitive sequences and numpy primitive arrays, as in rosidl. The import of numpy takes
-0.1 s and 15 MB, and each goal id is such an array. So a fixed primitive array that nobody has read yet is
-kept as bytes, as CDR has them in little-endian order. Its property makes the numpy array at the first read.
+0.1 s and 15 MB, and each goal id is such an array. So a fixed primitive array that was not read yet is
+kept as bytes, in the little-endian order of CDR. Its property makes the numpy array at the first read.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ UNSET = _Unset()
 
 
 def pack_array(base: str, size: int, values: Iterable[float] | None) -> bytes:
-    """Return the bytes of a fixed primitive array that nobody has read: zeros, or the definition's values."""
+    """Return the bytes of an unread fixed primitive array: zeros, or the definition's values."""
     numbers = [0] * size if values is None else list(values)
     return struct.pack(f'<{len(numbers)}{TYPECODES[base]}', *numbers)
 
@@ -78,7 +78,7 @@ def to_ndarray(dtype: str, value: object, field: str = '') -> np.ndarray:
 def to_array(typecode: str, value: Iterable[float], field: str = '') -> array[float]:
     """Return a new array.array; one copy of the memory if the value is a buffer of the same items.
 
-    What array.array raises names the `field`, and the value in it that is wrong.
+    Errors of array.array then name the `field`, and the wrong value.
     """
     if isinstance(value, memoryview):
         same = value.format == typecode and value.ndim == 1 and value.c_contiguous
@@ -102,7 +102,7 @@ def to_array(typecode: str, value: Iterable[float], field: str = '') -> array[fl
 
 
 def _refusal(field: str, value: object, code: str, error: Exception) -> Exception:
-    """Return the error for a value that a field cannot hold, of the kind that was raised.
+    """Return an error, of the class that was raised, for a value that a field cannot hold.
 
     `code` is array's for a sequence, numpy's name for an array.
     """
@@ -128,7 +128,7 @@ def _refusal(field: str, value: object, code: str, error: Exception) -> Exceptio
 
 
 def reduce_message(message: object, protocol: SupportsIndex) -> str | tuple[object, ...]:
-    """Take a message apart as protocol 2 of pickle does, which knows slots; 0 and 1 write its parts, too."""
+    """Reduce a message as pickle's protocol 2 does, which supports slots; so protocols 0 and 1 work, too."""
     return object.__reduce_ex__(message, max(int(protocol), 2))
 
 
@@ -144,5 +144,5 @@ def _value_repr(value: object) -> str:
 
 
 def arrays_equal(one: np.ndarray, other: np.ndarray) -> bool:
-    """Compare two fixed primitive arrays value by value; nan is unequal to itself, as ever."""
+    """Compare two fixed primitive arrays value by value; NaN is unequal to itself, as usual."""
     return one.shape == other.shape and bool((one == other).all())

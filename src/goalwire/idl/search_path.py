@@ -10,7 +10,7 @@
 
 A folder overrides a shipped package only if it is named (1 to 4): any folder that happens to lie below the
 working directory could break every program otherwise. Importable rosidl packages come before all of these:
-that is the import hook's business. Used by the import hook, so nothing heavy is imported at the top.
+the import hook sees to that. The hook imports this module, so nothing heavy is imported at the top.
 """
 
 import os
@@ -30,7 +30,7 @@ SHIPPED_ORIGIN = 'goalwire'
 INTERFACE_PATH = 'GOALWIRE_INTERFACE_PATH'
 PREFIX_PATH = 'AMENT_PREFIX_PATH'
 _COMMON_ENDINGS = '_(msgs?|srvs?|interfaces?)$'
-_NOTES = 5  # folders of one kind that a message names
+_NOTES = 5  # how many folders of one kind a message names
 
 
 class InterfacePackage:
@@ -42,7 +42,7 @@ class InterfacePackage:
         self.name = name
         self.folder = folder
         self.origin = origin  # which step of the search found it, for messages
-        self.trusted = trusted  # otherwise its use is reported
+        self.trusted = trusted  # if False, the use of this package is reported
 
     def __repr__(self) -> str:
         return f'InterfacePackage({self.name!r}, {self.folder!r}, from {self.origin})'
@@ -74,7 +74,7 @@ _found: dict[_Key, InterfacePackage | None] = {}
 def find_package(package: str, *, walk: bool = True) -> InterfacePackage | None:
     """Find a package's definition files; None if there are none.
 
-    Without `walk` only those below the working directory are found that an earlier walk came by. Answers are
+    Without `walk`, packages below the working directory must have been found by an earlier walk. Answers are
     kept until an environment variable, the working directory, the program or sys.path changes, or
     importlib.invalidate_caches() is called. Raises UnknownInterfaceError for a name that no package has.
     """
@@ -137,7 +137,7 @@ def explain_missing(package: str) -> str:
             f'    note: {remark}' for remark, _ in zip(filter(None, unnamed), range(_NOTES), strict=False)
         ]
     missing = f'no interface package named {package!r}. '
-    if near:  # it is there, and only something about it is wrong
+    if near:  # the package exists, but has a fault
         return '\n'.join([f'{missing}{lines[0]}', *lines[1:], *near])
     close = _similar_names(package)
     guess = f'Did you mean {" or ".join(close)}? ' if close else ''
@@ -161,7 +161,7 @@ def _similar_names(package: str) -> list[str]:
 
 
 def _explain_near(here: workspace.Workspace, package: str) -> list[str]:
-    """Return what keeps the folder of that name from being the package: its name, its definitions' place."""
+    """Return why the folder of that name is not the package: by its name, or the place of its definitions."""
     remarks = []
     for folder in here.manifests:
         if os.path.basename(folder) != package:
@@ -174,14 +174,14 @@ def _explain_near(here: workspace.Workspace, package: str) -> list[str]:
         ]
         for file in sorted(os.listdir(folder)):
             kind = file.rpartition('.')[2]
-            if kind in workspace.KINDS and kind != file:  # a folder srv is in its place
+            if kind in workspace.KINDS and kind != file:  # the folder named srv is in its place
                 inside = shown(os.path.join(folder, kind, file))
                 remarks.append(f'{file} lies beside {manifest}: move it to {inside}')
     return remarks[:_NOTES]
 
 
 def _name_for(folder: str, package: str) -> str:
-    """Return the name for a package in this folder: its own, or the requested one."""
+    """Return the name of the package in this folder: its own, or the requested one."""
     name = os.path.basename(folder)
     return name if workspace.is_package_name(name) else package
 
@@ -248,7 +248,7 @@ def _search(package: str, *, walk: bool) -> InterfacePackage | None:
 
 
 def _names_of(folder: str) -> set[str]:
-    """The names that a folder of definitions goes by: its own, and that of its package.xml."""
+    """Return the names of a folder of definitions: its own, and the one in its package.xml."""
     names = {os.path.basename(folder.rstrip(os.sep))}
     manifest = os.path.join(folder, workspace.MANIFEST)
     if os.path.isfile(manifest):
@@ -274,7 +274,7 @@ def _search_registered(package: str) -> InterfacePackage | None:
 
 
 def _search_python(package: str) -> InterfacePackage | None:
-    """Interfaces of a Python package: installed in it, or in the source folder of an editable install."""
+    """Find interfaces in a Python package, or in the source folder of an editable install."""
     folder = entry_points.folder_of(package, regular=True)
     if folder is None:
         return None

@@ -1,4 +1,4 @@
-"""How a message class explains itself, and how a notebook shows a message: made only when somebody asks.
+"""The help text of a message class, and how a notebook shows a message: made only on request.
 
 help() and `?` show the definition, with its comments and units. A notebook shows the beginning of long
 sequences, and an Image or CompressedImage as a picture.
@@ -64,7 +64,7 @@ def _part_of(lines: list[str], number: int) -> Iterator[str]:
 
 
 class _Written:
-    """A default that is made anew for each message, as its expression."""
+    """A default that is made anew for each message; its repr is the expression."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -74,7 +74,7 @@ class _Written:
 
 
 def signature(message: MessageDefinition) -> Signature:
-    """Return the signature of a message's constructor, with the defaults as somebody would write them."""
+    """Return the signature of a message's constructor, with defaults as one writes them in Python."""
     defaults = {field.name: _default(field) for field in message.fields} | {'check_fields': False}
     return Signature(
         [Parameter(name, Parameter.KEYWORD_ONLY, default=value) for name, value in defaults.items()]
@@ -95,7 +95,7 @@ def _default(field: Field) -> object:
 
 
 def shorten(value: object, level: int = 0) -> str:
-    """Return a value as a notebook shows it: as its repr, of long sequences and texts the beginning."""
+    """Return the text that a notebook shows: the repr, with long sequences and texts cut short."""
     fields = getattr(type(value), '_fields_and_field_types', None)
     if isinstance(fields, dict):
         kept = ', '.join(f'{name}={shorten(getattr(value, name), level + 1)}' for name in fields)
@@ -113,7 +113,7 @@ def shorten(value: object, level: int = 0) -> str:
 
 
 def picture(message: object, kind: str) -> bytes | None:
-    """Return an image message as a file of this media type; None if it is of another, or cannot be shown."""
+    """Return an image message as a file of this media type; None for another type or a faulty image."""
     from goalwire.idl.pictures import as_file
 
     try:

@@ -9,7 +9,7 @@ from goalwire.idl.model import FieldType, Shape
 if TYPE_CHECKING:
     from rosidl_parser.definition import AbstractNestableType, AbstractType
 
-# IDL's names for what .msg files call bool, byte, char and floats.
+# IDL's names for the types bool, byte, char and the floats of .msg files.
 _IDL_NAMES = {'bool': 'boolean', 'byte': 'octet', 'char': 'uint8', 'float32': 'float', 'float64': 'double'}
 _MSG_NAMES = {'boolean': 'bool', 'octet': 'byte', 'float': 'float32', 'double': 'float64'}
 
@@ -57,7 +57,7 @@ def _nestable(type_: FieldType) -> AbstractNestableType:
 
 
 def from_slot_type(slot: object) -> FieldType:
-    """Return the type that an object of SLOT_TYPES describes, whichever rosidl_parser made it."""
+    """Return the type that an object of SLOT_TYPES describes, from any rosidl_parser."""
     value: Any = getattr(slot, 'value_type', slot)
     if hasattr(value, 'namespaces'):
         base, string_capacity = '/'.join((*value.namespaces, value.name)), 0

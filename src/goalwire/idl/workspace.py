@@ -1,8 +1,8 @@
 """Finds interface packages in a source tree, as colcon does: by their package.xml.
 
 The walk goes level by level, at most LEVELS down and through at most FOLDERS folders and ENTRIES names, so
-that an import from a home directory stays cheap. The folders may hold anything: a file that cannot be read is
-noted for error messages, and never stops an import. A guarded walk passes over folders that other users can
+that an import in a home directory stays cheap. The folders may hold anything: a file that cannot be read is
+noted for error messages, and never stops an import. A guarded walk skips folders that other users can
 write to. Used by the import hook: nothing heavy is imported here.
 """
 
@@ -40,7 +40,7 @@ class Workspace:
         self.remarks: list[str] = []  # notes for the error text about a missing package
         self.unusable: list[str] = []  # the remarks that name an unusable package.xml
         self.entries = 0  # names that were searched for before
-        self.seen: set[tuple[int, int]] = set()  # folders, as links may lead to one again
+        self.seen: set[tuple[int, int]] = set()  # visited folders: links may lead to a folder again
         self.unnamed: list[str] = []  # folders with msg/, srv/ or action/ and no package.xml
         self.complete = True
 
@@ -62,13 +62,13 @@ def definition_names(folder: str, kind: str) -> list[str]:
 
 
 def _definitions(folder: str, kind: str) -> 'Iterator[str]':
-    """Yield the type names in the order of the folder, of which ENTRIES are looked at."""
+    """Yield the type names in the order of the folder; only ENTRIES entries are read."""
     ending = '.' + kind
     try:
         with os.scandir(os.path.join(folder, kind)) as entries:
             for _, entry in zip(range(ENTRIES), entries, strict=False):
                 name = entry.name.removesuffix(ending)
-                if name != entry.name and name.isidentifier():  # no other can be imported
+                if name != entry.name and name.isidentifier():  # other names cannot be imported
                     yield name
     except OSError:
         return
@@ -130,7 +130,7 @@ def _visit(folder: str, found: Workspace) -> list[str]:
 
 
 def _refuses(folder: str, state: os.stat_result, found: Workspace) -> bool:
-    """Return whether others can write to a folder, and note it."""
+    """Return True, and note it, if others can write to a folder."""
     why = why_others_write(state)
     if why:
         found.refused.append(f'{shown(folder)} is not searched, because {why}')
@@ -139,7 +139,7 @@ def _refuses(folder: str, state: os.stat_result, found: Workspace) -> bool:
 
 
 def _has_open_kind(inside: 'dict[str, os.DirEntry[str]]', found: Workspace) -> bool:
-    """Return whether others can write to the msg/, srv/ or action/ of a package, and note it."""
+    """Return True, and note it, if others can write to a package's msg/, srv/ or action/."""
     there = [inside[kind] for kind in KINDS if kind in inside and _is_folder(inside[kind])]
     return any(_refuses(entry.path, os.stat(entry.path), found) for entry in there)
 
@@ -147,7 +147,7 @@ def _has_open_kind(inside: 'dict[str, os.DirEntry[str]]', found: Workspace) -> b
 def _is_folder(entry: 'os.DirEntry[str]') -> bool:
     try:
         return entry.is_dir()
-    except OSError:  # a link that leads to a forbidden place
+    except OSError:  # a link may lead to a place that cannot be read
         return False
 
 

@@ -1,9 +1,9 @@
-"""Below which folders package.xml files are searched: the working directory and the program's folder.
+"""The folders below which package.xml files are searched: the working directory and the program's folder.
 
 A working directory is *trusted* if Python itself imports from it (`python -c`, `python -m`, a notebook,
-PYTHONPATH), or if the program that runs lies in its tree. Any other may be a stranger's, above all where an
+PYTHONPATH), or if the running program lies in its tree. Any other may belong to a stranger, above all if an
 installed command such as `ros2` is started in /tmp. Then the walk does not enter folders that other users can
-write to, and one line on standard error says which package was taken from where.
+write to, and one line on standard error names each package that is used, and its place.
 """
 
 import os
@@ -47,7 +47,7 @@ def find_roots() -> list[Root]:
 
 
 def walk(root: Root) -> workspace.Workspace:
-    """Walk below a root, once until `discard`; warn once of each package.xml that cannot be used."""
+    """Walk below a root, only once until `discard`; warn once of each unusable package.xml."""
     key = root.folder, root.trusted
     if key not in _walks:
         found = _walks[key] = workspace.scan(root.folder, guarded=not root.trusted)
@@ -62,7 +62,7 @@ def walked(root: Root) -> workspace.Workspace | None:
 
 
 def tell_origin(package: str, folder: str) -> None:
-    """Say once on standard error that a package was taken from below a working directory not trusted."""
+    """Say once on standard error that a package comes from a working directory that is not trusted."""
     if package in _told or sys.stderr is None:
         return
     _told.add(package)
@@ -88,7 +88,7 @@ def discard() -> None:
 
 def _program_folder() -> str | None:
     """The folder of the script that Python was started with; None if there is none, or it is installed."""
-    for name in ('__mp_main__', '__main__'):  # a process that multiprocessing spawned has the first
+    for name in ('__mp_main__', '__main__'):  # in a process spawned by multiprocessing the first one is set
         file = getattr(sys.modules.get(name), '__file__', None)
         if isinstance(file, str) and os.path.isabs(file):
             folder = os.path.dirname(os.path.normpath(file))
