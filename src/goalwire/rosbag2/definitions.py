@@ -21,7 +21,7 @@ _RULE = '=' * 80
 def schema_of(type_name: str) -> tuple[Schema, str]:
     """Return the schema and the hash of a message type.
 
-    An empty schema and '' for one that is unknown here.
+    For an unknown type it is an empty schema and ''.
     """
     try:
         root = definition_by_name(type_name)
@@ -38,7 +38,7 @@ def _text_of(definition: Definition) -> str:
     if definition.kind == 'msg':
         try:
             return definition_text(definition.full_name)
-        except InterfaceError:  # a class of an installed ROS 2 that brings no .msg file
+        except InterfaceError:  # a class of an installed ROS 2 without a .msg file
             pass
     assert isinstance(definition, MessageDefinition)
     lines = (f'{field.type.text} {field.name}\n' for field in definition.fields)

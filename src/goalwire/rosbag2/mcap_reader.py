@@ -35,14 +35,14 @@ _MAGIC = b'\x89MCAP0\r\n'
 _HEAD = struct.Struct('<BQ')
 _MESSAGE = struct.Struct('<HIQQ')
 _RUN_BYTES = 2**22
-"""Messages outside of chunks are read in runs of about this size."""
+"""Messages outside of chunks are read in groups of about this size, in bytes."""
 LARGEST_RECORD = 2**32
 _BROKEN = (McapError, CRCValidationError, struct.error, ValueError, KeyError, EOFError, RuntimeError)
 """The errors of the library and the decompressors for broken bytes."""
 
 
 class Span(NamedTuple):
-    """A part of the file that holds messages: a chunk, or a run of messages outside of chunks."""
+    """A part of the file with messages: a chunk, or a group of messages outside of chunks."""
 
     start: int
     end: int
@@ -50,7 +50,7 @@ class Span(NamedTuple):
     offset: int
     length: int
     channels: frozenset[int] | None
-    """Of which channels it has messages; None if nothing tells that."""
+    """The channels of its messages; None if the file does not tell them."""
 
 
 class McapReader:
@@ -137,11 +137,11 @@ class McapReader:
         return True
 
     def _take_empty(self, statistics: Statistics) -> bool:
-        """Return whether the file has no messages at all, so that nothing is left to be found."""
+        """Return True if the file has no messages at all, so that it need not be scanned."""
         return statistics.message_count == 0 and statistics.channel_count == 0
 
     def _scan(self) -> None:
-        """Find chunks and messages by reading the whole file. Everything behind a broken record is lost."""
+        """Find chunks and messages by reading the whole file. All data after a broken record is lost."""
         offset = len(_MAGIC)
         run = _Run()
         while offset < self._size:
@@ -238,7 +238,7 @@ class McapReader:
     ) -> Iterator[Message]:
         """Yield messages in the order of their times, those of one time in the order of the file.
 
-        Of `topics`, where they are given; from `start` on and before `stop`, in ns. Raises BagError.
+        Only of `topics`, if given, and from `start` to before `stop`, in ns. Raises BagError.
         """
         wanted = frozenset(n for n, name in self._names.items() if topics is None or name in topics)
         waiting: list[tuple[int, int, int, Message]] = []
@@ -280,7 +280,7 @@ class McapReader:
                     payload = bytes(part[_MESSAGE.size :])
                     yield number, Message(names[number], time, payload, sent, sequence)
             if opcode == Opcode.MESSAGE:
-                return  # a run of messages: all of them were in `content`
+                return  # a group of messages: all of them were in `content`
 
     def check(self) -> Iterator[str]:
         """Read every byte, and yield the faults."""

@@ -1,12 +1,12 @@
 """Writes one MCAP file so that it can be read at any moment, whatever ends the process.
 
 A file of MCAP ends with a summary and a footer, without which most readers refuse it. So the end is written
-not once, but again and again: each new chunk takes its place, and a new end follows. The old end is cut off
-before that, so the file is at no moment garbage: it has an end, or it stops after its last chunk, as after a
-power failure.
+not once, but many times: each new chunk overwrites it, and a new end follows. The old end is cut off
+before that, so the file can be read at each moment: it has an end, or it stops after its last chunk, as
+after a power failure.
 
 The end grows with the file. It is written after a chunk if that adds a twentieth to what is written, and at
-each flush. What it says of messages is right for the file at that moment.
+each flush. Its counts are right for the file at that moment.
 
 The records are those of the library `mcap`, but for messages and chunks: those are on every message's way.
 """
@@ -46,14 +46,14 @@ PROFILE = 'ros2'
 METADATA_NAME = 'rosbag2'
 METADATA_KEY = 'serialized_metadata'
 _END_SHARE = 20
-"""An end is written after a chunk if this many times its size were written since the last one."""
+"""An end is written after a chunk if this many times the end's size were written since the last end."""
 _MESSAGE = struct.Struct('<BQHIQQ')
 _CHUNK = struct.Struct('<BQQQQI')
 _INDEX = struct.Struct('<BQHI')
 _INDEX_ENTRY = struct.Struct('<QQ')
 _FOOTER = struct.Struct('<BQQQ')
 _PIECES = 512
-"""So many pieces are handed to the system at a time; more are joined first."""
+"""How many pieces the system takes in one call; if there are more, they are joined first."""
 
 Compress = Callable[[bytes], bytes]
 
@@ -107,7 +107,7 @@ class McapWriter:
         """How many messages the file has, including those that wait for their chunk to fill up."""
         self._has_end = False
         self._end_size = 0
-        """How many bytes the latest end has or had."""
+        """The size of the latest end, in bytes."""
         self._since_end = 0
         self._data_end = 0
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, 'O_CLOEXEC', 0) | getattr(os, 'O_BINARY', 0)
@@ -120,7 +120,7 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """How many bytes were written or wait, but for the end."""
+        """The bytes that were written or wait to be written, without the end."""
         return self._data_end + self._size
 
     def add_topic(self, topic: Topic) -> None:
@@ -395,7 +395,7 @@ def _write_all(descriptor: int, parts: Iterable[bytes]) -> int:
 
 
 def compression(preset: str) -> tuple[Compression, int]:
-    """Return how a preset of rosbag2's MCAP storage compresses, and the size of its chunks.
+    """Return the compression and the chunk size of a preset of rosbag2's MCAP storage.
 
     'none', 'fastwrite' (here the same), 'zstd_fast', 'zstd_small'. Raises ValueError for another one.
     """

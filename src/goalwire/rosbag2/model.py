@@ -33,7 +33,7 @@ class Topic:
     type_hash: str = ''
     """Its type's hash, `RIHS01_…`; '' if it is unknown."""
     qos: tuple[QoS, ...] = ()
-    """The QoS that its publishers offered, each different one once."""
+    """The QoS profiles that its publishers offered, without duplicates."""
     schema: Schema = Schema()
     serialization: str = 'cdr'
 
@@ -46,9 +46,9 @@ class Message(NamedTuple):
     """When it was recorded; bags are in this order."""
     data: bytes
     sent: int
-    """When it was published, as far as the bag tells; else `time`."""
+    """When it was published, if the bag tells that; else the same as `time`."""
     sequence: int = 0
-    """The publisher's number of it; 0 if there is none."""
+    """The publisher's sequence number; 0 if there is none."""
 
 
 @record

@@ -84,7 +84,7 @@ class Reader:
     def __init__(self, path: str | os.PathLike[str], *, files: Sequence[str] = ()) -> None:
         """Open the bag; raises BagError, FileNotFoundError.
 
-        With `files` its folder has these files, whatever its metadata says.
+        With `files`, these files of its folder are read instead of those in its metadata.
         """
         self.path = os.fspath(path)
         self._resources = ExitStack()
@@ -123,7 +123,7 @@ class Reader:
         return unpacked
 
     def _embedded(self) -> BagFacts | None:
-        """Return the metadata that the latest file holds; None if none has any that can be read."""
+        """Return the metadata in the latest file that has readable metadata; None if no file has."""
         for name, file in reversed(self._files.items()):
             if file.metadata:
                 with suppress(BagError):
@@ -199,9 +199,9 @@ class Reader:
     def messages(
         self, topics: Collection[str] | None = None, start: int | None = None, stop: int | None = None
     ) -> Iterator[Message]:
-        """Yield messages in the order in which they were recorded, those of `topics` where these are given.
+        """Yield messages in the order of recording; only those of `topics`, if given.
 
-        From the time `start` on and before `stop`, in ns since the UNIX epoch. Raises BagError where bytes
+        Only from the time `start` to before `stop`, in ns since the UNIX epoch. Raises BagError if bytes
         are broken.
         """
         opened = sorted(self._files.values(), key=lambda file: file.start)
@@ -238,10 +238,10 @@ class Reader:
     def decoded(
         self, topics: Collection[str] | None = None, start: int | None = None, stop: int | None = None
     ) -> Iterator[tuple[Message, Any]]:
-        """Yield as `messages`, each with the object that its bytes are.
+        """Yield the same messages as `messages`, each with its decoded object.
 
-        Types that are unknown here are taken from the bag. Raises InterfaceError for one that is in neither,
-        DecodeError for bytes that are no message.
+        Unknown types are taken from the bag. Raises InterfaceError for a type that the bag lacks, too,
+        DecodeError for bytes that are not a message.
         """
         from goalwire.rosbag2.types import decoder_of
 

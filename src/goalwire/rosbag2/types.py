@@ -1,6 +1,6 @@
 """Message classes for the topics of a bag.
 
-Those that are known here, else those that the bag itself defines.
+They are the classes known here, or else made from the definitions in the bag.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _PARTS = {'srv': ('Request', 'Response'), 'action': ('Goal', 'Result', 'Feedback
 def class_of(topic: Topic, topics: Iterable[Topic] = ()) -> type:
     """Return the message class of a topic.
 
-    `topics` are those of its bag: of an action each defines a part. Raises InterfaceError if the type is
+    `topics` are all topics of its bag: each topic of an action defines a part. Raises InterfaceError if it is
     neither known here nor defined in the bag, and if another type under the same name was recorded.
     """
     try:
@@ -45,7 +45,7 @@ def decoder_of(topic: Topic, topics: Iterable[Topic] = ()) -> Callable[[bytes], 
 
 
 def _define(topic: Topic, topics: Iterable[Topic]) -> None:
-    """Register the unknown definitions of a topic's schema; those of an action stand in several of a bag."""
+    """Register the unknown definitions of a topic's schema; an action's are in several topics of a bag."""
     package, kind, name = topic.type_name.split('/')
     texts = _texts_of(topic)
     for each, text in texts.items():

@@ -93,11 +93,11 @@ class Writer:
         self._counts: dict[str, int] = defaultdict(int)
         self._number = 0
         self._unsynced: deque[str] = deque()
-        """Files that were closed, and that the disk need not have yet."""
+        """Closed files that may not be on the disk yet."""
         self._is_open = self._has_file = True
         self._has_new_topics = False
         self.heads: Callable[[int], Iterable[Message]] | None = None
-        """Returns messages that each further file begins with, given the time at which it begins."""
+        """A function from a file's start time to the messages with which each further file begins."""
         try:
             os.makedirs(self.path)
         except FileExistsError:
@@ -133,7 +133,7 @@ class Writer:
     ) -> None:
         """Make a topic known before its first message. Adding it again changes nothing.
 
-        Schema and hash are found by the type's name, where that is known here and they are not given.
+        If schema and hash are not given, they are found by the type's name, if that is known here.
         """
         if name in self._topics:
             return
@@ -149,15 +149,15 @@ class Writer:
     def write(self, topic: str, data: bytes, time: int, sent: int | None = None, sequence: int = 0) -> None:
         """Add a serialized message, recorded and sent at these times in ns since the UNIX epoch.
 
-        Raises BagError for a topic that was not added, and where the disk is full or fails: what was written
-        before that stays, `close` brings it in order.
+        Raises BagError for a topic that was not added, and if the disk is full or fails: what was written
+        before stays, and `close` completes the files.
         """
         if topic not in self._topics:
             raise BagError(f"'{topic}' was not added to the bag before its first message: call add_topic")
         self.put(Message(topic, time, data, time if sent is None else sent, sequence))
 
     def put(self, message: Message) -> None:
-        """Add a message as `write` does, serialized already."""
+        """Add a Message as `write` does."""
         if self._is_full(message.time):
             self.split(message.time)
         try:
@@ -179,7 +179,7 @@ class Writer:
         return bool(self._max_duration) and time - file.start >= self._max_duration
 
     def flush(self) -> None:
-        """Have everything in the files, which are whole then. Raises BagError as `write`."""
+        """Write everything into the files, which are then complete. Raises BagError as `write` does."""
         try:
             self._file.flush(bag_text(self._facts()))
             self._write_metadata()
@@ -187,7 +187,7 @@ class Writer:
             raise self._failed(error) from error
 
     def sync(self) -> None:
-        """Have the disk keep flushed data and closed files; any thread."""
+        """Bring flushed data and closed files to the disk; on any thread."""
         while self._unsynced:
             _sync(self._unsynced.popleft())
         self._file.sync()
@@ -313,7 +313,7 @@ def _opener(storage: str, preset: str, ros_distro: str) -> Callable[[str], FileW
 
 
 def _sync(path: str) -> None:
-    """Have the disk keep a file; a deleted one is ignored."""
+    """Bring a file to the disk; ignore a deleted one."""
     with suppress(OSError):
         descriptor = os.open(path, os.O_RDWR)
         try:
