@@ -7,5 +7,5 @@ from collections.abc import Mapping
 
 
 def is_asked_for(env: Mapping[str, str] = os.environ) -> bool:
-    """Whether the environment asks for security. If not, nothing else of this package need be imported."""
+    """Return True if the environment asks for security. If not, no other module of this package is needed."""
     return bool(env.get('GOALWIRE_SECURITY')) or env.get('ROS_SECURITY_ENABLE', '').lower() == 'true'

@@ -1,7 +1,7 @@
 """The audit log of an identity: one line of JSON for each refusal, chained by hashes.
 
-Each line holds the SHA-256 of the line before it. So a line that was changed, taken out, or put in is found,
-unless all that follow it are written anew, or it was the last. Against that a copy elsewhere helps.
+Each line holds the SHA-256 of the line before it. So a changed, removed or inserted line is detected,
+unless all later lines were rewritten, or it was the last. A copy in another place protects against that.
 
 A log that has grown large is put aside as NAME.log.1, the next one as NAME.log.2, and so on. The first line
 of each holds the hash of the last line of the one before it. Beyond KEPT of them the oldest is deleted.
@@ -22,15 +22,15 @@ from goalwire.files import read_regular
 from goalwire.security.storage import FOLDER, PRIVATE
 
 BEGIN = '0' * 64
-"""Stands in the first line for the hash of the line before it."""
+"""The first line has this in place of the hash of a line before it."""
 PUT_ASIDE_AT = 1 << 22
 """The size at which a log is put aside, in bytes: some 15,000 entries."""
 KEPT = 15
-"""How many logs that were put aside are kept: with the one that is written, 64 MiB for each identity."""
+"""How many old logs are kept: with the current one, 64 MiB for each identity."""
 _LARGEST = 1 << 26
-"""Bytes that one file may have: entries that are written at once are not spread over two."""
+"""Bytes that one file may have: entries that are written together go into one file."""
 _TAIL = 1 << 16
-"""Bytes at the end of a file in which its last line begins."""
+"""The last line of a file begins within this many bytes of its end."""
 
 
 def log_path(folder: Path, name: str) -> Path:
@@ -50,7 +50,7 @@ def put_aside(path: Path) -> dict[int, Path]:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO]:
-    """Open a log for this process alone: several programs may have one identity."""
+    """Open a log with an exclusive lock: several programs may have one identity."""
     path.parent.mkdir(FOLDER, exist_ok=True)
     while True:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, PRIVATE)
@@ -60,7 +60,7 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
             except ImportError:  # Windows
                 pass
             else:
-                fcntl.flock(stream, fcntl.LOCK_EX)  # the end of the file is the end of the lock
+                fcntl.flock(stream, fcntl.LOCK_EX)  # closing the file releases the lock
                 if not _is_at(stream, path):  # another process has put it aside meanwhile
                     continue
             yield stream
@@ -93,7 +93,7 @@ def _write(log: BinaryIO, path: Path, entries: tuple[Mapping[str, str], ...]) ->
                 before = _hash(_last_line(full).rstrip(b'\n'))
     else:
         before = _hash(last.rstrip(b'\n'))
-        if not last.endswith(b'\n'):  # lost power: its rest is kept
+        if not last.endswith(b'\n'):  # power was lost within the line: the part is kept
             log.write(b'\n')
     for entry in entries:
         line = json.dumps({**entry, 'before': before}).encode()
@@ -124,10 +124,10 @@ def _hash(line: bytes) -> str:
 def read(path: Path) -> Iterator[dict[str, str]]:
     """Yield the entries of a log and of those that were put aside, oldest first.
 
-    Raises SecurityError at the first line that does not fit.
+    Raises SecurityError at the first damaged line, or line whose hash does not match.
     """
     aside = put_aside(path)
-    # The first entries that are kept follow those that were deleted, and nobody knows the hash of these.
+    # The oldest entry may follow deleted ones, whose hash is unknown.
     before = '' if aside and min(aside) > 1 else BEGIN
     for file in [*aside.values(), *([path] if path.exists() or not aside else [])]:
         for number, line in enumerate(_content(file).splitlines(), 1):

@@ -1,4 +1,4 @@
-"""The server of `goalwire secure authority`: renews certificates of those who show one that still holds."""
+"""The server of `goalwire secure authority`: renews the certificate of a client that shows a valid one."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from goalwire.security.keystore import KINDS, Keystore
 from goalwire.security.policy_file import load_policy
 
 MOST_AT_ONCE = 32
-"""Connections that are served at one time. Others are hung up on, and try again."""
+"""Connections that are served at one time. Others are closed, and the clients try again."""
 _OWN_LIFE = timedelta(days=2)
-"""How long the certificate is valid that the server shows. It makes a new one after half of that."""
+"""The lifetime of the server's own certificate. It makes a new one after half of that."""
 
 
 class AuthorityServer(ThreadingHTTPServer):
@@ -86,7 +86,7 @@ class AuthorityServer(ThreadingHTTPServer):
             super().finish_request(tls, client_address)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing of connections that broke, or got no TLS: strangers make as many as they like."""
+        """Log nothing of broken connections or failed handshakes: strangers can cause any number of them."""
 
     def renew(self, shown: x509.Certificate, body: bytes) -> bytes:
         """Return the answer to a request of the identity that shows a certificate. Raises SecurityError."""

@@ -1,7 +1,7 @@
 """One identity in one file, which `secure export` writes, to be carried to another machine.
 
 The file is JSON: the identity with its key, the certificate that all trust, the policy and the list of
-revoked names. Whoever has the file has the identity.
+revoked names. Anyone with the file has the identity.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _put(
         before = keystore.identity(name).certificate.not_valid_before_utc
         if before > pair.certificate.not_valid_before_utc:
             raise SecurityError(f"'{folder}' has a newer certificate of '{name}' than the file")
-    # A name that is revoked here stays so: an old file does not bring it back.
+    # A name that is revoked here stays revoked: an old file does not change that.
     both = {each: max(revoked.get(each, at), at) for each, at in keystore.revoked().items()}
     storage.replace(keystore.revoked_path, revocation.write_revoked(revoked | both).encode(), storage.PUBLIC)
     policy = keystore.policy_text()

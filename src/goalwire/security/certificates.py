@@ -1,4 +1,4 @@
-"""X.509 certificates on P-256: of authorities, and of the identities that they vouch for.
+"""X.509 certificates on P-256: of authorities, and of the identities that they sign.
 
 An authority signs the site's authority, and that one signs identities. The certificate of an identity has
 the identity's name as its common name, and its kind as its organizational unit. P-256 with SHA-256 is also
@@ -23,11 +23,11 @@ AUTHORITY_LIFE = timedelta(days=3652)
 SITE_LIFE = timedelta(days=366)
 IDENTITY_LIFE = timedelta(days=30)
 CLOCK_SKEW = timedelta(minutes=5)
-"""How far a clock of another machine may be behind: certificates are valid from so long ago on."""
+"""How far another machine's clock may be behind: certificates are valid from this long before their issue."""
 
 
 class Pair(NamedTuple):
-    """A private key and the certificates that show it, the key's own first, then its authorities'."""
+    """A private key and its certificates: the key's own first, then its authorities'."""
 
     key: ec.EllipticCurvePrivateKey
     chain: tuple[x509.Certificate, ...]
@@ -109,7 +109,7 @@ def _name(common: str, unit: str) -> x509.Name:
 
 
 def make_authority(now: datetime) -> Pair:
-    """Return a new authority, which vouches for itself."""
+    """Return a new authority with a self-signed certificate."""
     key = make_key()
     name = _name('goalwire authority', 'authority')
     life = (now - CLOCK_SKEW, now + AUTHORITY_LIFE)
@@ -117,7 +117,7 @@ def make_authority(now: datetime) -> Pair:
 
 
 def make_site(authority: Pair, now: datetime) -> Pair:
-    """Return a new authority of a site, which `authority` vouches for."""
+    """Return a new authority of a site, signed by `authority`."""
     key = make_key()
     end = min(now + SITE_LIFE, authority.certificate.not_valid_after_utc)
     subject, issuer = _name('goalwire site', 'site'), authority.certificate.subject
@@ -177,7 +177,7 @@ def read_certificate(pem: bytes, title: str) -> x509.Certificate:
 
 
 def is_signed_by(certificate: x509.Certificate, issuer: x509.Certificate) -> bool:
-    """Whether an authority has signed a certificate."""
+    """Return True if an authority has signed a certificate."""
     try:
         certificate.verify_directly_issued_by(issuer)
     except (ValueError, TypeError, InvalidSignature):
@@ -186,7 +186,7 @@ def is_signed_by(certificate: x509.Certificate, issuer: x509.Certificate) -> boo
 
 
 def leads_to(chain: tuple[x509.Certificate, ...], trusted: x509.Certificate) -> bool:
-    """Whether each certificate is signed by the next, and the last by the trusted one."""
+    """Return True if each certificate is signed by the next, and the last by the trusted one."""
     issuers = (*chain[1:], trusted)
     return all(is_signed_by(each, issuer) for each, issuer in zip(chain, issuers, strict=True))
 

@@ -17,16 +17,16 @@ from cryptography.hazmat.primitives.serialization import pkcs7
 from goalwire.errors import SecurityError
 
 PORT = 7449
-"""Where an authority listens if nothing else is said: beside Zenoh's 7447 and 7448."""
+"""The default port of an authority, next to Zenoh's 7447 and 7448."""
 PATH = '/.well-known/est/simplereenroll'
 REQUEST_TYPE = 'application/pkcs10'
 ANSWER_TYPE = 'application/pkcs7-mime; smime-type=certs-only'
 AUTHORITY = 'authority'
-"""The kind of certificate that the server shows. Nobody else of the site gets one of that kind."""
+"""The kind of the server's certificate. No identity of the site gets a certificate of that kind."""
 LARGEST = 1 << 16
 """Bytes of a request, and of an answer."""
 CONNECTING_S = 3.0
-"""How long the authority may take to accept a connection: so long the end of a program may wait for it."""
+"""How long connecting to the authority may take: a program that ends may have to wait that long."""
 ANSWERING_S = 10.0
 """How long one side waits for the other."""
 
@@ -55,7 +55,7 @@ def read_request(body: bytes, subject: x509.Name) -> ec.EllipticCurvePublicKey:
 
 
 def write_answer(chain: tuple[x509.Certificate, ...]) -> bytes:
-    """Return certificates as an answer has them."""
+    """Return certificates as the text of an answer."""
     return b64encode(pkcs7.serialize_certificates(list(chain), serialization.Encoding.DER))
 
 

@@ -30,7 +30,7 @@ from goalwire.security.certificates import IDENTITY_LIFE, Pair
 from goalwire.security.policy_text import FIRST_POLICY, add_identity
 
 KINDS = ('robot', 'person', 'program', 'router')
-"""The kinds of identities. What a router forwards is bound by the rules of that router."""
+"""The kinds of identities. Data that a router forwards is subject to that router's rules."""
 
 LARGEST = 1 << 20
 """Bytes that a file of a keystore may have."""
@@ -149,7 +149,7 @@ class Keystore:
         return certificates.read_certificate(read(self.trust_path), os.fspath(self.trust_path))
 
     def revoked(self) -> dict[str, datetime]:
-        """Return whose certificates are refused, up to which time of issue. Raises SecurityError."""
+        """Return the revoked names, and until which time of issue each is refused. Raises SecurityError."""
         return revocation.read_revoked(read(self.revoked_path).decode(errors='replace'))
 
     def policy_text(self) -> str:
@@ -170,7 +170,7 @@ class Keystore:
             raise SecurityError(f"'{name}' is there already; see: goalwire secure renew")
         self.site()
         policy = add_identity(self.policy_text(), name, roles or _FIRST_ROLES[kind])
-        # The policy comes first: if power is lost between the two, it names somebody who has no key.
+        # The policy comes first: if power is lost in between, it only names an identity without a key.
         storage.replace(self.policy_path, policy.encode(), storage.PUBLIC)
         return self.issue(name, kind, life)
 
@@ -214,7 +214,7 @@ class Keystore:
     def revoke(self, name: str) -> datetime:
         """Refuse all certificates that a name has now; return the time. Its key is deleted.
 
-        The name need not have a key here: a robot may be lost whose key was carried away.
+        The name need not have a key here: its key may be only on a robot that was lost.
         """
         path = self.identity_path(name)
         until = certificates.now()

@@ -1,4 +1,4 @@
-"""Writes the policy that a system needs, as it was seen at work."""
+"""Writes the policy that a running system needs, from its observed acts."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The rights of identities, in ROS's words: a pure model, without files and without a wire.
 
-An identity has roles; a role grants verbs on names. Nothing is allowed that no grant allows. Names are fully
+An identity has roles; a role grants verbs on names. An act without a grant is forbidden. Names are fully
 qualified; in a pattern `*` stands for any signs between two slashes, and `/**` for any number of
 such parts: `/arm/**` are /arm and all that is below it.
 """
@@ -19,11 +19,11 @@ class Verb(Enum):
     """An act of an identity; the values are the words of policy.toml."""
 
     RUN = 'run'
-    """Have a node of that name."""
+    """Create a node of that name."""
     PUBLISH = 'publish'
     SUBSCRIBE = 'subscribe'
     CALL = 'call'
-    """Call a service, other than those for parameters and those that an action consists of."""
+    """Call a service, except services for parameters and services of actions."""
     SERVE = 'serve'
     """Offer a service or an action, also a node's services for its parameters."""
     SEND = 'send'
@@ -37,7 +37,7 @@ class Verb(Enum):
     SET = 'set'
     """Set parameters of a node of that name."""
     INTROSPECT = 'introspect'
-    """See a node, and the topics, services and actions of it, in the graph."""
+    """See a node, with its topics, services and actions, in the graph."""
 
 
 MODES = ('enforce', 'audit')
@@ -54,7 +54,7 @@ class Grant:
     domains: tuple[int, ...] = ()
 
     def covers(self, verb: Verb, name: str, domain: int) -> bool:
-        """Whether the grant allows this act."""
+        """Return True if the grant allows this act."""
         return (
             verb is self.verb and (not self.domains or domain in self.domains) and matches(self.pattern, name)
         )
@@ -62,7 +62,7 @@ class Grant:
 
 @record
 class Decision:
-    """An answer of a policy's: yes or no, and why."""
+    """A decision of a policy: yes or no, and why."""
 
     is_allowed: bool
     reason: str
@@ -91,7 +91,7 @@ class Policy:
         return who in self.grants
 
     def decide(self, who: str, verb: Verb, name: str, domain: int = 0) -> Decision:
-        """Say whether an identity may do something, and which line says so."""
+        """Decide if an identity may do something, and name the line that decides it."""
         grants = self.grants.get(who)
         if grants is None:
             return Decision(False, f"{self.title}: [identities] does not name '{who}'")

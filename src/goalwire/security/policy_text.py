@@ -1,4 +1,4 @@
-"""The text of a policy.toml: the first one that people get, and how an identity is added to one."""
+"""The text of a policy.toml: makes the first one, and adds identities to it."""
 
 from __future__ import annotations
 

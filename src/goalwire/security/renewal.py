@@ -1,4 +1,4 @@
-"""Renews the certificate of an identity, by the keystore's own authority if it is here, else by another one.
+"""Renews the certificate of an identity, by the keystore's own authority if it has one, else by a remote one.
 
 `authority.toml` has the address of the authority, which `goalwire secure authority` runs.
 """
@@ -39,7 +39,7 @@ def renew_if_due(chosen: Chosen, keep: Callable[[ssl.SSLSocket], None]) -> float
     keystore, name = Keystore(chosen.folder), chosen.name
     if time() < (due := _due(keystore, name)):
         return due
-    # Other programs of the same identity may do it at the same time: whoever comes second finds it done.
+    # Other programs of the same identity may renew it at the same time: the second one finds it renewed.
     with storage.locked(keystore.path / 'identities' / f'.{name}.lock'):
         if time() >= _due(keystore, name):
             _renew(keystore, name, keep)

@@ -21,7 +21,7 @@ _DAY_S = 86_400
 
 
 def is_possible(chosen: Chosen) -> bool:
-    """Whether somebody can renew the identity's certificate."""
+    """Return True if the identity's certificate can be renewed, here or by an authority."""
     return any((chosen.folder / name).exists() for name in ('site.pem', 'authority.toml'))
 
 
@@ -33,7 +33,7 @@ class RenewalThread:
         self._chosen = chosen
         self._tell = tell
         self._next = 0.0
-        """When there is something to do, in s since the epoch; 0: that is not known yet."""
+        """When the next renewal is due, in s since the epoch; 0 if that is unknown yet."""
         self._thread: Thread | None = None
         self._connection: ssl.SSLSocket | None = None
         self._is_closed = False
@@ -51,7 +51,7 @@ class RenewalThread:
             self._thread.start()
 
     def close(self) -> None:
-        """Break off what is under way, and wait for the thread."""
+        """Break off a running renewal, and wait for the thread."""
         with self._lock:
             self._is_closed = True
             if self._connection is not None:
@@ -63,8 +63,8 @@ class RenewalThread:
     def _break_off(connection: ssl.SSLSocket) -> None:
         import socket
 
-        with suppress(OSError):  # it is over already
-            # The method of SSLSocket would take the session from under the thread that reads.
+        with suppress(OSError):  # the connection is closed already
+            # SSLSocket's own method would remove the TLS session that another thread still reads from.
             socket.socket.shutdown(connection, socket.SHUT_RDWR)
 
     def _keep(self, connection: ssl.SSLSocket) -> None:

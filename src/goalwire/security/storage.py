@@ -2,7 +2,7 @@
 
 A file is written beside its place, brought to the disk, and then put into its place in one step of the file
 system. A file that must not replace another one is put there by a hard link, which fails if the name is
-taken. What a broken attempt leaves behind begins with a dot, and nobody reads it.
+taken. A failed attempt may leave a file whose name begins with a dot; such files are never read.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FOLDER = 0o700
 def _write_beside(path: Path, data: bytes, mode: int) -> Path:
     """Write a new file in the folder of `path`, and return its own path."""
     beside = path.with_name(f'.{path.name}.{token_hex(4)}')
-    # The mode counts from the first byte on: a key is never readable by others, not even for a moment.
+    # The mode is set at creation: a key is never readable by others, not even for a moment.
     descriptor = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
     with os.fdopen(descriptor, 'wb') as stream:
         stream.write(data)
@@ -31,7 +31,7 @@ def _write_beside(path: Path, data: bytes, mode: int) -> Path:
 
 
 def _bring_to_disk(folder: Path) -> None:
-    """Have the disk keep the names in a folder; Windows has no such call for folders."""
+    """Bring the names in a folder to the disk; Windows has no such call for folders."""
     if os.name != 'posix':
         return
     descriptor = os.open(folder, os.O_RDONLY)

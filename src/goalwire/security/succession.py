@@ -1,8 +1,8 @@
-"""A renewed certificate, shown over a link that was opened with the one before it, so that the link lives on.
+"""Shows a renewed certificate over a link that was opened with the old one, so that the link stays open.
 
 TLS shows certificates when a link begins, and the links of a robot last longer than its certificates. So a
 session that has renewed its own sends it over each link, with a signature of the new key over the ids of both
-sessions: what was shown to one session is of no use to another, or in the name of another. RFC 9261 has
+sessions: so a message to one session cannot be used with or by another. RFC 9261 has
 the same idea as a part of TLS, which no library here offers.
 """
 

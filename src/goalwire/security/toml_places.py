@@ -1,4 +1,4 @@
-"""Where things stand in a text of TOML: Python's reader gives the values, and not their places.
+"""Finds the places of items in a text of TOML: Python's reader gives only their values.
 
 It goes through a text that tomllib has read before, so it need not find mistakes. Tables in braces are passed
 over: what is in them stands where they begin.
