@@ -1,4 +1,4 @@
-"""Tests without a robot: a graph of one's own, scripted servers, recorders, virtual time, faults.
+"""Tests without a robot: an isolated graph, scripted servers, recorders, virtual time, faults.
 
 Each name is imported when it is first asked for. The pytest plugin is goalwire.testing.plugin.
 """

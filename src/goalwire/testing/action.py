@@ -1,4 +1,4 @@
-"""A scripted action server: does as the test says, and remembers its goals."""
+"""A scripted action server: it follows the test's script, and remembers its goals."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ if TYPE_CHECKING:
 
 @dataclass
 class Conduct(Generic[GoalT, ResultT, FeedbackT]):
-    """How goals are treated. It may be changed at any time, for the goals that come after that."""
+    """How a FakeAction treats goals. A change applies to later goals."""
 
     feedback: Iterable[FeedbackT] = ()
     """The feedback messages, published one after the other."""
     every: float = 0.1
-    """s between them, and from the last one to the end."""
+    """Seconds between feedback messages, and from the last one to the end."""
     result: ResultT | Callable[[GoalT], ResultT] | None = None
     """The result of a goal; None: one of default values."""
     refuse: bool | Callable[[GoalT], bool] = False
-    """Tells which goals are refused."""
+    """True to refuse all goals, or a function that returns True for a goal to refuse."""
     abort: bool = False
-    """Whether goals end aborted, not succeeded."""
+    """True if goals end aborted instead of succeeded."""
     never_ends: bool = False
-    """Whether goals run, after their feedback, until they are cancelled."""
+    """True if goals run on after their feedback, until they are cancelled."""
     cancel: bool = True
-    """Whether cancel requests are accepted."""
+    """True if cancel requests are accepted."""
 
 
 class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
-    """Made by Graph.action. It has a node and a thread of its own."""
+    """A scripted action server, made by Graph.action. It has its own node and thread."""
 
     def __init__(
         self,
@@ -58,12 +58,12 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
         """How goals are treated; its attributes may be changed at any time."""
         self.name = node.resolve_action(name).name
         self.goals: Log[GoalT] = Log(f"goals for '{self.name}'")
-        """Those that were accepted, in order."""
+        """The accepted goals, in order."""
         self.refused: Log[GoalT] = Log(f"refused goals for '{self.name}'")
         self.cancels: Log[GoalT] = Log(f"cancelled goals of '{self.name}'")
-        """The goals that somebody asked to cancel, accepted or not."""
+        """The goals with a cancel request, accepted or not."""
         self.endings: Log[str] = Log(f"ended goals of '{self.name}'")
-        """'succeeded', 'aborted' or 'canceled', in order."""
+        """How each goal ended, in order: 'succeeded', 'aborted' or 'canceled'."""
         self._called_off: dict[GoalId, Future[None]] = {}
         callbacks = ActionCallbacks(
             execute=self._execute, goal=self._judge, accepted=self._accept, cancel=self._cancel
@@ -144,13 +144,13 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
             raise AssertionError(f"action '{self.name}', last goal: {'; '.join(wrong)}")
 
     def close(self) -> None:
-        """Go away; goals that run are aborted. Idempotent."""
+        """Close the server; running goals are aborted. May be called twice."""
         self._node.destroy()
         self._spinning.close()
 
 
 async def _pause(called_off: Future[None], seconds: float) -> None:
-    """Sleep, but only until the goal is called off."""
+    """Sleep, but end early if the goal is to be cancelled or aborted."""
     import asyncio
 
     try:

@@ -16,19 +16,19 @@ class _Never(Enum):
 
 
 NEVER: Final = _Never.NEVER
-"""Stands for an answer that never comes while the service is there."""
+"""Stands for an answer that never comes as long as the service exists."""
 
 
 @record
 class After(Generic[ResponseT]):
-    """An answer that takes its time."""
+    """An answer that comes after a delay."""
 
     seconds: float
     answer: Answer[ResponseT]
 
 
 def after(seconds: float, answer: Answer[ResponseT] = None) -> After[ResponseT]:
-    """Give `answer`, any that a service may have, after a while."""
+    """Give `answer`, of any kind that a script may have, after a delay."""
     return After(seconds, answer)
 
 
@@ -37,7 +37,7 @@ Answers: TypeAlias = 'Answer[ResponseT] | Sequence[Answer[ResponseT]]'
 
 
 class Script(Generic[ResponseT]):
-    """One answer for every call, or one for each. Raises TypeError for anything but an answer."""
+    """The answers: one for all calls, or a list with one for each. Raises TypeError for other values."""
 
     def __init__(self, answers: Answers[ResponseT], response: type[ResponseT]) -> None:
         self._answers = list(answers) if isinstance(answers, Sequence) else None

@@ -46,7 +46,7 @@ class Expect:
             raise AssertionError('\n'.join(map(str, differences)))
 
     def differences(self, bag: str | PathLike[str], options: ReplayOptions | None = None) -> list[Difference]:
-        """Send them likewise, and return what differs."""
+        """Send the calls and goals as `__call__` does, and return the differences."""
 
         async def replay() -> list[Difference]:
             with Reader(bag) as reader:

@@ -69,7 +69,7 @@ def send_goal(
 
 
 def run_here(coroutine: Coroutine[Any, Any, T]) -> T:
-    """Run a coroutine on this thread; raises RuntimeError in an asyncio loop, which this would hold up."""
+    """Run a coroutine on this thread; raises RuntimeError in an asyncio loop, which it would block."""
     if running_loop() is not None:
         coroutine.close()
         raise RuntimeError(

@@ -43,10 +43,10 @@ EVERYTHING = QoS(history=HistoryPolicy.KEEP_ALL)
 
 
 class Graph:
-    """`with Graph() as graph:` what this process opens in the block, with either API, meets nobody else.
+    """`with Graph() as graph:` nodes that the process opens in the block meet only each other.
 
-    The end of the block ends what was started through it. It raises an AssertionError for what else was left
-    open, and for what the callbacks of the nodes raised.
+    The end of the block ends all that was started through it. It raises an AssertionError for anything else
+    left open, and for errors that callbacks of the nodes raised.
     """
 
     def __init__(self, transport: str = 'memory') -> None:
@@ -102,7 +102,7 @@ class Graph:
         for program in self._programs:
             program.stop()
         if rclpy is not None and self._programs:
-            rclpy.get_default_context().shutdown_signal.end('the graph was closed')  # as a signal does
+            rclpy.get_default_context().shutdown_signal.end('the graph was closed')  # a signal does the same
         for program in self._programs:
             if not program.close():
                 self.blame(f"program '{program.name}' did not end with its context")
@@ -110,7 +110,7 @@ class Graph:
                 self.blame(f"program '{program.name}' raised {program.unseen_error!r}")
 
     def _rclpy(self) -> Any:
-        """The module, if its default context is in this graph."""
+        """Return rclpy, if it is loaded and its default context is in this graph."""
         rclpy = sys.modules.get('rclpy')
         if rclpy is None or rclpy.get_default_context() not in open_contexts() - self._before:
             return None
@@ -131,12 +131,12 @@ class Graph:
 
     @property
     def transport(self) -> str:
-        """The wire: 'memory', 'zenoh' or 'dds'."""
+        """The transport: 'memory', 'zenoh' or 'dds'."""
         return self._transport
 
     @property
     def domain(self) -> int:
-        """Its domain, in which there is nobody else."""
+        """The ROS domain of the graph, which no other program uses."""
         return self._world.domain
 
     @property
@@ -154,9 +154,9 @@ class Graph:
 
     @property
     def faults(self) -> Faults:
-        """The faults of this graph's wire, none at first: `graph.faults.partition('talker', 'listener')`.
+        """The faults of the graph's transport, at first none: `graph.faults.partition('talker', 'listener')`.
 
-        Raises LocalError if a node is there already when they are asked for the first time.
+        Raises LocalError if they are first asked for after a node was made.
         """
         if self._faults is None:
             if open_contexts() - self._before:
@@ -167,7 +167,7 @@ class Graph:
         return self._faults
 
     def nodes(self) -> list[str]:
-        """The qualified names of the nodes in it, the test's own ones included."""
+        """Return the qualified names of the nodes in the graph, with the test's own ones."""
         return sorted(entity.node.qualified for entity in self.context.graph.nodes())
 
     def wait_for_node(self, name: str, *, timeout: float = PATIENCE) -> None:
@@ -187,8 +187,8 @@ class Graph:
     def start(self, node: Any, *, executor: Callable[[], Executor] | None = None) -> Any:
         """Make a node of rclpy (with its class, or any function) and let it spin until the end of the block.
 
-        It has a thread of its own, with a SingleThreadedExecutor or with what `executor()` makes. Where
-        rclpy is not initialised yet, this does it. A node that is there already may be given, too.
+        It has its own thread, with a SingleThreadedExecutor or the executor that `executor()` makes. If
+        rclpy is not initialised yet, this does it. An existing node may be given, too.
         """
         import rclpy
 
@@ -238,7 +238,7 @@ class Graph:
         *,
         node: str | None = None,
     ) -> FakeService[RequestT, ResponseT]:
-        """Serve requests with `answer`: a response, or a function of the request that makes one; NEVER;
+        """Serve requests with `answer`: a response, or a function from a request to a response; NEVER;
         `after(seconds, answer)`; an exception, with which the handler fails; or a list of such, one for each
         call. None is a response of default values. `node` is the name of the server's node.
         """
@@ -267,7 +267,7 @@ class Graph:
     def record(
         self, msg_type: type[MsgT], topic: str, *, qos: QoS = EVERYTHING, node: str | None = None
     ) -> Recorder[MsgT]:
-        """Note all messages on a topic from now on."""
+        """Record all messages on a topic from now on."""
         return self._keep(Recorder(self._own_node(node or f'record_{_last(topic)}'), msg_type, topic, qos))
 
     def publisher(
@@ -285,9 +285,9 @@ class Graph:
         timeout: float = PATIENCE,
         **fields: object,
     ) -> ResponseT:
-        """Call a service of what is tested, with a request or one made of `fields`; see goalwire.Client.call.
+        """Call a service under test, with a request or one made of `fields`; see goalwire.Client.call.
 
-        Blocks: in an `async def` test take a client of `graph.node(…)`.
+        It blocks: in an `async def` test use a client of `graph.node(…)`.
         """
         return call(self.node(self._unique('caller')), srv_type, name, request, timeout, fields)
 
@@ -300,7 +300,7 @@ class Graph:
         timeout: float = 60.0,
         **fields: object,
     ) -> Outcome[ResultT, FeedbackT]:
-        """Send a goal to what is tested and follow it to its end.
+        """Send a goal to the action under test and wait for its end.
 
         Raises GoalRefused, GoalAborted, GoalCanceled, DeadlineError and their kin; see goalwire.Run. Blocks.
         """

@@ -2,7 +2,7 @@
 
 The marks are `launch_test`, and `rostest` of launch_testing_ros, which means the same.
 
-The plugin of a ROS 2's own launch_testing comes first. Where that is installed, this one does nothing.
+If ROS 2's own launch_testing is installed, its plugin does the work, and this one does nothing.
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> 
 
 
 class LaunchTestFailure(Exception):
-    """Tests of a launch failed; the text has what each said."""
+    """Tests of a launch failed; the text has the message of each."""
 
 
 class LaunchTestModule(pytest.Module):
-    """A file with a launch test, or an ordinary one that only has the words of the mark."""
+    """A file with a launch test, or an ordinary file in which only the mark's name occurs."""
 
     def collect(self) -> Iterator[pytest.Item | pytest.Collector]:
         entry = getattr(self.obj, 'generate_test_description', None)

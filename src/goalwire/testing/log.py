@@ -22,7 +22,7 @@ class Log(Generic[T]):
     """A list that any thread appends to. It reads like a list, and can be waited for."""
 
     def __init__(self, what: str) -> None:
-        """`what` names the content in messages: "messages on '/chatter'"."""
+        """`what` names the content in error texts, such as "messages on '/chatter'"."""
         self._what = what
         self._items: list[T] = []
         self._grown = Condition()
@@ -36,7 +36,7 @@ class Log(Generic[T]):
     def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[T]:
         """Block until there are `count` items, and return all items.
 
-        Raises AssertionError after `timeout` s, RuntimeError inside an asyncio loop, which it would hold up.
+        Raises AssertionError after `timeout` s, RuntimeError inside an asyncio loop, which it would block.
         """
         return self.wait_until(lambda items: len(items) >= count, f'{count}', timeout=timeout)
 

@@ -1,7 +1,7 @@
-"""Crashes for durable missions: a mission runs once for each place where its runner may die.
+"""Crash tests for durable missions: a mission runs once for each place where its runner may die.
 
-The runner dies before and after each write to its journal, and before and after each send. Then another one
-takes the same file up. What the mission's servers counted meanwhile shows whether anything happened twice.
+The runner dies before and after each write to its journal, and before and after each send. Then another
+runner continues with the same file. The counts of the mission's servers show if anything happened twice.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MakeNode = Callable[[], AbstractAsyncContextManager['goalwire.Node']]
 
 
 class _Crash(BaseException):
-    """Ends a runner at a boundary: nothing that follows happens."""
+    """Ends a runner at a boundary, so that nothing after it happens."""
 
 
 @record
@@ -38,13 +38,13 @@ class CrashRun:
     mission: str
     """Its id."""
     boundary: str
-    """Where its runner died: 'after write, intent of step 1'; '' if it did not."""
+    """The boundary where its runner died, such as 'after write, intent of step 1'; '' if it did not die."""
     state: MissionState
-    """Where the mission stood at the end: succeeded, or the one in which it waits for somebody."""
+    """The mission's last state: succeeded, or the state in which it waits for a person."""
     why: str
     result: Any
     sends: tuple[str, ...]
-    """The steps that were sent to a server, in their order; one that is there twice was sent twice."""
+    """The steps that were sent to a server, in order; a step that occurs twice was sent twice."""
 
     @property
     def asks(self) -> bool:
@@ -78,7 +78,7 @@ class _Life:
             self._over.set()
 
     async def last(self, run: MissionRun) -> None:
-        """Wait for the end of the life."""
+        """Wait until the mission ends, asks a person, or the crash comes."""
         self.run = run
         if run.state.waits_for_somebody:
             return
@@ -97,8 +97,8 @@ async def crash_everywhere(
 ) -> list[CrashRun]:
     """Run a mission once without a crash, then once for each boundary, and say how each run ended.
 
-    Each run has a file of its own in `folder`, and `make_node()` gives the node of each runner. The mission's
-    servers are the test's, and live on, unless `between()` does something to them: it is awaited after each
+    Each run has its own file in `folder`, and `make_node()` gives the node of each runner. The mission's
+    servers belong to the test and stay alive, unless `between()` changes that: it is awaited after each
     crash, before the next runner. In virtual time (`gw_clock`) this takes no real time.
     """
     play = partial(_run, mission, arguments, make_node, between)

@@ -1,6 +1,6 @@
 """The pytest plugin: `gw_graph`, `gw_clock`, `gw_expect` and --gw-transport.
 
-Pytest imports it in every project that has goalwire installed. So all else is imported by the fixtures.
+Pytest imports it in every project that has goalwire installed. So the fixtures import everything else.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ def gw_clock(request: pytest.FixtureRequest) -> Iterator[VirtualClock]:
 
 @pytest.fixture
 def gw_graph(request: pytest.FixtureRequest) -> Iterator[Graph]:
-    """A graph of the test's own, of nodes, scripted servers and recorders; see goalwire.testing.Graph."""
+    """A graph for this test only, with nodes, scripted servers and recorders; see goalwire.testing.Graph."""
     if 'gw_clock' in request.fixturenames:
-        request.getfixturevalue('gw_clock')  # everything made in the graph shall live in virtual time
+        request.getfixturevalue('gw_clock')  # virtual time must begin before the graph is made
     from goalwire.testing import Graph
 
     with Graph(request.config.getoption('--gw-transport')) as graph:
@@ -51,7 +51,7 @@ def gw_graph(request: pytest.FixtureRequest) -> Iterator[Graph]:
 
 @pytest.fixture
 def gw_expect(gw_graph: Graph) -> Expect:
-    """`gw_expect('bag')`: what is in `gw_graph` answers the calls and goals of a bag as recorded."""
+    """`gw_expect('bag')`: the servers in `gw_graph` must answer a bag's calls and goals as recorded."""
     from goalwire.testing import Expect
 
     return Expect(gw_graph)

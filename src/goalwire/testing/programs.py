@@ -41,7 +41,7 @@ class Program:
         except (asyncio.CancelledError, KeyboardInterrupt):
             self._result = None
         except BaseException as error:
-            # Its context ended under it: a program that is stopped by a signal sees the same.
+            # Its context was shut down while it ran, as for a program that is stopped by a signal.
             if not (self._stopped and isinstance(error, (ExternalShutdownException, RCLError))):
                 self._error = error
 
@@ -51,11 +51,11 @@ class Program:
 
     @property
     def running(self) -> bool:
-        """Whether the program still runs."""
+        """True if the program still runs."""
         return self._thread.is_alive()
 
     def wait(self, *, timeout: float = PATIENCE) -> object:
-        """Wait for its end; return what main did, or the code that it exited with; raise what it raised.
+        """Wait for its end; return main's result or its exit code; raise the error that it raised.
 
         Raises AssertionError after `timeout` s.
         """
@@ -69,20 +69,20 @@ class Program:
 
     @property
     def unseen_error(self) -> BaseException | None:
-        """The error that it raised, if nobody has seen it."""
+        """The error that the program raised, unless `wait` has raised it already."""
         return None if self._looked_at else self._error
 
     def close(self) -> bool:
-        """Wait for its end, now that its context has ended; False if that does not come."""
+        """Wait for the program's end, after the end of its context; return False if it does not end."""
         self._thread.join(PATIENCE)
         sys.argv = self._argv
         return not self._thread.is_alive()
 
     def stop(self) -> None:
-        """Cancel it, if it is a coroutine. From now on the end of its context does not count as an error."""
+        """Cancel the program, if it is a coroutine. From now on the end of its context is not an error."""
         self._stopped = True
         if self._loop is not None and self._task is not None and not self._loop.is_closed():
             try:
                 self._loop.call_soon_threadsafe(self._task.cancel)
             except RuntimeError:
-                return  # closed by another thread meanwhile
+                return  # the program's loop was closed meanwhile

@@ -1,4 +1,4 @@
-"""A scripted service: answers as the test says, and remembers its requests."""
+"""A scripted service: it follows the test's script, and remembers its requests."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ ResponseT = TypeVar('ResponseT')
 
 
 class _Core(ServiceCore):
-    """Its callback may fail, which its client learns of: the test wanted it."""
+    """A server whose callback may fail on purpose; the client learns of that."""
 
     def failed(self, error: Exception) -> None:
         """Report nothing: the test wanted the failure."""
 
 
 class FakeService(Generic[RequestT, ResponseT]):
-    """Made by Graph.service. It has a node and a thread of its own."""
+    """A scripted service, made by Graph.service. It has its own node and thread."""
 
     def __init__(
         self,
@@ -109,7 +109,7 @@ class FakeService(Generic[RequestT, ResponseT]):
             raise AssertionError(f"service '{self.name}', last call: {'; '.join(wrong)}")
 
     def close(self) -> None:
-        """Go away, as a server that dies; clients that wait for an answer get an error. Idempotent."""
+        """Close the service, as if it died; waiting clients get an error. May be called twice."""
         self._node.destroy()
         self._spinning.close()
 

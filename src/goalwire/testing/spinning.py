@@ -1,4 +1,4 @@
-"""A node under test, and a thread that spins it as a process of its own would."""
+"""A node under test, and a thread that spins it as its own process would."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GRACE_S = 5.0
 
 
 class Hosted:
-    """A node, as far as an executor needs it."""
+    """The part of a node that an executor needs."""
 
     def __init__(self, core: NodeCore) -> None:
         self.handle = core
@@ -25,7 +25,7 @@ class Hosted:
 
 
 class Spinning:
-    """Spins `node` until `close`. What its callbacks raise is kept, and spinning goes on."""
+    """Spins `node` until `close`. Errors of its callbacks are kept, and spinning goes on."""
 
     def __init__(self, name: str, node: Any, executor: Executor) -> None:
         self.name = name
@@ -47,7 +47,7 @@ class Spinning:
                 self.raised.append(error)
 
     def close(self) -> bool:
-        """End the spin and wait for it; False if a callback does not end."""
+        """Stop spinning and wait for the thread; return False if a callback does not end."""
         self._closing = True
         self._executor.shutdown()
         if self._thread is not threading.current_thread():
@@ -56,6 +56,6 @@ class Spinning:
 
 
 def host(core: NodeCore) -> Spinning:
-    """Have one of the graph's own nodes spun."""
+    """Spin one of the graph's own nodes."""
     executor = SingleThreadedExecutor(context=core.context)
     return Spinning(core.name.qualified, Hosted(core), executor)

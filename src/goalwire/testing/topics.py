@@ -23,7 +23,7 @@ MsgT = TypeVar('MsgT')
 
 
 class _Core(SubscriptionCore[MsgT]):
-    """Decodes as soon as something arrives: no executor is in between."""
+    """Decodes messages as soon as they arrive, without an executor."""
 
     def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
         self.messages: Log[MsgT] = Log(f"messages on '{node.resolve(topic)}'")
@@ -50,7 +50,7 @@ class Recorder(Generic[MsgT]):
         self.messages = self._core.messages
         """The messages that have come so far."""
         self.times = self._core.times
-        """When it came, in s of time.monotonic()."""
+        """When each message arrived, in s of time.monotonic()."""
 
     def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[MsgT]:
         """Block until `count` messages have come; raises AssertionError after `timeout` s."""

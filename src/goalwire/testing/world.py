@@ -1,4 +1,4 @@
-"""Isolates a test: whatever else runs on the machine, its programs meet only each other."""
+"""Isolates a test: its programs meet only each other, whatever else runs on the machine."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ _OTHERS = (
 )
 """Variables through which other programs could reach the test."""
 
-_FIRST_DOMAIN, _DOMAINS = 1, 100  # DDS makes port numbers of them, which end at about 230
+_FIRST_DOMAIN, _DOMAINS = 1, 100  # DDS computes port numbers from domains, which must be below about 230
 _FIRST_PORT = 18_700
-"""The first of the ports that stand for domains: a test that holds a port has its domain."""
+"""The first of the ports that stand for domains: the test that holds a port owns the domain."""
 
 _memory_domains = count(1000)
 

@@ -25,8 +25,8 @@ class VirtualClock:
     """`with VirtualClock():` for the thread that enters the block, and for those that it starts there.
 
     For them `time` and `threading`, queues and asyncio's loops, and all of rclpy and goalwire go by virtual
-    time: it stands still while any of them runs, and jumps to the next deadline when all of them wait. Where
-    nothing is due then, the thread of the block gets a DeadlockError. One at a time in a process.
+    time: it stands still while any of them runs, and jumps to the next deadline when all of them wait. If
+    there is no deadline, the thread of the block gets a DeadlockError. One at a time in a process.
     """
 
     def __init__(self) -> None:
@@ -36,12 +36,12 @@ class VirtualClock:
 
     @property
     def elapsed(self) -> float:
-        """Virtual time in s since the beginning of the block; after it, how long that was."""
+        """Virtual time in s since the beginning of the block; after the block, its length."""
         now = self._end_ns if self._scheduler is None else self._scheduler.now
         return (now - _STEADY_NS) / 1e9
 
     def __enter__(self) -> Self:
-        """Raises LocalError inside the block of another one."""
+        """Begin virtual time. Raises LocalError inside the block of another VirtualClock."""
         if Running.scheduler is not None:
             raise LocalError('a virtual clock runs already in this process: leave its block first')
         self._scheduler = Scheduler(threading.current_thread(), _STEADY_NS)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from types import FrameType
 
 _SHOWN = 3
-"""Places of each thread and coroutine."""
+"""How many places of each thread and coroutine are shown."""
 
 _INSTALLED = tuple(sysconfig.get_path(name) + os.sep for name in ('purelib', 'platlib'))
 """The folder of pytest."""
@@ -44,18 +44,18 @@ def describe_stall(running: Iterable[Thread], seconds: float) -> str:
 
 
 def _show(places: StackSummary) -> str:
-    """The innermost places, which are the last, outside the library and Python's own if there are any."""
+    """Return the innermost places; those in goalwire and Python only if there are no others."""
     own = [state for state in places if not _is_machinery(state.filename)] or places
     return ''.join(f'\n    {state.filename}:{state.lineno} in {state.name}' for state in own[-_SHOWN:][::-1])
 
 
 def _is_machinery(path: str) -> bool:
-    """Whether a file is the library's, Python's or an installed one. The whole path decides."""
+    """Return True if a file belongs to goalwire, Python or an installed package, by its whole path."""
     return is_library(path) or is_standard(path) or path.startswith((*_INSTALLED, '<'))
 
 
 def _threads(threads: Iterable[Thread]) -> list[tuple[str, StackSummary]]:
-    frames = sys._current_frames()  # public in all but name, says its documentation
+    frames = sys._current_frames()  # its documentation says that this function may be used
     found = []
     for thread in threads:
         frame = frames.get(thread.ident or 0)
@@ -66,7 +66,7 @@ def _threads(threads: Iterable[Thread]) -> list[tuple[str, StackSummary]]:
 
 
 def _coroutines() -> list[tuple[str, StackSummary]]:
-    """The asyncio tasks that wait, wherever their loop is, with what each awaits."""
+    """Return the waiting asyncio tasks of all loops, with the coroutines that each awaits."""
     asyncio = sys.modules.get('asyncio')
     if asyncio is None:
         return []
@@ -84,7 +84,7 @@ def _coroutines() -> list[tuple[str, StackSummary]]:
 
 
 def _frames_of(coroutine: Any) -> list[FrameType]:
-    """A coroutine and those that it awaits, the outermost first."""
+    """Return the frames of a coroutine and of those that it awaits, the outermost first."""
     frames = []
     while frame := getattr(coroutine, 'cr_frame', None):
         frames.append(frame)

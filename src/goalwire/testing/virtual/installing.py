@@ -8,12 +8,12 @@ from types import ModuleType
 from goalwire.testing.virtual.stand_ins import ATTRIBUTES, NAMES
 
 _WAITING = frozenset({'_thread', 'queue', 'threading', 'time'})
-"""Modules of the standard library that get them: what the others need is made of these."""
+"""Modules of the standard library that get the stand-ins: the other modules are built on these."""
 
 _RUNNERS = frozenset({'_pytest', 'execnet', 'hypothesis', 'pluggy', 'pytest', 'pytest_timeout', 'xdist'})
 
 _clean: dict[str, tuple[ModuleType, int]] = {}
-"""Modules without any of the names, and how many names they had when they were looked through."""
+"""Modules without any replaced name, with the number of their names when they were searched."""
 
 
 class Installation:

@@ -1,7 +1,7 @@
 """The scheduler of virtual time: one thread at a time runs, and time passes when none can run.
 
-A member is a thread that lives in virtual time. It runs until it waits. Then the next member runs: the one
-that has waited longest of those whose wait is over. If there is none, time jumps to the earliest deadline. So
+A member is a thread that lives in virtual time. It runs until it waits. Then the next member runs: of those
+whose wait is over, the one that has waited longest. If there is none, time jumps to the earliest deadline. So
 the same program takes the same turns each time, and no wait takes any real time.
 """
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from threading import Thread
 
 _POLLS = 1000
-"""Times that a thread may read the time in a row before it counts as one that waits for time to pass."""
+"""How often a thread may read the time in a row before it counts as waiting for time to pass."""
 
 _NAP_NS = 10_000_000
-"""How long such a thread then sleeps, unless something is due before."""
+"""How long such a thread then sleeps, unless a deadline comes earlier."""
 
 
 _STALL_S = 30.0
@@ -52,7 +52,7 @@ class Child:
     def __init__(self, thread: Thread) -> None:
         self.thread = thread
         self.ready: Callable[[], bool] = never
-        """Takes what is waited for, if it is there. Called on any member's thread; it must not block."""
+        """Takes the awaited thing, if it is there. Called on any member's thread; it must not block."""
         self.deadline: int | None = None
         self.looks_outside = False
         """True if the awaited event may also come from the real world."""
@@ -61,7 +61,7 @@ class Child:
         self.outcome: bool | None = None
         self.stuck = False
         self.busy = False
-        """Whether it is in here: a signal handler or a finalizer then waits in real time."""
+        """True while it is in the scheduler: a signal handler or a finalizer then waits in real time."""
         self.polls = 0
         self.over = False
 
@@ -86,14 +86,14 @@ class Scheduler:
         return None if child is None or child.busy or self.closed else child
 
     def read(self, child: Child) -> int:
-        """The time. A thread that reads it again and again, without waiting, lets some time pass."""
+        """Return the time. If a thread reads it again and again without waiting, some time passes."""
         child.polls += 1
         if child.polls > _POLLS:
             self.wait(child, never, self.now + _NAP_NS)
         return self.now
 
     def holds_here(self) -> bool:
-        """Whether the calling thread is a member, may it wait now or not."""
+        """Return True if the calling thread is a member, even if it may not wait now."""
         return get_ident() in self._children and not self.closed
 
     # -- waiting
@@ -103,8 +103,8 @@ class Scheduler:
     ) -> bool | None:
         """Let others run until `ready()` (True) or `deadline` (False).
 
-        None if this time has ended, or if only the real world can end the wait: wait there, then.
-        Raises DeadlockError, on the owner's thread, if nothing could ever end the waits of all.
+        None if virtual time has ended, or if only the real world can end the wait: then wait in real time.
+        Raises DeadlockError, on the owner's thread, if no wait could ever end.
         """
         child.busy = True
         try:
@@ -126,7 +126,7 @@ class Scheduler:
     def _sleep(self, child: Child) -> None:
         try:
             self._pass_gate(child)
-        except BaseException:  # raised by a signal handler, or since time stands still
+        except BaseException:  # raised by a signal handler, or because of a deadlock
             with self._lock:
                 if child in self._waiting:
                     del self._waiting[child]
@@ -144,13 +144,13 @@ class Scheduler:
             turns = self._turns
 
     def _leave(self) -> None:
-        """Take a member out that has ended; under the lock."""
+        """Remove a member that has ended; the caller holds the lock."""
         self._running -= 1
         if self._running == 0 and self._waiting:
             self._go_on()
 
     def _go_on(self) -> None:
-        """No member runs: choose the next one, and let time pass if none can run."""
+        """Choose the next member when none runs, and let time pass if none can run."""
         while True:
             for child in self._waiting:
                 if child.ready():
@@ -190,7 +190,7 @@ class Scheduler:
         return child
 
     def strike(self, child: Child) -> None:
-        """Take a member off whose thread could not be started."""
+        """Remove a member whose thread could not be started."""
         with self._lock:
             self._waiting.pop(child, None)
         child.over = True

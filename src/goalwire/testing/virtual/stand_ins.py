@@ -1,7 +1,7 @@
 """Stand-ins for Python's own clocks, sleeps, locks, threads and selectors.
 
-Each works for any thread at any time. It behaves like the real one, except on the members of a virtual time
-that runs. So a module may keep one for longer, and no harm is done.
+Each works for any thread at any time. It behaves like the real one, except on the members of a running
+virtual time. So a module may keep a stand-in for longer without harm.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ _real_select = cast(
 )
 
 OUTSIDE = frozenset({'goalwire-signals'})
-"""Threads, by name, that wait for the real world all their life."""
+"""Names of threads that always wait for the real world."""
 
 
 class Running:
-    """The virtual time that runs, if one does."""
+    """The running virtual time, if there is one."""
 
     scheduler: Scheduler | None = None
     epoch_ns = 0
@@ -49,7 +49,7 @@ class Running:
 
 
 def _reset_in_child() -> None:
-    """In a forked child, forget the waiting threads: they are the parent's."""
+    """In a forked child, forget the waiting threads: they exist only in the parent."""
     Running.scheduler = None
 
 
@@ -70,7 +70,7 @@ def _deadline(scheduler: Scheduler, seconds: float) -> int:
 
 
 def _time_left(scheduler: Scheduler, deadline: int) -> float:
-    """The rest of a wait in s that goes on in real time after virtual time has ended."""
+    """Return the rest of a wait in s, which goes on in real time after virtual time has ended."""
     return max(deadline - scheduler.now, 0) / 1e9
 
 
@@ -103,7 +103,7 @@ def sleep(seconds: float | SupportsIndex, /) -> None:
     found = _here()
     wanted = seconds if isinstance(seconds, float) else _whole(seconds)
     if found is None or wanted < 0:
-        _real_sleep(seconds)  # which refuses anything but a time
+        _real_sleep(seconds)  # the real sleep refuses anything but a time
         return
     scheduler, child = found
     deadline = _deadline(scheduler, wanted)
@@ -172,7 +172,7 @@ def start(thread: threading.Thread) -> None:
         _real_start(thread)
         return
     scheduler, starter = found
-    starter.busy = True  # until the other one lives, which takes real time
+    starter.busy = True  # wait in real time until the new thread lives
     try:
         if thread.name not in OUTSIDE:
             _enrol(thread, scheduler)
@@ -201,7 +201,7 @@ def _enrol(thread: threading.Thread, scheduler: Scheduler) -> None:
 
 
 def join(thread: threading.Thread, timeout: float | None = None) -> None:
-    """Wait for a thread's end. A thread that is not a member comes to it in real time."""
+    """Wait for a thread's end. A thread that is not a member ends in real time."""
     found, child = _here(), _children.get(thread)
     if found is not None and child is not None and thread is not threading.current_thread():
         scheduler, joiner = found
@@ -228,7 +228,7 @@ def is_alive(thread: threading.Thread) -> bool:
 
 
 def select(selector: selectors.BaseSelector, timeout: float | None = None) -> Ready:
-    """Wait for file descriptors. More than the one that wakes a loop bring the real world in."""
+    """Wait for file descriptors. Beyond the one that wakes a loop, they mean waiting for the real world."""
     found = _here()
     if found is None or (timeout is not None and timeout <= 0):
         return _real_select(selector, timeout)
@@ -243,12 +243,12 @@ def select(selector: selectors.BaseSelector, timeout: float | None = None) -> Re
 def _is_ready(selector: selectors.BaseSelector) -> bool:
     try:
         return bool(_real_select(selector, 0))
-    except (OSError, ValueError):  # closed meanwhile: the wait itself finds out
+    except (OSError, ValueError):  # closed meanwhile: the real wait reports it
         return True
 
 
 def _names() -> dict[int, object]:
-    """The stand-in of each real thing, by id: it replaces that in every module that has a name for it."""
+    """Return the stand-in for each real object, by id; it replaces the object in every module that has it."""
     clocks = {
         id(real): _clock(real, system=name.startswith('time'), nanoseconds=name.endswith('_ns'))
         for name in ('time', 'time_ns', 'monotonic', 'monotonic_ns', 'perf_counter', 'perf_counter_ns')
@@ -262,7 +262,7 @@ NAMES = _names()
 
 
 def _of_class(real: Callable[[], int]) -> object:
-    """The stand-in for a clock that is an attribute of a class."""
+    """Return the stand-in for a clock that is an attribute of a class."""
     return staticmethod(cast('Callable[[], int]', NAMES[id(real)]))
 
 
@@ -270,9 +270,9 @@ ATTRIBUTES: list[tuple[object, str, object]] = [
     (threading.Thread, 'start', start),
     (threading.Thread, 'join', join),
     (threading.Thread, 'is_alive', is_alive),
-    (threading, '_CRLock', None),  # threading.RLock() then gives the one in Python, made of a lock
+    (threading, '_CRLock', None),  # threading.RLock() then gives the Python implementation, which uses a Lock
     (selectors.DefaultSelector, 'select', select),
     (SteadyClock, 'now', _of_class(SteadyClock.now)),
     (SteadyClock, 'system_now', _of_class(SteadyClock.system_now)),
 ]
-"""Owner, name and stand-in of what no module has a name of its own for."""
+"""Owner, name and stand-in of objects that are only attributes of other objects."""
