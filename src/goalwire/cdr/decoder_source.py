@@ -39,12 +39,12 @@ _BYTE = Item('B', 1, 1)
 def decoder_source(cls: type, order: str, *, view: bool) -> tuple[str, dict[str, object]]:
     """Return the source of `decode(data)` for a message class and the names that it needs.
 
-    `order` is '<' or '>'; `view` tells that data is a memoryview, not bytes. Data with a header of
+    `order` is '<' or '>'; `view` is True if data is a memoryview, not bytes. Data with a header of
     another kind is given to `otherwise(data)`.
     """
     module = _Module(order, view=view)
     body = _Body(module, first=True)
-    empty = not layout.leaves(cls)  # then a peer that leaves out the one meaningless byte is understood too
+    empty = not layout.leaves(cls)  # so a message is also read if a peer leaves out this meaningless byte
     root = body.message(cls, add_empty=not empty)
     body.flush()
     lines = [
@@ -144,7 +144,7 @@ class _Body:
         ]
 
     def flush(self) -> None:
-        """Write the run that has gathered."""
+        """Write the statements for the collected run."""
         if self._first:
             run = layout.run_struct(self.items, 0, order=self._order, prefix='H2x')
             targets = ', '.join(['header', *self._targets])

@@ -134,7 +134,7 @@ class _Body:
         ]
 
     def flush(self) -> None:
-        """Write the run that has gathered."""
+        """Write the statements for the collected run."""
         self._check_floats()
         if self.items or self._first:
             self._pack()
@@ -190,7 +190,7 @@ class _Body:
         elif base == 'bool':
             expression = self._variable(expression)
             self.lines.append(f'if {expression} is not True and {expression} is not False: refuse()')
-        self.items.append(Item.of(base))  # struct itself refuses everything but integers in range
+        self.items.append(Item.of(base))  # struct itself refuses all values except integers in range
         self._arguments.append(expression)
 
     def _text(self, leaf: Leaf, expression: str) -> None:

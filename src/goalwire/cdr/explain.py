@@ -24,13 +24,13 @@ E = TypeVar('E', bound=Exception)
 def raising(read: str) -> list[str]:
     """Return the lines of an encoder or decoder that raise `failure`, whose traceback holds their frame.
 
-    So the frame lets go of the error, which it would hold in a circle, and of what it was given to `read`.
+    The lines delete the frame's references to the error, which would be a circle, and to the data in `read`.
     """
     return ['    try:', '        raise failure', '    finally:', f'        del failure, {read}']
 
 
 def explain_encode(cls: type, message: object, error: Exception) -> EncodeError:
-    """Return the error to raise for a message that an encoder refused; it holds nothing of the message."""
+    """Return the error to raise for a message that an encoder refused; it does not refer to the message."""
     return _detach(_encode_error(cls, message, error))
 
 
@@ -41,7 +41,7 @@ def _encode_error(cls: type, message: object, error: Exception) -> EncodeError:
         for path, leaf, value in _values(cls, message, ''):
             _judge(type_name(cls), path, leaf, value)
     except EncodeError as found:
-        found.__context__ = None  # the new error has all facts of the encoder's own
+        found.__context__ = None  # the new error has all facts of the encoder's error
         return found.with_traceback(None)
     except Exception as other:
         return EncodeValueError(type_name(cls), '', f'cannot be encoded: {other!r}')
@@ -112,7 +112,7 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
 
 def _explain_nested(path: str, cls: type, value: object) -> str:
     """Say what stands in the place of a nested message, and what to write."""
-    if hasattr(value, 'to_msg'):  # a Time or a Duration of rclpy
+    if hasattr(value, 'to_msg'):  # this is rclpy's Time or Duration of rclpy
         name = type(value).__name__
         example = 'node.get_clock().now()' if name == 'Time' else 'Duration(seconds=1)'
         return (
@@ -138,7 +138,7 @@ def _where_set(path: str, written: str) -> str:
 
 
 def _as_number(value: object, kind: type[int | float]) -> str:
-    """Return ' (write 5)' for a text or a float that stands for such a number; '' for anything else."""
+    """Return ' (write 5)' for a text or a float with the value of an integer; '' for anything else."""
     try:
         number = kind(value) if isinstance(value, str) else int(value) if isinstance(value, float) else None
     except (ValueError, OverflowError):
@@ -147,7 +147,7 @@ def _as_number(value: object, kind: type[int | float]) -> str:
 
 
 def _as_bool(value: object) -> str:
-    """Return what to write for a bool: the one that a 0 or a 1 stands for, else both."""
+    """Return what to write for a bool: True or False if the value is 1 or 0, else both words."""
     is_number = hasattr(value, '__index__') or type(value).__module__ == 'numpy'
     return str(bool(value == 1)) if is_number and value in {0, 1} else 'True or False'
 
@@ -230,12 +230,12 @@ def byte_order(cls: type, data: reading.Buffer) -> str:
 
 
 def explain_decode(cls: type, data: reading.Buffer, error: Exception) -> DecodeError:
-    """Return the error to raise for bytes that a decoder refused; it holds nothing of them."""
+    """Return the error to raise for bytes that a decoder refused; it keeps no reference to them."""
     return _detach(_decode_error(cls, data, error))
 
 
 def _detach(error: E) -> E:
-    """Return an error without the frames, and the error before it, that hold what was read or written."""
+    """Return an error without its frames and its context, which hold the data that was read or written."""
     error.__context__ = None
     return error.with_traceback(None)
 

@@ -58,7 +58,7 @@ class Item:
 
 
 COUNT = Item.of('uint32')
-EMPTY = Item('x', 1, 1)  # the one byte of a message without fields
+EMPTY = Item('x', 1, 1)  # the single byte of a message without fields
 TEXT = Item('', 0, 1)
 
 

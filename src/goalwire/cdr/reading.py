@@ -1,6 +1,6 @@
 """Functions that generated decoders call.
 
-All of these raise ValueError or IndexError for bytes that cannot be right, before they allocate anything for
+All of these raise ValueError or IndexError for invalid bytes, before they allocate anything for
 them. Then cdr/explain.py finds out which field it was.
 """
 
@@ -21,11 +21,11 @@ BOOLS = (False, True)  # any other byte is an IndexError
 OCTETS = tuple(bytes((value,)) for value in range(256))
 _LENGTHS = {order: struct.Struct(f'{order}I').unpack_from for order in '<>'}
 _FOREIGN_ORDER = '>' if sys.byteorder == 'little' else '<'
-_SMALL = 2048  # bytes; a slice of this size is copied faster than a view of it is made
+_SMALL = 2048  # bytes; to copy a slice up to this size is faster than to make a view of it
 
 
 def plain_unpackers(items: Iterable[Item], order: str) -> tuple[tuple[Unpack, int], ...]:
-    """Return how to read a run, and its size, by offset & 7."""
+    """Return the functions that read a run, and its sizes, by offset & 7."""
     kept = tuple(items)
     structs = [run_struct(kept, offset, order=order) for offset in range(8)]
     return tuple((run.unpack_from, run.size) for run in structs)
@@ -83,7 +83,7 @@ def octets(data: Buffer, at: int, end: int) -> list[bytes]:
 
 
 def text(data: Buffer, at: int, size: int) -> str:
-    """Return the string of `size` bytes at `at`. As Fast-CDR does, one without its NUL is taken as it is."""
+    """Return the string of `size` bytes at `at`. As in Fast-CDR, the final NUL may be missing."""
     end = at + size
     if end > len(data):
         refuse()
@@ -100,7 +100,7 @@ def wide_text(data: Buffer, at: int, units: int, order: str) -> str:
         refuse()
     if greatest <= 0xFFFF:
         return array('H', values).tobytes().decode(f'utf-16-{"le" if sys.byteorder == "little" else "be"}')
-    # A peer wrote code points; among these, surrogates are refused.
+    # The peer wrote code points, not code units: surrogates are then refused.
     return ''.join(chr(int(value)) for value in values).encode().decode()
 
 

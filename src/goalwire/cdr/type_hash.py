@@ -77,8 +77,8 @@ def hash_of_description(description: Description) -> str:
 
 
 def _sha256(data: bytes) -> str:
-    """Return the SHA-256 in hexadecimal digits, by Python's own: hashlib loads OpenSSL, 3 MB and 3 ms."""
-    for module in ('_sha2', '_sha256'):  # since Python 3.12, and before
+    """Return the SHA-256 in hex digits, by Python's own module: hashlib loads OpenSSL, 3 MB and 3 ms."""
+    for module in ('_sha2', '_sha256'):  # its name since Python 3.12, and its name before
         with suppress(ImportError):
             return str(import_module(module).sha256(data).hexdigest())
     import hashlib

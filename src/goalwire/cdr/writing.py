@@ -48,7 +48,7 @@ _TEXTS = TextPackers((COUNT, TEXT))
 
 
 def refuse(*_: object) -> NoReturn:
-    """Say that some value does not fit."""
+    """Raise ValueError: a value does not fit its field."""
     raise ValueError('a value does not fit its field')
 
 
@@ -70,7 +70,7 @@ def wide(text: str) -> bytes:
 def put_texts(texts: Iterable[str], add: Add, at: int, limit: int) -> int:
     """Add strings of at most `limit` bytes (0: any) and return the offset behind them."""
     if texts.__class__ is str:
-        refuse()  # each letter of it would become a text
+        refuse()  # each letter of the string would become a text
     most = limit + 1 if limit else 2**32
     for text in texts:
         if type(text) is not str:
@@ -103,7 +103,7 @@ def put_wide_texts(texts: Iterable[str], add: Add, at: int, limit: int) -> int:
 def numbers(typecode: str, value: Iterable[float]) -> array[float]:
     """Return a value that is not yet an array.array of the right typecode as one."""
     if isinstance(value, (bytes, bytearray)) and typecode not in 'bB':
-        refuse()  # array would take the bytes for its memory
+        refuse()  # array.array would use the bytes as its memory
     return to_array(typecode, value)
 
 

@@ -1,6 +1,6 @@
 """The log file of a process, `<directory>/<program>_<pid>_<ms>.log` as rcl_logging_spdlog names it.
 
-It is always a new file: if there is one of that name, or a link that somebody put there, the next name is
+It is always a new file: if a file or a link of that name exists, the next name is
 taken.
 
 Each line is one write to a file opened for appending. So lines stay whole whichever threads log, and none is
@@ -34,7 +34,7 @@ class LogFile:
         A program without a name, as with `python -c`, has that of the first logger.
         """
         self.path = ''
-        """Where it is, once there is a line in it."""
+        """The path of the file, once it has a line."""
         self._directory = directory
         self._prefix = prefix or _program()
         self._ms = time.time_ns() // 1_000_000
@@ -49,7 +49,7 @@ class LogFile:
             file = self._file or self._open(record.name)
             if file is not None:
                 file.write(f'{self._format(record)}\n'.encode(errors='backslashreplace'))
-        except ValueError:  # closed by another thread in the meantime
+        except ValueError:  # another thread has closed the file meanwhile
             return
         except OSError as error:
             self.close()

@@ -1,6 +1,6 @@
 """The logger that programs hold.
 
-A call below the logger's level returns before anything else happens. The other calls are known by their call
+A call below the logger's level returns at once. Each other call is identified by its call
 site. It owns the state of the filters and, as in ROS 2, must always be used in the same way.
 """
 
@@ -117,7 +117,7 @@ class RcutilsLogger:
         return True
 
     def _passes(self, caller: CallerId, name: str, severity: LoggingSeverity, options: LogOptions) -> bool:
-        """Ask the call site's filters, all up to the first that refuses."""
+        """Ask the call site's filters in turn, up to the first that refuses."""
         asked = get_filters_from_kwargs(**options) if options else []
         context = self.contexts.get(caller)
         if context is None:

@@ -47,7 +47,7 @@ class _CallSite(NamedTuple):
     file_path: str
     line_number: int
     last_index: int
-    """The byte code's offset, which tells two calls in one line apart."""
+    """The byte code's offset, which distinguishes two calls in one line."""
 
 
 class CallerId(_CallSite):

@@ -1,7 +1,7 @@
-"""Times are readings of the monotonic clock: ages stay right if the wall clock is set anew.
+"""Converts times: observers keep readings of the monotonic clock, so that ages survive a set wall clock.
 
-Stamps of messages are times of the wall clock, in s since 1970. `wall_offset` leads from one to the other; it
-is asked for when a time is shown, so that a time of day is always one of the clock as it stands now.
+Stamps of messages are times of the wall clock, in s since 1970. `wall_offset` converts one to the other; it
+is read when a time is shown, so that the time of day follows the present wall clock.
 """
 
 from __future__ import annotations

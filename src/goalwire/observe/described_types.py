@@ -1,7 +1,7 @@
 """Types that are not known here, taken from a node that uses them (REP 2016).
 
 Every node of ROS 2 since Jazzy offers `~/get_type_description`. A description is taken only if its hash is
-the one that the node's endpoint shows on the wire: so nobody can have a message read as something else.
+the one that the node's endpoint shows on the wire: so a wrong description is never used to read a message.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ async def fetch_type(node: goalwire.Node, name: str) -> bool:
     """
     if await _fetch(node, whole_type(name)):
         return True
-    # DDS shows no hash of a service, but that of its events, which have all parts of it.
+    # DDS shows no hash of a service, but the hash of its events, whose type contains all its parts.
     return '/srv/' in name and name.endswith('_Event') and await _fetch(node, name)
 
 
@@ -81,9 +81,9 @@ async def _fetch(node: goalwire.Node, name: str) -> bool:
 
 
 async def _endpoints_of(node: goalwire.Node, name: str) -> dict[str, list[GraphEntity]]:
-    """Return the endpoints that use a type, by the type that they show: of an action that of each part.
+    """Return the endpoints that use a type, by the type that they show: for an action, by its parts.
 
-    Only those of nodes that describe types count: nodes of older releases, which do not, are not waited for.
+    Only nodes that describe types count: nodes of older releases are not waited for.
     """
     parts = {name}
     if '/action/' in name:
@@ -132,7 +132,7 @@ async def _describe(node: goalwire.Node, users: list[GraphEntity]) -> TypeDescri
 
 
 def fetch_type_now(name: str) -> bool:
-    """As `fetch_type`, by a node of its own, on a thread with a loop of its own; waits for the answer."""
+    """Call `fetch_type` with a separate node on a thread with its own loop, and wait for the answer."""
 
     async def ask() -> bool:
         async with goalwire.Node(f'_goalwire_types_{os.getpid()}', program_arguments=False) as node:

@@ -84,7 +84,7 @@ async def known_goals(node: goalwire.Node, action: str, patience: float) -> list
 
 
 def _statuses(node: goalwire.Node, action: str) -> goalwire.Subscription[Any]:
-    """Subscribe to the status of an action, of which the latest comes at once."""
+    """Subscribe to the status of an action; the latest status comes at once."""
     from action_msgs.msg import GoalStatusArray
 
     qos = goalwire.QoS(depth=1, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)

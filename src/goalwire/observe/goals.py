@@ -86,9 +86,9 @@ class Goal:
         return self.status in ACTIVE
 
     def move(self, status: str, now: float) -> bool:
-        """Note a status. Return False if it is not news, as a status that comes after the goal's end.
+        """Note a status. Return False if it changes nothing, such as a status after the goal's end.
 
-        The answer to a goal may come behind the status that it runs: nothing becomes ACCEPTED again.
+        The answer to a goal may come after its status EXECUTING: so a goal never becomes ACCEPTED again.
         """
         if status == self.status or not self.is_active or (status == 'ACCEPTED' and self.status != SENT):
             return False
@@ -160,7 +160,7 @@ class GoalTable:
         return [*(goal for goal in goals if goal.is_active), *ended[-most_ended:]]
 
     def watch(self, action: str, now: float) -> None:
-        """Note that somebody begins to listen to an action's goals; its feedback before was missed."""
+        """Note that listening to an action's goals begins now; earlier feedback was missed."""
         self._watched_since[action] = now
 
     def forget(self, action: str) -> None:
@@ -192,7 +192,7 @@ class GoalTable:
             if known is None:
                 began = min(now, accepted - wall_offset) if accepted > 0 else now
                 known = self._goal(action, goal_id, began)
-            # If the server's clock is another one, as in a simulation, a goal may count as older than it is.
+            # If the server uses another clock, as in a simulation, a goal may seem older than it is.
             if since is not None and accepted - wall_offset < since and not known.is_mine:
                 known.miss_start()
             known.accepted = accepted
@@ -218,7 +218,7 @@ class GoalTable:
         self.version += 1
 
     def note_change(self) -> None:
-        """Note that somebody else has changed a goal."""
+        """Note that another part of the program has changed a goal."""
         self.version += 1
 
     def _goal(self, action: str, goal_id: str, now: float) -> Goal:

@@ -28,7 +28,7 @@ class Latencies:
         return len(self._seconds)
 
     def percentile(self, share: float) -> float:
-        """Return the least time that this share of the calls (0 to 1) did not exceed; 0 for no calls."""
+        """Return the time that this share of the calls (0 to 1) did not exceed; 0 without calls."""
         ordered = sorted(self._seconds)
         # 0.07 * 100 is a little more than 7.
         return ordered[max(0, math.ceil(share * len(ordered) - 1e-9) - 1)] if ordered else 0.0

@@ -25,7 +25,7 @@ STANDARD_SERVICES = (
     '/set_parameters_atomically',
     '/get_type_description',
 )
-"""How the names of the services end that every node has."""
+"""The ends of the names of the services that every node has."""
 _NOT_SET = Type.NOT_SET.value
 
 
@@ -57,7 +57,7 @@ def nodes_with_parameters(services: Iterable[tuple[str, Sequence[str]]]) -> list
 
 
 class NodeParameters:
-    """The parameters of one node. `with` it: its clients are closed at the end."""
+    """The parameters of one node: a context manager, which closes its clients at the end."""
 
     def __init__(self, node: goalwire.Node, name: str, timeout: float) -> None:
         """`node` asks the node of that name, which may take `timeout` s for each answer.

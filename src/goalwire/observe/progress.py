@@ -21,8 +21,8 @@ class ProgressError(ValueError):
 class Progress:
     """Reads one field of the feedback of one goal.
 
-    A field that tells what remains is measured by its first value. Whoever missed that value, because the
-    goal ran before, cannot tell how much is done.
+    A field that tells what remains is compared with its first value. If that value was missed, because the
+    goal ran before, the progress is unknown.
     """
 
     def __init__(self, spec: str, *, saw_start: bool = True) -> None:
@@ -45,7 +45,7 @@ class Progress:
             )
 
     def read(self, feedback: Any) -> float | None:
-        """Return how much is done, 0 to 1; None if the goal's beginning would have to be known.
+        """Return how much is done, 0 to 1; None if the needed first value was missed.
 
         Raises ProgressError if the feedback has no such number.
         """

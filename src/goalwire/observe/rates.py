@@ -8,7 +8,7 @@ from typing import NamedTuple
 WINDOW_S = 3.0
 """A rate is that of the latest seconds."""
 _LEAST_S = 0.5
-"""The least time between the messages of a rate. In a burst the rate would be arbitrary."""
+"""The least time that a rate is computed over: the rate of a burst would be arbitrary."""
 
 
 class Pace(NamedTuple):
@@ -19,9 +19,9 @@ class Pace(NamedTuple):
 
 
 class Rate:
-    """How often messages come, from how many had come when the latest of them came.
+    """How often messages come, computed from their number at the time of the latest one.
 
-    The rate is known when two messages have come, and not before: the time before the first says nothing.
+    The rate is known once two messages have come: the time before the first one tells nothing.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Calls of a service, from its introspection events, whoever makes them."""
+"""Calls of a service by any client, from its introspection events."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class SeenCall:
         self.client = client
         """The client's gid, in hexadecimal digits."""
         self.number = number
-        """As the client counts its calls."""
+        """The client's sequence number of the call."""
         self.seen_at = monotonic()
         self.steps: dict[int, float] = {}
         self.request: Any = None

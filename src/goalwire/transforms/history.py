@@ -22,14 +22,14 @@ class Link(NamedTuple):
 
 
 class FixedLink:
-    """A static transform: the last one said holds at all times."""
+    """A static transform: the last one that was inserted holds at all times."""
 
     def __init__(self) -> None:
         self._link: Link | None = None
         self.stamps = [LATEST]
 
     def insert(self, stamp: int, link: Link) -> bool:  # noqa: ARG002 - a History needs the stamp
-        """Store a link in place of the one before; always True."""
+        """Store a link in place of the one before; return True."""
         self._link = link
         return True
 
@@ -48,7 +48,7 @@ class History:
         self._links: list[Link] = []
 
     def insert(self, stamp: int, link: Link) -> bool:
-        """Store a link; False if it is older than all that is kept. The same once more changes nothing."""
+        """Store a link; return False if it is older than all kept ones. A duplicate changes nothing."""
         if self.stamps and stamp < self.stamps[-1] - self._span:
             return False
         first, place = bisect_left(self.stamps, stamp), bisect_right(self.stamps, stamp)

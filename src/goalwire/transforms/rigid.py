@@ -10,7 +10,7 @@ Quaternion: TypeAlias = tuple[float, float, float, float]
 
 NO_ROTATION: Quaternion = (0.0, 0.0, 0.0, 1.0)
 _NEARLY_PARALLEL = 1.0 - 1e-10
-_TINY = 1e-12  # the sine of an angle that is as good as 0
+_TINY = 1e-12  # the sine of an angle that counts as 0
 
 
 class Rigid(NamedTuple):
@@ -35,7 +35,7 @@ class Rigid(NamedTuple):
         return Rigid((-moved[0], -moved[1], -moved[2]), back)
 
     def towards(self, other: Rigid, ratio: float) -> Rigid:
-        """Return the motion between this (ratio 0) and other (1): straight on, and by the shorter turn."""
+        """Return the motion between this (ratio 0) and other (1): on a straight line, by the shorter turn."""
         (a, b, c), (d, e, f) = self.translation, other.translation
         between = (a + (d - a) * ratio, b + (e - b) * ratio, c + (f - c) * ratio)
         return Rigid(between, slerp(self.rotation, other.rotation, ratio))
@@ -103,7 +103,7 @@ def norm_squared(rotation: Quaternion) -> float:
 
 
 def normalize(rotation: Quaternion) -> Quaternion:
-    """Return a quaternion scaled to length 1; that of no rotation for one of length 0."""
+    """Return a quaternion scaled to length 1; the identity for one of length 0."""
     length = sqrt(norm_squared(rotation))
     if length == 0:
         return NO_ROTATION
@@ -112,7 +112,7 @@ def normalize(rotation: Quaternion) -> Quaternion:
 
 
 def canonical(rotation: Quaternion) -> Quaternion:
-    """Return that of the two quaternions of a rotation which tf2 gives.
+    """Of the two quaternions of a rotation, return the one that tf2 gives.
 
     tf2 makes it from a matrix: w is positive for turns of less than 120 degrees, else the largest of x, y, z.
     """

@@ -33,7 +33,7 @@ from goalwire.transforms.rigid import (
     scale,
 )
 
-NORM_TOLERANCE = 0.01  # of a quaternion's squared length, as in tf2
+NORM_TOLERANCE = 0.01  # tolerance of a quaternion's squared length, as in tf2
 
 
 class Found(NamedTuple):
@@ -159,9 +159,9 @@ class TransformTree:
             raise ValueError(f'a velocity needs an interval above 0 to be measured over, not {span} ns')
         newest = self.latest_common_time(tracked, observer, 'lookupVelocity')
         if newest == LATEST:
-            return Velocity((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # a static frame, or both are one
+            return Velocity((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # a static frame, or both frames are the same
         end = newest if time == LATEST else min(time + span // 2, newest)
-        start = max(end - span, 1)  # 0 would ask for the latest
+        start = max(end - span, 1)  # 0 would mean the latest time
         first, last = (self.lookup(observer, tracked, at).motion for at in (start, end))
         seconds_between = (end - start) / 1e9
         place = (0.0, 0.0, 0.0)
@@ -212,11 +212,11 @@ class TransformTree:
 
     def _motion(self, target: str, source: str, time: int) -> Rigid:
         """Climb from both frames up to their common ancestor."""
-        above: dict[str, Rigid] = {source: IDENTITY}  # how the source lies in each of its ancestors
+        above: dict[str, Rigid] = {source: IDENTITY}  # the source's pose in each of its ancestors
         stopped: ExtrapolationException | None = None
         try:
             self._climb(above, source, time, until=(target,))
-        except ExtrapolationException as error:  # the ways may meet below
+        except ExtrapolationException as error:  # the paths may meet below the root
             stopped = error
         mine: dict[str, Rigid] = {target: IDENTITY}
         try:

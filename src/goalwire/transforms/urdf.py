@@ -1,8 +1,8 @@
-"""The kinematics of a URDF: its links and joints, and how each link lies in its parent for given positions.
+"""The kinematics of a URDF: its links and joints, and each link's pose in its parent for given positions.
 
 The text comes from another program or another person: it is read within bounds, and what does not make a tree
 is refused. The rules are those of urdfdom, the reader of ROS 2; its page is http://wiki.ros.org/urdf/XML/joint.
-Shapes are the business of those who draw.
+Shapes are left to programs that draw them.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Joint:
 
     @property
     def is_free(self) -> bool:
-        """Whether it has a position of its own, and follows no other joint."""
+        """True if it has its own position and does not follow another joint."""
         return self.is_movable and self.mimic is None
 
     def motion(self, position: float) -> Rigid:
@@ -84,7 +84,7 @@ class Kinematics:
     root: str
     links: tuple[str, ...]
     joints: tuple[Joint, ...]
-    """Each after the one that its parent link hangs on, a limb at a time."""
+    """The joints in an order in which parents come first, a limb at a time."""
     joint_names: tuple[str, ...]
     """In the order of the text."""
 
