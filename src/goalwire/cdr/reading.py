@@ -25,7 +25,7 @@ _SMALL = 2048  # bytes; to copy a slice up to this size is faster than to make a
 
 
 def plain_unpackers(items: Iterable[Item], order: str) -> tuple[tuple[Unpack, int], ...]:
-    """Return the functions that read a run, and its sizes, by offset & 7."""
+    """Return the function that reads a run, and the run's size in bytes, for each `offset & 7`."""
     kept = tuple(items)
     structs = [run_struct(kept, offset, order=order) for offset in range(8)]
     return tuple((run.unpack_from, run.size) for run in structs)

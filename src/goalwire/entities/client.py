@@ -139,8 +139,8 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         Raises DeadlineError or NoServerError, both TimeoutErrors, after `timeout_sec`, as newer rclpy does.
         Works inside callbacks: the thread that brings the reply wakes this one. Raises as call_async does,
         and at once if the server's callback would need the very thread or group that waits here. Without
-        `timeout_sec` the `default_timeout` counts, if there is one, and a call that ends badly raises. So
-        does one that waits when the context ends: ShutDownError.
+        `timeout_sec` the `default_timeout` is used, if there is one; then a call that fails raises its error.
+        Raises ShutDownError if the context ends meanwhile.
         """
         context = self.node.context
         if self.full_name in context.deadlock_detector.event_queues:

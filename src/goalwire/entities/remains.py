@@ -26,11 +26,11 @@ class Remains:
         self._steps: dict[Callable[[], object], None] = {}
 
     def add(self, step: Callable[[], object]) -> None:
-        """Have `step` done if the node is dropped."""
+        """Add a step of the clean-up that follows if the program drops the node."""
         self._steps[step] = None
 
     def discard(self, step: Callable[[], object]) -> None:
-        """Forget a step that was done, or came to nothing."""
+        """Remove a step that was carried out already, or that is not needed any more."""
         self._steps.pop(step, None)
 
     def close_soon(self) -> None:

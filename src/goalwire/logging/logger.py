@@ -153,7 +153,7 @@ def _refuse_change(
 
 
 def _text(message: object) -> str:
-    """Return the text that ROS 2 prints for a message of another type; raises TypeError for most."""
+    """Return the text that ROS 2 prints for a log message; raises TypeError for most types but str."""
     if message is None:
         return '(null)'
     if isinstance(message, bytes):

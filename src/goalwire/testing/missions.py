@@ -53,7 +53,7 @@ class CrashRun:
 
 
 class _Life:
-    """A runner's life up to the end of a mission, a question to a person, or the crash."""
+    """One start of a runner, until the mission ends, asks a person, or the simulated crash comes."""
 
     def __init__(self, sends: list[str], crash_at: int | None) -> None:
         self.boundaries: list[str] = []

@@ -60,7 +60,7 @@ _USERS = (effect.AskGoal, effect.Accepted, effect.AskCancel, effect.StoppedBySer
 
 
 class ActionServerCore:
-    """One action server, by the rules of the `reactor` that it is given."""
+    """One action server. The `reactor` keeps the records of its goals, and decides about each event."""
 
     advice: ActionAdvice | None = None
     """Tells what the program's callbacks got wrong, in an API whose callbacks can; set before `__init__`."""

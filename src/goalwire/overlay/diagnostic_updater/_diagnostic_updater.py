@@ -239,7 +239,7 @@ class Updater(DiagnosticTaskVector):
         self.publisher.publish(array)
 
     def addedTaskCallback(self, task: _NamedRun) -> None:
-        """Publish that the task's part is starting."""
+        """Publish the status 'Node starting up' for a new task."""
         status = DiagnosticStatusWrapper(name=task.name)
         status.summary(DiagnosticStatus.OK, 'Node starting up')
         self.publish(status)

@@ -106,7 +106,7 @@ class Init:
             )
         who = reader.u8()
         if who & 3 == 3:
-            raise ZenohProtocolError('a role that does not exist', UNSUPPORTED)
+            raise ZenohProtocolError('it sent the number of a role that does not exist: 3', UNSUPPORTED)
         zid = reader.zid((who >> 4) + 1)
         sizes, batch_size = SIZES, MAX_BATCH
         if header & HAS_SIZES:

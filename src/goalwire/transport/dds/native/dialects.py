@@ -1,9 +1,9 @@
-"""The forms in which requests and replies travel, by vendor. Pure.
+"""The forms in which requests and replies travel, by vendor. There is no I/O here.
 
     INLINE  Fast DDS, and goalwire itself: only the message. The inline QoS of a request names the reader to
             which its reply is to go; the inline QoS of a reply names the request.
-    HEADER  Cyclone DDS: sixteen bytes before the message (service_header.py), which the reply repeats. PLAIN
-    Connext (its `extended` mapping): a request is only the message; its writer and number identify it.
+    HEADER  Cyclone DDS: sixteen bytes before the message (service_header.py), which the reply repeats.
+    PLAIN   Connext (its `extended` mapping): a request is only the message. Its writer and number name it.
             A reply has the form of INLINE.
 
 A client uses the form of the server's vendor. A server answers in the form of the request, which can be seen
