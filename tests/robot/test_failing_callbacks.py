@@ -106,10 +106,11 @@ def test_a_goal_whose_server_fails_is_aborted_and_the_next_one_succeeds(
 def test_a_goal_whose_check_fails_is_refused(
     world: dict[str, str], joints: None, robot: Robot, program: str, where: str
 ) -> None:
-    with sabotaged(program, where, 'refusal', world):
+    with sabotaged(program, where, 'refusal', world) as server:
         with GOALS[program](robot) as run:
             assert not run.accepted
         with GOALS[program](robot) as run:
+            assert run.accepted, server.output
             run.finish()
         assert run.status == 'SUCCEEDED'
 
