@@ -139,5 +139,26 @@ def test_children_leave_when_the_supervisor_is_killed() -> None:
         assert wait_until_gone(child, PATIENCE)
 
 
+@pytest.mark.skipif(os.name != 'posix', reason='signals are sent to itself')
+def test_a_signal_during_the_start_of_the_state_publisher_ends_both() -> None:
+    text = """
+        import signal, subprocess, sys
+        from humanoid import robot_state_publisher
+
+        class Interrupted(subprocess.Popen):
+            def __init__(self, *arguments, **options):
+                super().__init__([sys.executable, '-c', 'import time; time.sleep(600)'])
+                print('child', self.pid)
+                signal.raise_signal(signal.SIGTERM)
+
+        robot_state_publisher.subprocess.Popen = Interrupted
+        print('ended by', robot_state_publisher.main(['robot.urdf']))
+    """
+    with Program(text, env={**os.environ, 'PYTHONPATH': str(ROOT / 'robot' / 'humanoid')}) as parent:
+        child = int(parent.expect(r'child (\d+)')[1])
+        parent.expect(f'ended by -{int(signal.SIGTERM)}')
+        assert wait_until_gone(child, PATIENCE)
+
+
 def test_an_unknown_signal_has_its_number() -> None:
     assert ending(-99) == 'was killed by signal 99'

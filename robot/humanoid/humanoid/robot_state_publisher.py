@@ -23,15 +23,23 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run it with the URDF file that is given, or the humanoid's; return its exit code."""
     arguments = list(sys.argv[1:] if args is None else args)
     given = arguments.pop(0) if arguments and not arguments[0].startswith('-') else str(urdf_path())
+    process: subprocess.Popen[bytes] | None = None
+    is_stop_asked = False
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        nonlocal is_stop_asked
+        is_stop_asked = True
+        if process is not None:
+            process.terminate()
+
+    # Before the start: a signal that comes meanwhile would end this program and leave the other one behind.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
     process = subprocess.Popen(
         [*_ros2(), 'run', PACKAGE, PACKAGE, given, *arguments], stdin=subprocess.DEVNULL
     )
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
+    if is_stop_asked:
         process.terminate()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, stop)
     return process.wait()
 
 
