@@ -32,7 +32,7 @@ endif
 test test-again quick: export GOALWIRE_SCREENSHOTS ?= $(CURDIR)/build/screenshots
 
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 # What failed the last time, once more and one after the other. A test that passes here and not beside the others is to
 # be mended: its name stands in both outputs.
@@ -40,7 +40,7 @@ test-again: $(VENV)/.dev
 	$(BIN)/python -m pytest --last-failed --last-failed-no-failures none --verbose
 
 quick: $(VENV)/.dev
-	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow'
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder -m 'not slow'
 
 # What takes minutes: the body on its feet, whole matrices of forks and signals, killed recorders, RTPS.
 long: $(VENV)/.dev
