@@ -27,6 +27,8 @@ from goalwire.apps.cli.framework.outcome import Outcome
 _LOG_TIME = re.compile(r'\\\[\d+\\\.\d+\\\]')
 _COMMAND_ENDS = {0, Outcome.CANCELED, Outcome.INTERRUPTED}
 """How a command may end by Ctrl-C, or before it."""
+_PATIENCE = 60.0
+"""How many s a command may take for a line, and for its end: a page's pytest run takes 3 s alone."""
 _ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b|(goalwire|ros2)( \w+)*: |no: |wrong  ')
 
 
@@ -39,7 +41,7 @@ def play(page: Path, folder: Path) -> int:
         for program, output in player.staying:
             _expect(program, output)
             program.send_signal(signal.SIGINT)
-            code = program.wait()
+            code = program.wait(_PATIENCE)
             ends = _COMMAND_ENDS if program in player.commands else {0, -signal.SIGINT}
             assert code in ends, f'ended with code {code}\n{program.output}'
         return player.count
@@ -74,7 +76,7 @@ class _Player:
             self.staying.append((program, output[1:-1]))
             return
         _expect(program, output)
-        code = program.wait()
+        code = program.wait(_PATIENCE)
         fails = any(map(_ERROR.match, output))
         assert bool(code) == fails, f'{command} ended with code {code}\n{program.output}'
 
@@ -113,7 +115,7 @@ def _commands(text: str) -> list[tuple[str, list[str]]]:
 def _expect(program: Program, output: list[str]) -> None:
     for line in output:
         if line != '…':
-            program.expect(_pattern(line))
+            program.expect(_pattern(line), _PATIENCE)
 
 
 def _pattern(line: str) -> str:
