@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Callable
 from typing import NamedTuple
 
 import pytest
@@ -70,20 +71,32 @@ def test_a_failure_that_comes_again_is_told_at_powers_of_ten(records: list[LogRe
     assert firsts == [lost, f'{lost} (10 times by now)', f'{lost} (100 times by now)', lost, lost]
 
 
-def test_what_a_signals_handler_raises_in_a_receiver_goes_to_the_program(records: list[LogRecord]) -> None:
-    class Late(Exception):
-        pass
+class Late(Exception):
+    """The error of a program's handler."""
 
-    def ring(_number: int, _frame: object) -> None:
-        raise Late
 
+def ring(_number: int, _frame: object) -> None:
+    raise Late
+
+
+class Ringing:
+    """A handler that is an object, as goalwire's own is, which calls the program's."""
+
+    def __call__(self, number: int, frame: object) -> None:
+        ring(number, frame)
+
+
+@pytest.mark.parametrize('handler', [ring, Ringing()], ids=['function', 'object'])
+def test_what_a_signals_handler_raises_in_a_receiver_goes_to_the_program(
+    records: list[LogRecord], handler: Callable[[int, object], None]
+) -> None:
     def receive() -> None:
         try:
             signal.raise_signal(signal.SIGALRM)
         except Exception as error:
             report_failure('here', error)
 
-    before = signal.signal(signal.SIGALRM, ring)
+    before = signal.signal(signal.SIGALRM, handler)
     try:
         with pytest.raises(Late):
             receive()

@@ -125,5 +125,9 @@ def is_from_signal_handler(error: BaseException) -> bool:
 
 
 def _code_of(handler: object) -> CodeType | None:
-    code = getattr(getattr(handler, '__func__', handler), '__code__', None)
-    return code if isinstance(code, CodeType) else None
+    """Return the code that a call of the handler runs; None if it is not written in Python."""
+    for called in (handler, getattr(handler, '__call__', None)):  # noqa: B004 - the method, not whether it is there
+        code = getattr(getattr(called, '__func__', called), '__code__', None)
+        if isinstance(code, CodeType):
+            return code
+    return None
