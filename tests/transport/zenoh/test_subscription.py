@@ -199,9 +199,9 @@ def test_a_stranger_that_never_answers_for_a_publisher_does_not_hold_its_message
     """A session that is linked to the publisher asks nobody else. eclipse-zenoh's asks everybody: there its
     messages wait for HISTORY_S, and then for the next one."""
     held: list[zenoh.Query] = []
+    theirs.keep(0, 1, 2)  # before the token: eclipse-zenoh's session asks as soon as it sees one
     forger.declare_queryable(theirs.address, direct(held.append))
     forger.liveliness().declare_token(theirs.address)
-    theirs.keep(0, 1, 2)
     theirs.send(2)
     theirs.show()
     arrived(samples, 3)
