@@ -9,13 +9,13 @@ while no runner is there is not lost.
 from __future__ import annotations
 
 import json
-import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 from uuid import uuid4
 
+from goalwire.durable_files import DurableFile
 from goalwire.errors import JournalError
 from goalwire.records import record
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
@@ -94,19 +94,16 @@ class Store:
         self._last: dict[str, int] = {}
         if must_exist and not self.path.is_file():
             raise JournalError(f"there is no journal '{self.path}': name the file that a Runner was given")
-        with self._told('opened'):
-            self._db = sqlite3.connect(
-                self.path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False
-            )
-            try:
+        self._file = DurableFile(self.path, wait_s=_BUSY_S)
+        self._db = self._file.db
+        try:
+            with self._file.explaining('opened'):
                 self._prepare(must_exist=must_exist)
-            except BaseException:
-                self._db.close()
-                raise
+        except BaseException:
+            self._file.close()
+            raise
 
     def _prepare(self, *, must_exist: bool) -> None:
-        self._db.execute('PRAGMA journal_mode=WAL')
-        self._db.execute('PRAGMA synchronous=FULL')
         if not must_exist:
             self._make_tables()
         found = self.fact('format')
@@ -128,7 +125,7 @@ class Store:
 
     def set_fact(self, key: str, value: str) -> None:
         """Keep a fact about the file."""
-        with self._told('written'), self._transaction():
+        with self._transaction():
             self._db.execute('INSERT OR REPLACE INTO file VALUES (?, ?)', (key, value))
 
     # -- the journal ---------------------------------------------------------------------------------------
@@ -139,12 +136,12 @@ class Store:
             row.id, row.name, row.version, row.fingerprint, as_json(row.arguments), row.state, row.why,
             row.begun, row.changed, None,
         )  # fmt: skip
-        with self._told('written'), self._transaction():
+        with self._transaction():
             self._db.execute('INSERT INTO mission VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)', values)
 
     def commit(self, changes: Iterable[Change], at: float) -> None:
         """Write changes to the disk, all or none of them. Raises JournalError."""
-        with self._told('written'), self._transaction():
+        with self._transaction():
             for change in changes:
                 self._write(change, at)
 
@@ -189,7 +186,7 @@ class Store:
 
     def command(self, mission: str, verb: str, body: Mapping[str, Json]) -> None:
         """Leave a command for the runner."""
-        with self._told('written'), self._transaction():
+        with self._transaction():
             self._db.execute(
                 'INSERT INTO command (mission, verb, body) VALUES (?, ?, ?)', (mission, verb, as_json(body))
             )
@@ -201,35 +198,23 @@ class Store:
 
     def take_command(self, number: int) -> None:
         """Remove a command, since it was carried out or came too late."""
-        with self._told('written'), self._transaction():
+        with self._transaction():
             self._db.execute('DELETE FROM command WHERE number = ?', (number,))
 
     # -- its life ------------------------------------------------------------------------------------------
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
-        self._db.execute('BEGIN IMMEDIATE')
         try:
-            yield
-            self._db.execute('COMMIT')
+            with self._file.transaction():
+                yield
         except BaseException:
             self._last.clear()
-            if self._db.in_transaction:
-                self._db.execute('ROLLBACK')
             raise
-
-    @contextmanager
-    def _told(self, what: str) -> Iterator[None]:
-        """Turn SQLite's errors into JournalError."""
-        try:
-            yield
-        except sqlite3.Error as error:
-            advice = 'look at the disk, its free space, and who may write there'
-            raise JournalError(f"the journal '{self.path}' cannot be {what}: {error}; {advice}") from error
 
     def close(self) -> None:
         """Close the file. Idempotent."""
-        self._db.close()
+        self._file.close()
 
     def __enter__(self) -> Self:
         return self
