@@ -239,18 +239,14 @@ class ActionSteps(Generic[GoalT, ResultT]):
             'goal', self._name, digest_of(self._type.__name__, codec.encode(message), repr(timeout))
         )
         request = GoalRequest(self._type, self._name, message, timeout, self._if_lost, self._kept)
-        for attempt in range(1, attempts + 1):
-            try:
-                result: ResultT = await self._steps.step(
-                    key, lambda step: GoalStep(step, request).perform(), self._type.Result
-                )
-            except (GoalFailed, CallError):
-                if attempt == attempts:
-                    raise
-                await self._steps.sleep(pause)
-            else:
-                return result
-        raise ValueError(f'attempts is at least 1, not {attempts}')
+
+        async def once() -> ResultT:
+            result: ResultT = await self._steps.step(
+                key, lambda step: GoalStep(step, request).perform(), self._type.Result
+            )
+            return result
+
+        return await _attempt(self._steps, once, attempts, pause)
 
 
 class CallSteps(Generic[RequestT, ResponseT]):
@@ -264,18 +260,50 @@ class CallSteps(Generic[RequestT, ResponseT]):
         self._idempotent = idempotent
 
     async def call(
-        self, request: RequestT | None = None, /, *, timeout: float | None = None, **fields: object
+        self,
+        request: RequestT | None = None,
+        /,
+        *,
+        timeout: float | None = None,
+        attempts: int = 1,
+        pause: float = 1.0,
+        **fields: object,
     ) -> ResponseT:
         """Call the service and return its response, within `timeout` s, including the wait for the server.
 
-        Raises NoServerError, DeadlineError, RefusedError, ServerFailedError, ServerLostError; StepLost.
+        If an idempotent call fails, it is made again, up to `attempts` times in all, with `pause` s between
+        them. Raises NoServerError, DeadlineError, RefusedError, ServerFailedError, ServerLostError; StepLost;
+        ValueError for several attempts of a call that is not idempotent.
         """
+        if attempts > 1 and not self._idempotent:
+            raise ValueError(
+                f"service '{self._name}': a call that failed may have happened, so only an idempotent one "
+                'has several attempts'
+            )
         message = message_of(self._type.Request, request, fields)
         key = StepKey(
             'call', self._name, digest_of(self._type.__name__, codec.encode(message), repr(timeout))
         )
         asked = CallRequest(self._type, self._name, message, timeout, self._if_lost, self._idempotent)
-        response: ResponseT = await self._steps.step(
-            key, lambda step: CallStep(step, asked).perform(), self._type.Response
-        )
-        return response
+
+        async def once() -> ResponseT:
+            response: ResponseT = await self._steps.step(
+                key, lambda step: CallStep(step, asked).perform(), self._type.Response
+            )
+            return response
+
+        return await _attempt(self._steps, once, attempts, pause)
+
+
+async def _attempt(
+    steps: Steps, once: Callable[[], Awaitable[ResultT]], attempts: int, pause: float
+) -> ResultT:
+    """Do a step until it succeeds, `attempts` times at most, with `pause` s between them."""
+    if attempts < 1:
+        raise ValueError(f'attempts is at least 1, not {attempts}')
+    for _ in range(attempts - 1):
+        try:
+            return await once()
+        except (GoalFailed, CallError):
+            await steps.sleep(pause)
+    return await once()
