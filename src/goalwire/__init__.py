@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from goalwire.errors import ServerLostError as ServerLostError
     from goalwire.errors import ServerStuckError as ServerStuckError
     from goalwire.errors import TooManyCallsError as TooManyCallsError
+    from goalwire.rules.goals.journal import GoalJournal as GoalJournal
     from goalwire.rules.goals.policy import GoalPolicy as GoalPolicy
     from goalwire.rules.goals.policy import parallel as parallel
     from goalwire.rules.goals.policy import preempt as preempt
@@ -60,6 +61,7 @@ _NAMES = {
         'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalRefused GoalwireError NoServerError '
         'RefusedError ServerFailedError ServerLostError ServerStuckError TooManyCallsError'
     ),
+    'goalwire.rules.goals.journal': 'GoalJournal',
     'goalwire.rules.goals.policy': 'GoalPolicy parallel preempt queue single',
     'goalwire.rules.qos': 'DurabilityPolicy HistoryPolicy LivelinessPolicy QoS ReliabilityPolicy',
     'goalwire.rules.retries': 'CallAttempt Retry',

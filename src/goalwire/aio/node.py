@@ -16,6 +16,7 @@ from goalwire.aio.raw import RawPublisher, RawSubscription
 from goalwire.aio.services import Client, LoggedService, Service
 from goalwire.aio.timer import Timer
 from goalwire.aio.topics import Publisher, Subscription
+from goalwire.entities.actions.server_settings import make_goal_server
 from goalwire.entities.builtin_services import start_builtin_services
 from goalwire.entities.context import Context, domain_from_environment
 from goalwire.entities.node import NodeCore
@@ -29,22 +30,23 @@ from goalwire.execution.asyncio.waiting import in_thread
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals.policy import UNLIMITED
-from goalwire.rules.goals.server import GoalServer
 from goalwire.rules.qos import SERVICES_DEFAULT, QoS
 from goalwire.rules.time import ClockType
 
 if TYPE_CHECKING:
+    from pathlib import Path
     from types import TracebackType
     from typing import Self
 
     from goalwire.entities.actions.types import ActionClass
     from goalwire.entities.type_support import MessageSupport, ServiceSupport
     from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.rules.goals.journal import GoalJournal
     from goalwire.rules.goals.policy import GoalPolicy, OnClientLost
     from goalwire.rules.parameters import ParameterValue
     from goalwire.rules.retries import Retry
     from goalwire.rules.statistics import NodeStatistics
-    from goalwire.transport.contract import Request, Sample
+    from goalwire.transport.contract import Sample
 
 
 MsgT = TypeVar('MsgT')
@@ -358,6 +360,7 @@ class Node:
         on_client_lost: OnClientLost = 'keep',
         on_failure: Callable[[Goal[GoalT, FeedbackT], Exception], ResultT | None] | None = None,
         client_grace: float = 0.0,
+        journal: str | Path | GoalJournal | None = None,
     ) -> ActionServer[GoalT, ResultT, FeedbackT]:
         """Serve goals with `async def handler(goal)`, which returns the result of a successful goal.
 
@@ -365,16 +368,13 @@ class Node:
         aborts the goal. `accept(goal.request)` returns True for goals to accept. `policy` says how many run
         at a time. `on_client_lost` says what happens to the goals of a client that has gone, unless another
         client asks for their results within `client_grace` s. `on_failure(goal, error)` is called after a
-        handler has raised, and may return a result to send. Raises as `action` does; ValueError for an
-        unknown `on_client_lost`.
+        handler has raised, and may return a result to send. With a `journal`, the path of a file, ids and
+        results outlive the server: no id is executed twice, and `probe` tells of goals whose server died.
+        Raises as `action` does; ValueError for an unknown `on_client_lost`; JournalError.
         """
-        support = action_support(action_type)
-        reactor: GoalServer[Request, bytes] = GoalServer(
-            policy=policy,
-            on_client_lost=on_client_lost,
-            client_grace_ns=timeout_ns(client_grace, 'client_grace'),
-        )
-        return ActionServer(self._open_core(), support, name, handler, accept, on_failure, reactor)
+        core, support = self._open_core(), action_support(action_type)
+        reactor = make_goal_server(core, name, policy, on_client_lost, client_grace, journal)
+        return ActionServer(core, support, name, handler, accept, on_failure, reactor)
 
     def __repr__(self) -> str:
         state = 'open' if self._core is not None else 'closed'

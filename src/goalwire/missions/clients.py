@@ -18,6 +18,7 @@ class Clients:
         self._actions: dict[tuple[Any, str], goalwire.ActionClient[Any, Any, Any]] = {}
         self._services: dict[tuple[Any, str], goalwire.Client[Any, Any]] = {}
         self._since: dict[str, float] = {}
+        self._journals: dict[tuple[str, frozenset[str]], str] = {}
 
     def action(self, action_type: Any, name: str) -> goalwire.ActionClient[Any, Any, Any]:
         """Return the client of an action."""
@@ -34,6 +35,19 @@ class Clients:
     def listened(self, client: goalwire.ActionClient[Any, Any, Any]) -> float:
         """Return for how many s this client has received the server's topics."""
         return self._machine.steady() - self._since[client.name]
+
+    async def journal(self, client: goalwire.ActionClient[Any, Any, Any]) -> str:
+        """Return the id of the journal of an action's server; '' if it has none, or does not answer.
+
+        Each incarnation of a server is asked until it has answered.
+        """
+        asked = client.name, client.server_view().servers
+        if asked not in self._journals:
+            found = await client.find_journal()
+            if found is None:
+                return ''
+            self._journals[asked] = found
+        return self._journals[asked]
 
     def service(self, service_type: Any, name: str) -> goalwire.Client[Any, Any]:
         """Return the client of a service."""

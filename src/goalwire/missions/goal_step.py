@@ -69,6 +69,8 @@ class GoalStep:
         self._attempt = max(step.history.attempts, 1)
         self._interruption: Interrupted | None = None
         self._refusal: GoalRefused | None = None
+        self._journal = ''
+        """The id of the server's journal of goals, if it has one."""
         self._may_be_known = self._intent is not None or step.must_probe
         """True if a server may know the id already: then a refusal does not mean that the goal did not
         run."""
@@ -113,6 +115,7 @@ class GoalStep:
     async def _wait_for_server(self) -> None:
         limit = self._request.timeout
         await self._step.until_stopped(self._client.wait_for_server(timeout=limit))
+        self._journal = await self._step.until_stopped(self._step.clients.journal(self._client))
 
     async def _write_intent(self) -> None:
         view = self._client.server_view()
@@ -121,6 +124,7 @@ class GoalStep:
             'goal_id': self._goal_id.hex(),
             'servers': sorted(view.servers),
             'statuses': view.statuses,
+            'journal': self._journal,
         }
         self._intent = await self._step.begin(self._request.timeout, facts, data)
 
@@ -226,8 +230,10 @@ class GoalStep:
                 return _Move.FOLLOW
             case goalwire.GoalState.ENDED | goalwire.GoalState.RESULT_GONE:
                 return self._ended(found)
+            case goalwire.GoalState.SERVER_DIED:
+                return await self._conclude_lost(found.why)
             case goalwire.GoalState.UNKNOWN:
-                return await self._conclude_unknown()
+                return await self._conclude_unknown(found.journal)
             case _:
                 return None
 
@@ -244,9 +250,12 @@ class GoalStep:
         failure.result = found.result
         return self._failed(failure)
 
-    async def _conclude_unknown(self) -> Outcome | _Move | None:
+    async def _conclude_unknown(self, journal: str) -> Outcome | _Move | None:
+        """Conclude from the answer of a server that does not know the goal, and has this `journal`."""
         assert self._intent is not None
         body = self._intent.body
+        if journal and journal == body.get('journal'):
+            return self._send_again()  # this server forgets no goal: it has never had it
         servers = body['servers']
         sent = ServerView(
             frozenset(map(str, servers if isinstance(servers, list) else ())), str(body['statuses'])
@@ -262,6 +271,9 @@ class GoalStep:
             return None
         if where is Whereabouts.NEVER_ARRIVED or self._was_just_written:
             return self._send_again()
+        return await self._conclude_lost(why)
+
+    async def _conclude_lost(self, why: str) -> Outcome | _Move:
         if self._interruption is not None and self._interruption.is_stop:
             return self._gave_up(f'{why}: its goal may have run')
         return await self._decide(why)

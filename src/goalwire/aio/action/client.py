@@ -6,7 +6,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar, cast
 
 from goalwire.aio.action.attached import AttachedRun
-from goalwire.aio.action.probe import GoalProbe, GoalState, probe_goal
+from goalwire.aio.action.probe import GoalProbe, GoalState, find_journal, probe_goal
 from goalwire.aio.action.run import Limits, Run
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.client import ActionClientCore
@@ -137,6 +137,15 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         """
         timeout_ns(timeout, 'timeout')
         return await probe_goal(self._core, read_goal_id(goal_id), timeout)
+
+    async def find_journal(self, *, timeout: float = 1.0) -> str | None:
+        """Return the id of the server's journal; '' if it has none, None without an answer in `timeout` s.
+
+        A server keeps a journal if it was made with `journal=`. Another id than before means that the server
+        lost its journal, and with it its memory of earlier goals. Raises as `probe` does.
+        """
+        timeout_ns(timeout, 'timeout')
+        return await find_journal(self._core, timeout)
 
     async def call(
         self,

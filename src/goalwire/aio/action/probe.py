@@ -17,6 +17,7 @@ from goalwire.execution.asyncio.waiting import settle
 from goalwire.execution.future import Future
 from goalwire.records import record
 from goalwire.rules.goals.ids import new_goal_id
+from goalwire.rules.goals.journal import RESULT_DROPPED, SERVER_DIED, journal_in
 from goalwire.rules.goals.table import GoalStatus
 from goalwire.transport.contract import EndpointKind
 
@@ -41,11 +42,14 @@ class GoalState(Enum):
     """The goal has not ended: `attach` can follow it."""
     ENDED = 'ended'
     """The goal has ended, and the server has sent its result."""
+    SERVER_DIED = 'server died'
+    """The goal was begun, then its server died: it was executed in part, perhaps wholly. Only a server with a
+    journal can tell this; others answer that they do not know the goal."""
     RESULT_GONE = 'result gone'
     """The goal has ended with the given status, but the server no longer has the result."""
     UNKNOWN = 'unknown'
     """The server does not know the goal. It never arrived, or was refused, or was forgotten after its end or
-    a restart of the server: the answers do not tell which."""
+    a restart of the server: the answers do not tell which. A server with a journal does not forget."""
     CANNOT_TELL = 'cannot tell'
     """The state could not be found out; `why` has the reason. Do not send the goal again because of this."""
 
@@ -61,6 +65,9 @@ class GoalProbe(Generic[ResultT]):
     """The result if the state is ENDED, whatever the status; otherwise None."""
     why: str = ''
     """The reason for the conclusion, in one sentence."""
+    journal: str = ''
+    """The id of the server's journal, if the state is UNKNOWN and it has one: it never accepted this goal
+    since that journal was made."""
 
 
 async def probe_goal(core: ActionClientCore, goal_id: GoalId, timeout: float) -> GoalProbe[Any]:
@@ -89,6 +96,25 @@ async def probe_goal(core: ActionClientCore, goal_id: GoalId, timeout: float) ->
     return found
 
 
+async def find_journal(core: ActionClientCore, timeout: float) -> str | None:
+    """Return the id of the server's journal, '' if it has none; None without an answer within `timeout` s.
+
+    Raises InvalidHandle, ShutDownError.
+    """
+    limit = CallContext(core.node.context, 'action', core.full_name, timeout)
+    asked = core.results.ask_once(new_goal_id(), limit)
+    try:
+        await limit.settle(asked)
+        _, text = asked.result()
+    except (CallError, RemoteError):
+        return None
+    finally:
+        asked.cancel()
+        with suppress(Exception):
+            asked.exception()  # read it, or Python warns
+    return journal_in(text)
+
+
 class _Inquiry:
     """The questions about one goal, and the conclusion from the answers."""
 
@@ -104,7 +130,7 @@ class _Inquiry:
         was_unknown = False
         silences = 0
         while True:
-            answered, response = await self._ask()
+            answered, response, text = await self._ask()
             if response is None:
                 silences += answered
                 status = self._core.streams.published_status(self._goal_id)
@@ -115,10 +141,14 @@ class _Inquiry:
             if response.status > GoalStatus.ABORTED or 0 < response.status < GoalStatus.SUCCEEDED:
                 return self.cannot_tell(f'the server gave a result of status {response.status}')
             status = GoalStatus(response.status)
+            if text == SERVER_DIED:
+                return GoalProbe(GoalState.SERVER_DIED, status, None, text)
+            if text == RESULT_DROPPED:
+                return GoalProbe(GoalState.RESULT_GONE, status, None, text)
             if status.is_terminal:
                 return GoalProbe(GoalState.ENDED, status, response.result, 'the server gave its result')
             if was_unknown:
-                return self._unknown()
+                return self._unknown(journal_in(text))
             was_unknown = True
             self.so_far = f'the server did not say twice, {APART_S:.0f} s apart, that it has no such goal'
             await self._pause(APART_S)
@@ -127,32 +157,35 @@ class _Inquiry:
         """Return an answer without a conclusion."""
         return GoalProbe(GoalState.CANNOT_TELL, self._core.streams.published_status(self._goal_id), None, why)
 
-    def _unknown(self) -> GoalProbe[Any]:
+    def _unknown(self, journal: str) -> GoalProbe[Any]:
         status = self._core.streams.published_status(self._goal_id)
         if status.is_terminal:
             why = 'the status array says that it ended, and the server has no result of it'
             return GoalProbe(GoalState.RESULT_GONE, status, None, why)
-        if status.is_active:
+        if journal:
+            why = "it is not in the server's journal: it never arrived, or was refused"
+        elif status.is_active:
             why = f'it was seen as {status.name}, and the server no longer knows it: it may have restarted'
         else:
             why = 'it never arrived, was refused, or has ended and was forgotten'
-        return GoalProbe(GoalState.UNKNOWN, status, None, why)
+        return GoalProbe(GoalState.UNKNOWN, status, None, why, journal)
 
-    async def _ask(self) -> tuple[bool, Any]:
+    async def _ask(self) -> tuple[bool, Any, str]:
         """Ask for the results of this goal and of a new random id.
 
-        Return whether the request for the random id was answered, and the response for this goal or None.
+        Return whether the request for the random id was answered, and the response for this goal or None,
+        with the text behind it.
         """
         ours = self._core.results.ask_once(self._goal_id, self._limit)
         control = self._core.results.ask_once(new_goal_id(), self._limit)
         try:
             if not await self._wait(control, ASK_AGAIN_S) and ours.pending():
-                return False, None
+                return False, None, ''
             if control.done():
                 control.result()
             self.so_far = 'the server answered, but there was no time for a conclusion,'
             await self._wait(ours, ASK_AGAIN_S)
-            return True, (ours.result() if ours.done() else None)
+            return True, *(ours.result() if ours.done() else (None, ''))
         finally:
             for asked in (ours, control):
                 asked.cancel()

@@ -30,6 +30,7 @@ from goalwire.execution.future import Future
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.logging import get_logger
 from goalwire.rules.goals.ids import new_goal_id
+from goalwire.rules.goals.journal import SERVER_DIED
 from goalwire.rules.goals.table import GoalStatus
 from goalwire.rules.goals.wire import unwrap
 
@@ -328,6 +329,8 @@ def _look_at(future: Future[Any]) -> None:
 def _failure(attempt: CallContext, response: Any, reason: str) -> CallError:
     """Return the error for a result whose status is not SUCCEEDED."""
     failure: GoalFailed
+    if reason == SERVER_DIED:
+        return attempt.error(ServerLostError, f'the goal has no result: {reason}')
     if response.status == GoalStatus.ABORTED:
         why = f': {reason}' if reason else ''
         failure = attempt.error(GoalAborted, f'the goal was aborted{why}')

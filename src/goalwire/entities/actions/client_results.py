@@ -84,12 +84,18 @@ class GoalResults:
     def ask_once(self, goal_id: GoalId, call_context: CallContext) -> Future[Any]:
         """Send one request for a goal's result, beside those of the goal's followers; for probing.
 
-        Raises InvalidHandle if the client is destroyed.
+        The future gives the action's GetResult response and the text behind it ('' without one). Raises
+        InvalidHandle if the client is destroyed.
         """
         if self._client.destroyed:
             raise InvalidHandle
         decode = self._client.support.get_result.decode_response
-        call = PendingCall(self._requests, lambda raw: decode(wire.split_reason(raw)[0]))
+
+        def read(raw: Payload) -> tuple[Any, str]:
+            payload, text = wire.split_reason(raw)
+            return decode(payload), text
+
+        call = PendingCall(self._requests, read)
         self._requests.start(call, wire.encode_result_request(goal_id), call_context)
         return call
 
@@ -122,14 +128,14 @@ class GoalResults:
         """Take the result. Its waiters get it after the feedback that came before it."""
         client, goal = self._client, call.goal
         payload, reason = wire.split_reason(sample.payload)
-        if reason and not goal.reason:
+        status = wire.status_of(payload)
+        if reason and status.is_terminal and not goal.reason:
             goal.reason = peer_text(reason)
             client.note_failure(goal.goal_id, goal.reason)
         if goal.sent_at:
             self.latencies.add(sample.received_timestamp - goal.sent_at)
         if goal.feedback is not None:
             client.streams.catch_up()  # the wire may still hold feedback
-        status = wire.status_of(payload)
         if isinstance(goal.feedback, GoalFeedback):
             goal.feedback.end(partial(client.dispatch, client.goals.on_result, goal.goal_id, status, payload))
         else:

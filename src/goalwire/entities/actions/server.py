@@ -23,9 +23,10 @@ from goalwire.entities.actions.server_goal import (
     Failure,
     ServerGoalHandle,
 )
+from goalwire.entities.actions.server_results import ServerResults
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
-from goalwire.entities.wrong_message import explain_wrong_message, short_name
+from goalwire.entities.wrong_message import explain_wrong_message
 from goalwire.errors import (
     ClosedError,
     InvalidTransition,
@@ -39,7 +40,6 @@ from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.ready_queue import CallSoon
 from goalwire.execution.weak_methods import weakly
 from goalwire.logging import RcutilsLogger, get_logger
-from goalwire.places import at, function_place
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.goal_book import ServerGoal
@@ -93,7 +93,6 @@ class ActionServerCore:
         self._feedback_class = support.cls.Feedback  # type: ignore[attr-defined]
         self._decode_goal = codec.decoder(support.cls.Goal)  # type: ignore[attr-defined]
         self._encode_feedback = codec.encoder(self._feedback_class)
-        self._result_class: type = support.cls.Result  # type: ignore[attr-defined]
         self.failed = 0
         """How many goals' execution raised."""
         self._feedback = 0
@@ -103,7 +102,12 @@ class ActionServerCore:
         self.clients: ClientWatch | None = None
         """Tells of clients that have gone; None if that makes no difference."""
         self._decisions = ServerDecisions(self)
-        self._open(qos or ActionQoS(), group)
+        self.results = ServerResults(name, support, self.logger, self.reactor.journal)
+        try:
+            self._open(qos or ActionQoS(), group)
+        except BaseException:
+            self.results.close()
+            raise
 
     def _open(self, qos: ActionQoS, group: CallbackGroup) -> None:
         """Declare everything: goals may come, and run on another thread, before this returns."""
@@ -162,7 +166,11 @@ class ActionServerCore:
                 case effect.ReplyCancel(request, code, goals):
                     request.reply(wire.encode_cancel_reply(code, goals))
                 case effect.ReplyResult(request, status, result):
-                    request.reply(wire.with_status(result or self._default_result(), status))
+                    self.results.reply(request, status, result)
+                case effect.KeepResult():
+                    self.results.keep(item)
+                case effect.FindResult():
+                    self.results.find(item)
                 case effect.Execute(_, execution):
                     if execution is not None:
                         self.node.work_queue.post_first(execution)
@@ -248,11 +256,11 @@ class ActionServerCore:
         if isinstance(outcome, Failure):
             result = None
             if outcome.result is not None:
-                result = self._encode_result(outcome.result, 'the failure came with')
+                result = self._encode(outcome.result, 'the failure came with')
             if outcome.reason:
-                result = wire.with_reason(result or self._default_result(), outcome.reason)
+                result = wire.with_reason(result or self.results.default(), outcome.reason)
         else:
-            result = self._encode_result(outcome, 'the execute callback returned')
+            result = self._encode(outcome, 'the execute callback returned')
         if self.advice is not None and not self.destroyed:
             self.advice.on_end(handle, self.callbacks, outcome)
         self.dispatch(self.reactor.on_result, handle.goal_id_bytes, result, self.now())
@@ -270,30 +278,8 @@ class ActionServerCore:
                 self.logger.error(f"Action '{self.name}': on_failure failed itself: {described(another)}")
         return Failure(result, described(error))
 
-    def _encode_result(self, result: object, told: str) -> bytes | None:
-        """Serialize a result; None, which stands for the default one, if it cannot be sent: it is logged.
-
-        Its status is only known when it is sent: see wire.with_status.
-        """
-        if not isinstance(result, self._result_class):
-            self.logger.error(
-                f"Action '{self.name}': {told} {type(result).__name__}; an empty result is sent; "
-                f"write 'return {short_name(self._result_class)}(…)'"
-                f'{at(function_place(self.callbacks.execute))}'
-            )
-            return None
-        support = self.support.get_result
-        response: Any = support.response
-        try:
-            return support.encode_response(response(status=int(GoalStatus.UNKNOWN), result=result))
-        except (TypeError, ValueError) as error:
-            self.logger.error(f'Result cannot be sent, an empty one was sent: {error}')
-            return None
-
-    def _default_result(self) -> bytes:
-        """Serialize the result of a goal that has none."""
-        support = self.support.get_result
-        return support.encode_response(support.response())
+    def _encode(self, result: object, told: str) -> bytes | None:
+        return self.results.encode(result, told, self.callbacks.execute)
 
     # -- what the server does on its own -------------------------------------------------------------------
 
@@ -357,4 +343,5 @@ class ActionServerCore:
             self.clients.close()
         self._endpoints.take_result_requests()
         self.dispatch(self.reactor.on_close)
+        self.results.close()
         self._endpoints.close()

@@ -17,11 +17,14 @@ from goalwire.entities.actions.server_goal import (
     ServerGoalHandle,
 )
 from goalwire.entities.coroutines import Enclosing
+from goalwire.errors import JournalError
 from goalwire.rules.goals import effects as effect
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.advice import ActionAdvice
     from goalwire.entities.actions.client_watch import ClientWatch
+    from goalwire.entities.actions.journal_file import JournalFile
+    from goalwire.entities.actions.server_results import ServerResults
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.goals.server import GoalServer
     from goalwire.transport.contract import Request
@@ -32,6 +35,7 @@ class DecidingServer(GoalServing, Protocol):
 
     callbacks: ActionCallbacks
     reactor: GoalServer[Request, bytes]
+    results: ServerResults
     now: Callable[[], int]
     clients: ClientWatch | None
     """Clients that have gone; None if that makes no difference."""
@@ -61,6 +65,8 @@ class ServerDecisions:
         if server.clients is not None and server.clients.has_lost(client):
             server.end_goals_of(client)  # the client has gone while its goal waited for the executor
             return None
+        if server.results.journal is not None:
+            return Enclosing(self._decide_by_journal(goal_id, goal, server.results.journal), ())
         try:
             decision = server.callbacks.goal(goal)
         except BaseException:
@@ -80,7 +86,41 @@ class ServerDecisions:
         if isinstance(outcome, CoroutineType):
             await outcome
 
+    async def _decide_by_journal(self, goal_id: GoalId, goal: Any, journal: JournalFile) -> None:
+        """Ask the program unless the journal has the id; write that the goal begins before anything does."""
+        server = self._server
+        response: object = GoalResponse.REJECT
+        has_begun = False
+        try:
+            if await journal.find(goal_id) is not None:
+                server.results.warn_known(goal_id)
+            else:
+                response = server.callbacks.goal(goal)
+                if isinstance(response, CoroutineType):
+                    response = await response
+            if response is GoalResponse.ACCEPT:
+                has_begun = await journal.begin(goal_id)
+        except JournalError as error:
+            server.results.log_refusal(error)
+        except BaseException:
+            self._decide(goal_id, goal, GoalResponse.REJECT)
+            raise
+        if response is GoalResponse.ACCEPT and not has_begun:
+            response = GoalResponse.REJECT
+        handle = self._settle(goal_id, goal, response)
+        if handle is not None:
+            outcome = server.callbacks.accepted(handle)
+            if isinstance(outcome, CoroutineType):
+                await outcome
+        elif has_begun:  # no place was left, or its client has gone: it will never run
+            journal.forget(goal_id).add_done_callback(lambda forgotten: forgotten.exception())
+
     def _decide(self, goal_id: GoalId, message: Any, response: object) -> object:
+        handle = self._settle(goal_id, message, response)
+        return None if handle is None else self._server.callbacks.accepted(handle)
+
+    def _settle(self, goal_id: GoalId, message: Any, response: object) -> ServerGoalHandle | None:
+        """Tell the reactor the decision; None if the goal is refused, by the user or by the policy."""
         server = self._server
         if server.advice is not None and not isinstance(response, GoalResponse):
             server.advice.no_response(server.callbacks.goal, response, GoalResponse)
@@ -88,9 +128,7 @@ class ServerDecisions:
         handle = None if goal is None else ServerGoalHandle(server, goal, message)
         is_accepted = response is GoalResponse.ACCEPT
         asked = server.dispatch(server.reactor.on_goal_decision, goal_id, is_accepted, server.now(), handle)
-        if handle is None or not asked:
-            return None  # refused by the user or the policy
-        return server.callbacks.accepted(handle)
+        return handle if asked else None
 
     def on_cancel(self, request: Request, message: tuple[GoalId, int]) -> Coroutine[Any, Any, None] | None:
         """Ask the program about a cancel request that has come: once for each goal that it means."""

@@ -94,6 +94,27 @@ class ReplyResult(Generic[RequestT, ResultT]):
 
 
 @record
+class KeepResult(Generic[RequestT, ResultT]):
+    """Write the end of a goal into the server's journal; then answer the requests for its result.
+
+    Only servers with a journal have this effect, in place of ReplyResult.
+    """
+
+    goal_id: GoalId
+    status: GoalStatus
+    result: ResultT | None
+    requests: tuple[RequestT, ...]
+
+
+@record
+class FindResult(Generic[RequestT]):
+    """Answer a get_result request from the server's journal: the goal has ended, or is unknown here."""
+
+    request: RequestT
+    goal_id: GoalId
+
+
+@record
 class PublishStatus:
     """Publish the result of `take_status()`, unless it is None: then an earlier array told every change."""
 
@@ -121,6 +142,8 @@ ServerEffect: TypeAlias = (
     | AskCancel
     | ReplyCancel[RequestT]
     | ReplyResult[RequestT, ResultT]
+    | KeepResult[RequestT, ResultT]
+    | FindResult[RequestT]
     | PublishStatus
     | AssumedAborted
     | WakeAt

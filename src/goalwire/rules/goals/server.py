@@ -5,6 +5,7 @@
     cancel_goal ─► on_cancel_request ─► AskCancel… ─► on_cancel_decision… ─► PublishStatus, ReplyCancel
     get_result ─► on_result_request ─► ReplyResult, now or when the goal has ended
     a client is gone ─► on_client_lost ─► PublishStatus, StoppedByServer
+    with a journal: ─► KeepResult at the end, FindResult for requests about goals that do not run
 
 There is one record of each goal: a ServerGoal in the server's GoalBook, from the request for the goal until
 its result is discarded. Every event advances it once. The record also holds two things for the caller, the
@@ -33,6 +34,8 @@ from goalwire.rules.goals.effects import (
     AskGoal,
     AssumedAborted,
     Execute,
+    FindResult,
+    KeepResult,
     PublishStatus,
     ReplyCancel,
     ReplyGoal,
@@ -50,6 +53,7 @@ if TYPE_CHECKING:
     from goalwire.rules.goals.effects import ServerEffects
     from goalwire.rules.goals.goal_book import ServedGoals
     from goalwire.rules.goals.ids import GoalId
+    from goalwire.rules.goals.journal import GoalJournal
     from goalwire.rules.goals.policy import OnClientLost
 
 _EXECUTABLE = (GoalStatus.ACCEPTED, GoalStatus.CANCELING)
@@ -65,6 +69,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         policy: GoalPolicy = UNLIMITED,
         on_client_lost: OnClientLost = 'keep',
         client_grace_ns: int = 0,
+        journal: GoalJournal | None = None,
     ) -> None:
         """Make a server. GoalBook explains `result_timeout_ns`; check_policies has the errors.
 
@@ -74,6 +79,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         self._lost = on_client_lost
         self.client_grace_ns = client_grace_ns if on_client_lost != 'keep' else 0
         """The time for which another client may take over the goals of a lost client; 0: they end at once."""
+        self.journal = journal
         self._book: GoalBook[RequestT, ResultT] = GoalBook(result_timeout_ns, policy)
         self._places = self._book.places
         self.policy = policy
@@ -295,10 +301,12 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_result_request(
         self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
     ) -> ServerEffects[RequestT, ResultT]:
-        """Handle a get_result request of `client`: [ReplyResult] if the goal has ended, else []."""
+        """Handle a get_result request of `client`: [ReplyResult] or [FindResult] if it has ended, else []."""
         if self._book.expiring:
             self._book.expire(now)
         goal = self.goals.get(goal_id)
+        if self.journal is not None and (goal is None or goal.ended):
+            return [FindResult(request, goal_id)]
         if goal is None:
             return [ReplyResult(request, GoalStatus.UNKNOWN, None)]
         if goal.ended:
@@ -333,7 +341,8 @@ class GoalServer(Generic[RequestT, ResultT]):
                 self._book.abort(goal)
         effects.append(PublishStatus())
         for goal in list(self.goals.values()):
-            effects += [ReplyResult(request, goal.status, goal.result) for request in goal.waiting]
+            if not goal.ended:
+                effects += _tell_result(goal, goal.result, self.journal)
             self._book.discard(goal)
         self._book.expiring.clear()
         return effects
@@ -344,14 +353,21 @@ class GoalServer(Generic[RequestT, ResultT]):
         self, goal: ServerGoal[RequestT, ResultT], result: ResultT | None, now: int
     ) -> ServerEffects[RequestT, ResultT]:
         """Answer the waiting requests with the final status and result, and start waiting goals."""
-        effects: ServerEffects[RequestT, ResultT] = [
-            ReplyResult(request, goal.status, result) for request in goal.waiting
-        ]
-        goal.waiting.clear()
+        effects = _tell_result(goal, result, self.journal)
         expiry = self._book.finish(goal, result, now)
         if expiry is not None:
             effects.append(WakeAt(expiry))
-        places = self._places
-        while places.waiting and (following := places.next()) is not None:
+        while self._places.waiting and (following := self._places.next()) is not None:
             effects += self._start(following)
         return effects
+
+
+def _tell_result(
+    goal: ServerGoal[RequestT, ResultT], result: ResultT | None, journal: GoalJournal | None
+) -> ServerEffects[RequestT, ResultT]:
+    """Answer the requests that wait for a goal's result, after it is in the journal if there is one."""
+    requests = tuple(goal.waiting)
+    goal.waiting.clear()
+    if journal is not None:
+        return [KeepResult(goal.goal_id, goal.status, result, requests)]
+    return [ReplyResult(request, goal.status, result) for request in requests]

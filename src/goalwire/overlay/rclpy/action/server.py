@@ -13,15 +13,14 @@ from goalwire.entities.actions.server_goal import (
     GoalResponse,
     ServerGoalHandle,
 )
+from goalwire.entities.actions.server_settings import make_goal_server
 from goalwire.entities.actions.types import ActionClass, FeedbackT, GoalT, ResultT
 from goalwire.entities.type_support import action_support
 from goalwire.errors import RCLError
 from goalwire.execution.callback_groups import check_group
 from goalwire.execution.callbacks import advise_callback, describe_given
-from goalwire.execution.monotonic import timeout_ns
 from goalwire.execution.waitable import EventQueueWaitable
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
-from goalwire.rules.goals.server import GoalServer
 from goalwire.rules.goals.table import GoalEvent
 from rclpy._reexports import reexport
 from rclpy.action._making import action_qos, check_node, refusing_bad_names
@@ -31,9 +30,11 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default, qos_profile
 from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from goalwire.execution.waitable import WaitSet
     from goalwire.logging import RcutilsLogger
-    from goalwire.transport.contract import Request
+    from goalwire.rules.goals.journal import GoalJournal
     from rclpy.impl.base_node import BaseNode
 
 __all__ = [
@@ -100,20 +101,22 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         on_client_lost: OnClientLost = 'keep',
         on_failure: _Failed[GoalT, ResultT, FeedbackT] | None = None,
         client_grace: float = 0.0,
+        journal: str | Path | GoalJournal | None = None,
     ) -> None:
         """Construct the server. It keeps results for `result_timeout` s; a negative time means for ever.
 
         A callback that is None is its default. Without an execute callback the program calls `executing()` of
         an accepted goal's handle, and later `succeed(result)` or another method that ends the goal.
 
-        The last four arguments are goalwire's own. `policy` limits the goals that run at a time.
+        The last five arguments are goalwire's own. `policy` limits the goals that run at a time.
         `on_client_lost` decides about the goals of a client that has gone; before it does, another client has
         `client_grace` s to ask for their results. `on_failure` is called if an execute callback raises, and
-        may return a result to send.
+        may return a result to send. With a `journal`, the path of a file, ids and results outlive the server:
+        no id is executed twice, and results are kept as the journal says, whatever `result_timeout` is.
 
         Raises TypeError for an execute callback that is not callable or a timeout that is not a number,
-        ValueError for a bad name or an unknown `on_client_lost`. A callback with wrong parameters gives a
-        warning, and raises TypeError when it is called.
+        ValueError for a bad name or an unknown `on_client_lost`, JournalError, RCLError for a wrong
+        parameter. A callback with wrong parameters gives a warning, and raises TypeError when it is called.
         """
         check_node(node, 'ActionServer')
         logger = node.get_logger()
@@ -135,8 +138,14 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
             cancel_callback or default_cancel_callback,
             on_failure,
         )
-        reactor: GoalServer[Request, bytes] = GoalServer(
-            _nanoseconds(result_timeout), policy, on_client_lost, timeout_ns(client_grace, 'client_grace')
+        reactor = make_goal_server(
+            node.handle,
+            action_name,
+            policy,
+            on_client_lost,
+            client_grace,
+            journal,
+            result_timeout_ns=_nanoseconds(result_timeout),
         )
         qos = action_qos(
             goal_service_qos_profile,

@@ -42,6 +42,9 @@ def run(arguments: Namespace, output: Output) -> Outcome:
         if found.state is goalwire.GoalState.UNKNOWN:
             see = 'look at the robot before the goal is sent again'
             raise CommandError(Outcome.NOT_FOUND, f'the server does not have the goal: {found.why}', see)
+        if found.state is goalwire.GoalState.SERVER_DIED:
+            see = 'look at the robot: the goal was executed in part'
+            raise CommandError(Outcome.NOT_FOUND, f'the goal has no end: {found.why}', see)
         if found.state is goalwire.GoalState.CANNOT_TELL:
             see = 'ask again later, and do not send the goal again'
             raise CommandError(Outcome.FAILED, f'nobody can tell how the goal stands: {found.why}', see)
