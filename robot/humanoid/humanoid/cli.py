@@ -7,6 +7,7 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from humanoid import lifeline
 from humanoid.domain import Taken
@@ -73,6 +74,7 @@ def _run(arguments: list[str]) -> int:
             names=options.name,
             view=options.view,
             world=options.world,
+            params_file=options.params_file,
         )
     except KeyboardInterrupt:
         return 130
@@ -130,6 +132,12 @@ def _parser() -> argparse.ArgumentParser:
         if name == 'up':
             command.add_argument(
                 '--name', action='append', default=[], help='a robot of that name; may be given several times'
+            )
+            command.add_argument(
+                '--params-file',
+                type=Path,
+                metavar='FILE',
+                help='parameters for all programs, as ROS 2 has them',
             )
     operated = [
         commands.add_parser('status', help='the joints, the base and the battery of the robot that is up'),

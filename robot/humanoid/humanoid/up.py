@@ -24,16 +24,19 @@ def up(
     names: Sequence[str] = (),
     view: bool = False,
     world: str | None = None,
+    params_file: Path | None = None,
 ) -> int:
     """Print the servers' output. If one ends by itself, the others go on, and the result is 1.
 
     `physics` as in humanoid.physics.choice, `names` as in humanoid.fleet: a robot for each, `view`: with the
-    page in the browser, `world`: a name or a file. Raises Taken, NotInstalled, BadName, BadWorld and NoView.
+    page in the browser, `world`: a name or a file, `params_file`: parameters for all programs. Raises Taken,
+    NotInstalled, BadName, BadWorld and NoView.
     """
     died = started = 0
     robots = fleet(names, choose(world))
     physics = chosen(physics)
-    times = SIM_TIME if sim_time else ()
+    more = [] if params_file is None else ['--ros-args', '--params-file', str(params_file)]
+    more += SIM_TIME if sim_time else ()
     page = console.command() if view else None
     with (
         claimed(may_move=False),
@@ -44,7 +47,7 @@ def up(
         for robot in robots:
             for name in servers(physics=physics, world=world is not None):
                 label = robot.label(name)
-                command = program(name, *robot.arguments(name, Path(folder)), *times)
+                command = program(name, *robot.arguments(name, Path(folder)), *more)
                 print(f'started {label} (pid {supervisor.start(label, command)})', flush=True)
                 started += 1
         if page is not None:
