@@ -87,6 +87,7 @@ def test_a_result_outlives_its_server_and_its_keeping_time(robot: Robot) -> None
         async with robot.served(), asking(robot) as client:
             found = await client.probe(ID)
             assert (found.state, found.status) == (GoalState.ENDED, GoalStatus.SUCCEEDED)
+            assert found.result is not None
             assert found.result.sequence[0] == 7
             async with client.attach(ID) as run:
                 assert (await run.result).sequence[0] == 7
