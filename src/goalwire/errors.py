@@ -476,7 +476,7 @@ class InvalidTransition(LocalError, RuntimeError):
 
 
 class GoalIdTaken(LocalError, ValueError):
-    """A goal was sent, or attached to, under an id that this client or the server uses already."""
+    """A goal has the id of another: the server has one of that id, or this client follows it already."""
 
     def __init__(
         self, goal_id: bytes, problem: str = 'is under way already: give every goal an id of its own'

@@ -324,7 +324,7 @@ def _warn_of_qos(endpoint: TopicEndpoint, event: EventType, topic: str, status: 
 
 
 def _leave_to_graph(*_: object) -> None:
-    """Of another type the graph warns, once for both sides, and of services and actions too."""
+    """A different type is left to the graph: it warns once for both sides, of services and actions too."""
 
 
 _WARNINGS: dict[EventType, Callable[..., None]] = {

@@ -47,7 +47,7 @@ class Retries:
 
     def count(self) -> Attempts:
         """Begin to count the attempts of one call."""
-        from random import random  # 1 ms, and few calls are sent again
+        from random import random  # imported here: it takes 1 ms, and few calls are sent again
 
         from goalwire.rules.retries import Attempts
 

@@ -30,7 +30,7 @@ def python_name(cls: type) -> str:
 
 
 def short_name(cls: type) -> str:
-    """Return the last part of that: 'String', 'Trigger.Request'."""
+    """Return the last part of a type's name: 'String', 'Trigger.Request'."""
     base, underscore, part = cls.__name__.rpartition('_')
     return f'{base}.{part}' if underscore else part
 

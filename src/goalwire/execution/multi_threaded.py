@@ -318,7 +318,7 @@ class MultiThreadedExecutor(Executor):
         return bool(self._coordinators or self._spins or self._pool.busy)
 
     def thread_waits_alone(self) -> bool:
-        """Tell whether the calling thread is the only one that may run callbacks of this."""
+        """Tell whether the calling thread is the only one that may run this executor's callbacks."""
         return self._pool.limit <= 1 and self in active_executors.executors
 
     def add_capacity(self, count: int) -> None:

@@ -73,7 +73,7 @@ def cross(left: Vector, right: Vector) -> Vector:
 
 
 def difference(left: Vector, right: Vector) -> Vector:
-    """Return the way from `right` to `left`."""
+    """Return the vector `left` minus `right`."""
     return left[0] - right[0], left[1] - right[1], left[2] - right[2]
 
 

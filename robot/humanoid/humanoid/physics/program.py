@@ -94,7 +94,7 @@ class Simulation(Node):
         self.create_timer(PERIOD, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _told_world(self) -> Surroundings | None:
-        """Make the robot's surroundings by the parameter `world`, and follow `world_markers`."""
+        """Build the surroundings that the parameter `world` names; they follow the topic `world_markers`."""
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         if not world:
             return None

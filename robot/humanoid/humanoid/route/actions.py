@@ -49,7 +49,7 @@ class Manner(Protocol):
 
 
 class MoveManner:
-    """The action MoveToPosition. A goal without a frame is in `odom`, as in a robot without a world."""
+    """The action MoveToPosition. A goal without a frame is in `odom`, as if there were no map."""
 
     name, type_, default_frame = 'move_to_position', MoveToPosition, 'odom'
 

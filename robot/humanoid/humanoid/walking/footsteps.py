@@ -64,7 +64,7 @@ def next_place(stance: Pose2D, side: int, wish: Wish, seconds: float) -> Pose2D:
 
 
 def _stride(middle: Pose2D, wish: Wish, seconds: float) -> tuple[float, float, float]:
-    """Return the average move of a step, in the middle's frame: m, m and rad."""
+    """Return the average displacement of a step (m, m, rad), in the frame between the feet."""
     if wish.place is not None:
         left = seen_from(middle, wish.place)
         if math.hypot(left.x, left.y) < NEAR:

@@ -36,7 +36,7 @@ class Script:
             self._unused[each] = None
 
     def take(self, request: Any) -> Any:
-        """Return the recording for a request; raises BagError if none is left."""
+        """Return the next recorded call of a request, each one once; raises BagError if none is left."""
         equal = self._by_content.get(content_of(request))
         if equal:
             found = equal.popleft() if len(equal) > 1 else equal[0]

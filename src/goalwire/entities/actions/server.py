@@ -181,7 +181,7 @@ class ActionServerCore:
         except ClosedError:
             return  # the context has ended: nothing can be sent
         except TransportError as error:
-            self.logger.error(f"Action '{self.name}': a client was not told ({type(item).__name__}): {error}")
+            self.logger.error(f"Action '{self.name}': this could not be sent to a client: {type(item).__name__}: {error}")
 
     def expire(self) -> None:
         """Discard the results that were kept for long enough."""

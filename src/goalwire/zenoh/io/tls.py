@@ -235,7 +235,7 @@ class TlsStream:
             if not self._unsent:
                 self._unsent = memoryview(self._outgoing.read())
             try:
-                # a single step for Python, as in SocketLink.write
+                # one bytecode stores the result, as in SocketLink.write: no signal comes between
                 (sent,) = map(self._socket.send, (self._unsent,), (NO_SIGPIPE,))
                 self._unsent = self._unsent[sent:]
             except (BlockingIOError, InterruptedError):

@@ -352,7 +352,7 @@ class Outgoing:
         queue = self.queue
         self.is_held = False
         while queue.size:
-            # a single step for Python: a signal's handler may raise after it
+            # one bytecode stores the result: a signal's handler may raise only after it
             queue.taken = self._connection.write_many(queue.next_buffers(_AT_ONCE))
             is_full = not queue.taken
             queue.written(queue.taken)

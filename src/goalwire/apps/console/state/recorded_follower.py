@@ -31,9 +31,10 @@ class Follower:
         take: Take,
         latched: Sequence[str] = (),
     ) -> None:
-        """After a jump `begin` is called before any message: it must discard the earlier state.
+        """`begin` is called after each jump, before any message: it must discard the earlier state.
 
-        Messages of topics that are also in `latched` are delivered from the bag's start on.
+        After a jump, topics that are also in `latched` are replayed from the start of the bag, the
+        others from the new time.
         """
         self._bag = bag
         self._decoders = decoders

@@ -54,7 +54,7 @@ class Target:
     """A service, action or topic that can be sent to, with its form."""
 
     def __init__(self, kind: str, name: str, type_name: str) -> None:
-        """Raises UnknownInterfaceError, and the errors of its definition."""
+        """Raises UnknownInterfaceError if the type is not found, or the error of its definition."""
         self.kind = kind
         self.name = name
         self.type_name = type_name
@@ -224,7 +224,7 @@ class Sender:
         self._goals.note_change()
 
     def fetch_result(self, type_name: str, goal: Goal) -> None:
-        """Request the result of an ended goal, from any client."""
+        """Request the result of an ended goal, whichever client sent the goal."""
         if goal.result is None and (goal.action, goal.goal_id) not in self._awaited:
             self._in_background(self._take_result(interface_class(type_name), type_name, goal, RESULT_S))
 
