@@ -133,7 +133,7 @@ def test_an_effect_that_fails_holds_up_no_other(
     monkeypatch.setattr(server._endpoints.status, 'publish', fail_once)
     handle = result_of(client.send(Fibonacci.Goal(order=3)))
     assert result_of(handle.get_result_async()).status == GoalStatus.SUCCEEDED
-    assert "Action 'fib': this could not be sent to a client: PublishStatus: the wire is full" in capfd.readouterr().err
+    assert "Action 'fib': PublishStatus did not reach a client: the wire is full" in capfd.readouterr().err
 
 
 class SlowReply(ClientPort):

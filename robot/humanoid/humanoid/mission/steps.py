@@ -114,7 +114,8 @@ def drive(robot: Robot, report: Report) -> str:
         _watch_drive(run, report)
         expect(run.status == 'SUCCEEDED' and run.result.success, f'{run.status}: {run.result.message}')
         x, y = run.result.final_pose.pose.position.x, run.result.final_pose.pose.position.y
-    within = 0.1 if robot.in_world else ARRIVED_WITHIN  # m: a scanner's localisation is less exact than the simulated odometry
+    # m: in a world the position comes from a laser scan, which is less exact than the simulated odometry
+    within = 0.1 if robot.in_world else ARRIVED_WITHIN
     expect(abs(x - 1.2) < within and abs(y - 0.9) < within, f'it stands at ({x:.2f}, {y:.2f}) m')
     return f'SUCCEEDED at ({x:.2f}, {y:.2f}) m'
 

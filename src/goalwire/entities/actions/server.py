@@ -181,7 +181,7 @@ class ActionServerCore:
         except ClosedError:
             return  # the context has ended: nothing can be sent
         except TransportError as error:
-            self.logger.error(f"Action '{self.name}': this could not be sent to a client: {type(item).__name__}: {error}")
+            self.logger.error(f"Action '{self.name}': {type(item).__name__} did not reach a client: {error}")
 
     def expire(self) -> None:
         """Discard the results that were kept for long enough."""
