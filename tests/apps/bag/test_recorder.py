@@ -229,7 +229,9 @@ def test_calls_are_recorded_through_introspection(play: Play, tmp_path: Path) ->
 
     play(scenario)
     with Reader(tmp_path / 'bag') as bag:
-        steps = [event for _, event in bag.decoded()]
+        events = [event for _, event in bag.decoded()]
+    # The client, whose introspection is off, tells the recorder of its call, too, if it has seen it by then.
+    steps = [event for event in events if event.info.event_type in {1, 2}]
     assert [step.info.event_type for step in steps] == [1, 2]
     assert steps[0].request[0].b == 40
     assert steps[1].response[0].sum == 42

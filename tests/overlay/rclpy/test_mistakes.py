@@ -161,13 +161,18 @@ def test_a_function_with_other_parameters_is_taken_as_in_rclpy_with_one_warning(
         node.create_subscription(String, 'topic', callback, 10)
 
 
-def test_a_callback_that_cannot_be_called_raises_where_it_is_called(node: Node, executor: Executor) -> None:
+def test_a_timer_without_a_callback_raises_at_its_first_tick(node: Node, executor: Executor) -> None:
     executor.add_node(node)
     nothing: Any = None
-    timer = node.create_timer(0.001, nothing)
+    node.create_timer(0.001, nothing)
     with pytest.raises(TypeError, match="'NoneType' object is not callable"):
         executor.spin_until_future_complete(Future(), 5)
-    timer.cancel()
+
+
+def test_a_service_whose_callback_takes_too_little_raises_at_the_first_call(
+    node: Node, executor: Executor
+) -> None:
+    executor.add_node(node)
     few: Any = none
     node.create_service(SetBool, 'switch', few)
     answer = node.create_client(SetBool, 'switch').call_async(SetBool.Request())
