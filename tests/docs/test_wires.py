@@ -21,7 +21,7 @@ def constants(tree: ast.Module) -> dict[str, object]:
 def marks() -> set[object]:
     """Return what the tests are marked with that do not run on DDS."""
     found: set[object] = set()
-    for file in (ROOT / 'tests').rglob('test_*.py'):
+    for file in [*ROOT.glob('tests/**/test_*.py'), *ROOT.glob('robot/*/tests/**/test_*.py')]:
         if 'differs_on' not in (text := file.read_text(encoding='utf-8')):
             continue
         tree = ast.parse(text)

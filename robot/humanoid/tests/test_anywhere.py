@@ -15,6 +15,7 @@ from helpers.environments import made_once
 from helpers.fresh import clean_environment
 from helpers.processes import Program
 from helpers.robot import ROOT, robot_env
+
 from humanoid import look as humanoid_look
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]

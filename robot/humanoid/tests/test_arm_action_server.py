@@ -7,15 +7,15 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from goalwire.logging import LogRecord
+from goalwire.testing import Graph, VirtualClock
 from helpers.robot import humanoid, robot_client
+from sensor_msgs.msg import JointState
+
 from humanoid.arm.server import ArmActionServer
 from humanoid.joints.service import JointStateService
 from humanoid.mission.retry import NoAnswer
 from humanoid.mission.robot import Robot
-from sensor_msgs.msg import JointState
-
-from goalwire.logging import LogRecord
-from goalwire.testing import Graph, VirtualClock
 
 WITHIN = 15.0
 SHOULDER, ELBOW = 'left_arm_shoulder', 'left_arm_elbow'

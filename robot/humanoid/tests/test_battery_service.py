@@ -7,10 +7,11 @@ import time
 
 import pytest
 from helpers.robot import humanoid
-from humanoid.mission.robot import Robot
-from humanoid.model import BATTERY
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Float64
+
+from humanoid.mission.robot import Robot
+from humanoid.model import BATTERY
 
 pytestmark = pytest.mark.slow
 

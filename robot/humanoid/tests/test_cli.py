@@ -5,6 +5,7 @@ import os
 import pytest
 from helpers.processes import Program
 from helpers.robot import ROOT, humanoid
+
 from humanoid.cli import main
 
 MAIN = """

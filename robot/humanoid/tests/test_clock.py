@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from humanoid.clock import duration_msg, seconds, time_msg
 
 LAST = (2**31 - 1, 999_999_999)

@@ -16,8 +16,6 @@ import rclpy
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
 from helpers.robot import humanoid
-from humanoid.mission.robot import Robot
-from humanoid.model import JOINTS
 from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
@@ -25,6 +23,9 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
+
+from humanoid.mission.robot import Robot
+from humanoid.model import JOINTS
 
 WITHIN = 10.0
 

@@ -7,10 +7,9 @@ import signal
 import time
 
 import pytest
-from helpers.robot import COURSE, course
-
 from goalwire.logging import LogRecord
 from goalwire.testing import Graph, VirtualClock
+from helpers.robot import COURSE, course
 
 pytestmark = pytest.mark.slow
 

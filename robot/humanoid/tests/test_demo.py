@@ -8,14 +8,14 @@ import signal
 from contextlib import ExitStack
 
 import pytest
+from goalwire.testing import VirtualClock
 from helpers.patience import PATIENCE
 from helpers.processes import Program
 from helpers.robot import humanoid, robot_client, wait_until_gone
+
 from humanoid.mission.program import carry_out
 from humanoid.mission.steps import steps
 from humanoid.mission.summary import Summary
-
-from goalwire.testing import VirtualClock
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
 

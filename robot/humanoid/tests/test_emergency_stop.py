@@ -14,17 +14,12 @@ import pytest
 from control_msgs.action import FollowJointTrajectory, GripperCommand
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
+from goalwire import QoS
+from goalwire.testing import Graph, VirtualClock
 from helpers.collector import Collector
 from helpers.patience import wait_for
 from helpers.robot import humanoid, on_both_wires, robot_client
 from helpers.wires import DDS, require
-from humanoid.arm.server import ArmActionServer
-from humanoid.emergency.votes import GONE
-from humanoid.joints.service import JointStateService
-from humanoid.mission.calls import GoalRun, call
-from humanoid.mission.robot import Robot
-from humanoid.model import HOME, JOINT_BY_NAME
-from humanoid.navigation.server import NavigationActionServer
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from rclpy.node import Node
@@ -33,8 +28,13 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from goalwire import QoS
-from goalwire.testing import Graph, VirtualClock
+from humanoid.arm.server import ArmActionServer
+from humanoid.emergency.votes import GONE
+from humanoid.joints.service import JointStateService
+from humanoid.mission.calls import GoalRun, call
+from humanoid.mission.robot import Robot
+from humanoid.model import HOME, JOINT_BY_NAME
+from humanoid.navigation.server import NavigationActionServer
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LEFT = [name for name in JOINT_BY_NAME if name.startswith('left_arm_')]

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import pytest
 from helpers.processes import Program
 from helpers.robot import humanoid
+
 from humanoid.mission.calls import GoalRun
 from humanoid.mission.retry import Backoff, NoAnswer, retry
 from humanoid.mission.robot import Robot

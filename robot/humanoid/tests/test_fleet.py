@@ -9,12 +9,13 @@ from helpers.collector import Collector
 from helpers.processes import Program
 from helpers.robot import humanoid, robot_client
 from helpers.wires import DDS
-from humanoid.description import urdf_text
-from humanoid.fleet import BadName, coloured, fleet
-from humanoid.urdf import parse
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+
+from humanoid.description import urdf_text
+from humanoid.fleet import BadName, coloured, fleet
+from humanoid.urdf import parse
 
 WHOLE = '10 of 10 steps ended as they should'
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -15,9 +15,6 @@ from geometry_msgs.msg import Point, Quaternion
 from helpers.collector import Collector
 from helpers.processes import Program
 from helpers.robot import humanoid, robot_client
-from humanoid.mission.calls import GoalRun, call
-from humanoid.mission.robot import Robot
-from humanoid.model import JOINTS
 from humanoid_interfaces.action import MoveArm, MoveToPosition
 from humanoid_interfaces.srv import GetJointState
 from hypothesis import HealthCheck, given, settings
@@ -26,6 +23,10 @@ from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from humanoid.mission.calls import GoalRun, call
+from humanoid.mission.robot import Robot
+from humanoid.model import JOINTS
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
 

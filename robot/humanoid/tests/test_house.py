@@ -13,10 +13,6 @@ from helpers.collector import Collector
 from helpers.markdown import DOCS
 from helpers.processes import Program
 from helpers.robot import humanoid, on_both_wires, robot_client
-from humanoid.mission.calls import GoalRun
-from humanoid.mission.robot import Robot
-from humanoid.navigation.base import Pose2D, turn_between
-from humanoid.navigation.messages import target_of
 from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import ComputePathToPose, NavigateThroughPoses, NavigateToPose
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
@@ -25,6 +21,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool, Float64
 from visualization_msgs.msg import MarkerArray
+
+from humanoid.mission.calls import GoalRun
+from humanoid.mission.robot import Robot
+from humanoid.navigation.base import Pose2D, turn_between
+from humanoid.navigation.messages import target_of
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
 

@@ -13,13 +13,8 @@ from control_msgs.action import FollowJointTrajectory, GripperCommand
 from control_msgs.msg import JointTolerance
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist, WrenchStamped
-from humanoid.arm.server import ArmActionServer
-from humanoid.battery.service import BatteryService
-from humanoid.joints.service import JointStateService
-from humanoid.mission.calls import GoalRun
-from humanoid.mission.robot import Robot
-from humanoid.model import HOME, JOINT_BY_NAME, JOINTS
-from humanoid.navigation.server import NavigationActionServer
+from goalwire import GoalRefused
+from goalwire.testing import Graph, VirtualClock
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from sensor_msgs.msg import BatteryState, Imu, JointState
@@ -27,8 +22,13 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from goalwire import GoalRefused
-from goalwire.testing import Graph, VirtualClock
+from humanoid.arm.server import ArmActionServer
+from humanoid.battery.service import BatteryService
+from humanoid.joints.service import JointStateService
+from humanoid.mission.calls import GoalRun
+from humanoid.mission.robot import Robot
+from humanoid.model import HOME, JOINT_BY_NAME, JOINTS
+from humanoid.navigation.server import NavigationActionServer
 
 pytestmark = pytest.mark.usefixtures('gw_clock')
 

@@ -8,9 +8,10 @@ import pytest
 from helpers.collector import Collector
 from helpers.processes import Program
 from helpers.robot import humanoid
-from humanoid.mission.robot import Robot
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from humanoid.mission.robot import Robot
 
 pytestmark = pytest.mark.slow
 

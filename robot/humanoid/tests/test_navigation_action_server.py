@@ -8,13 +8,13 @@ from collections.abc import Iterator
 
 import pytest
 from action_msgs.srv import CancelGoal
+from goalwire.logging import LogRecord
+from goalwire.testing import Graph, Recorder, VirtualClock
+from nav_msgs.msg import Odometry
+
 from humanoid.mission.robot import Robot
 from humanoid.model import BASE
 from humanoid.navigation.server import NavigationActionServer
-from nav_msgs.msg import Odometry
-
-from goalwire.logging import LogRecord
-from goalwire.testing import Graph, Recorder, VirtualClock
 
 WITHIN = 15.0
 

@@ -6,15 +6,15 @@ from collections import defaultdict
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
+from goalwire.testing import Graph
 from helpers.patience import wait_for
+from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
+
 from humanoid.arm.server import ArmActionServer
 from humanoid.battery.service import BatteryService
 from humanoid.joints.service import JointStateService
 from humanoid.navigation.server import NavigationActionServer
-from rclpy.parameter import Parameter
-from rosgraph_msgs.msg import Clock
-
-from goalwire.testing import Graph
 
 SERVERS = (JointStateService, NavigationActionServer, BatteryService, ArmActionServer)
 BEGINS = 100  # s, of the simulation

@@ -12,6 +12,7 @@ import pytest
 from helpers.patience import PATIENCE
 from helpers.processes import Program
 from helpers.robot import ROOT, wait_until_gone
+
 from humanoid.supervisor import Ended, Event, Printed, StopAsked, Supervisor, ending
 
 OBEDIENT = """

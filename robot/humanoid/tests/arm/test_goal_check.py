@@ -4,6 +4,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 
 import pytest
+
 from humanoid.arm.goal_check import refusal
 from humanoid.model import JOINT_BY_NAME
 

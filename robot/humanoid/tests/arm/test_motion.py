@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+
 from humanoid.arm.motion import PATIENCE, SIGHT_LOST_AFTER, ArmMotion
 
 A, B = 'left_arm_shoulder', 'left_arm_elbow'

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+
 from humanoid.battery.model import Battery
 from humanoid.model import BATTERY, BatterySpec
 

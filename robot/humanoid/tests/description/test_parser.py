@@ -8,10 +8,11 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from humanoid.description import urdf_text
-from humanoid.urdf import BadDescription, Description, Transform, parse
 from pytransform3d.rotations import matrix_from_quaternion
 from pytransform3d.urdf import UrdfTransformManager
+
+from humanoid.description import urdf_text
+from humanoid.urdf import BadDescription, Description, Transform, parse
 
 LINKS = '<link name="a"/><link name="b"/><link name="c"/>'
 HINGE = '<joint name="j" type="revolute"><parent link="a"/><child link="b"/>{}</joint>'

@@ -7,11 +7,11 @@ from xml.etree import ElementTree as ET
 import mujoco
 import numpy as np
 import pytest
+from pytransform3d.urdf import UrdfTransformManager
+from tools.humanoid_urdf import urdf
+
 from humanoid.description import urdf_path, urdf_text
 from humanoid.model import JOINTS
-from pytransform3d.urdf import UrdfTransformManager
-
-from tools.humanoid_urdf import urdf
 
 AXES = {
     'left_arm_shoulder': '0 -1 0',

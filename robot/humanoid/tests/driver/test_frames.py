@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 
 import pytest
+
 from humanoid.driver.frames import LONGEST, Decoder, Frame, joints_of, positions_of, states, targets
 
 FRAMES = [targets(1, {0: 0.5, 30: -1.25}), states(1, [(0.5, 0.0, 0.25)] * 31), targets(255, {})]

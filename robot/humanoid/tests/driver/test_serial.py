@@ -19,6 +19,7 @@ import pytest
 from helpers.patience import wait_for
 from helpers.processes import Program
 from helpers.robot import humanoid
+
 from humanoid.driver.board import MotorBoard, serve
 from humanoid.driver.frames import Decoder, states
 from humanoid.driver.seam import DrivenJoints, DriverError

@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from humanoid.joints.commands import CommandRefused, Point, Waypoint, plan
 from humanoid.model import JOINT_BY_NAME
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+
 from humanoid.joints.commands import Waypoint
 from humanoid.joints.kinematic import KinematicJoints, Path
 from humanoid.model import JOINTS, JointSpec

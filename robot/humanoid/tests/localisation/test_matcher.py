@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
+
 from humanoid.localisation.matcher import Matcher
 from humanoid.maps import Array, read
 from humanoid.navigation.base import Pose2D, turn_between

@@ -4,10 +4,11 @@ import io
 import sys
 
 import pytest
-from humanoid.mission.display import Bars, PlainLines, display
-from humanoid.mission.events import Began, Event, Finished, Progressed, Retrying
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
+
+from humanoid.mission.display import Bars, PlainLines, display
+from humanoid.mission.events import Began, Event, Finished, Progressed, Retrying
 
 STORY: list[Event] = [
     Began(1, 2, 'battery', 'answers'),

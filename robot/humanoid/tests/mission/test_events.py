@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+
 from humanoid.mission.events import Began, Event, Finished, Progressed, Retrying, from_line, to_line
 
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 import re
 
 import pytest
+
 from humanoid.mission.events import Began, Finished, Progressed
 from humanoid.mission.summary import Summary
 

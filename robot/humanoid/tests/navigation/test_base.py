@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from humanoid.model import BASE
 from humanoid.navigation.base import STANDING, Base, Pose2D, turn_between, yaw_of
 

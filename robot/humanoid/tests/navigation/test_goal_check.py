@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from humanoid.navigation.goal_check import refusal
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)

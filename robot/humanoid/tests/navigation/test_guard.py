@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+
 from humanoid.clock import NANOSECONDS, time_msg
 from humanoid.model import BASE
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D

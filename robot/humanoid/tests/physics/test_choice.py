@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 
 import pytest
+
 from humanoid.cli import main
 from humanoid.physics.choice import VARIABLE, NotInstalled, chosen, told
 

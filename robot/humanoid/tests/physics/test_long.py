@@ -6,6 +6,7 @@ import math
 import random
 
 import pytest
+
 from humanoid.model import JOINT_BY_NAME
 from humanoid.navigation.base import Pose2D, Velocity2D
 from humanoid.physics.base import TURNED_WITHIN, WITHIN, PhysicsBase

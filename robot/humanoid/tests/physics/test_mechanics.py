@@ -9,11 +9,12 @@ from xml.etree import ElementTree as ET
 import mujoco
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from pytransform3d.urdf import UrdfTransformManager
+
 from humanoid.description import urdf_text
 from humanoid.physics.build import GRAVITY, ROTOR_INERTIA, Robot, build
 from humanoid.physics.world import World
-from numpy.typing import NDArray
-from pytransform3d.urdf import UrdfTransformManager
 
 Matrix = NDArray[np.float64]
 SHOULDER = 'left_arm_shoulder'

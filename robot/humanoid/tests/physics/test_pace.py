@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+
 from humanoid.physics.pace import MOST_BEHIND, Pace
 
 TICK = 0.01

@@ -13,15 +13,16 @@ from geometry_msgs.msg import WrenchStamped
 from helpers.collector import Collector
 from helpers.processes import Program
 from helpers.robot import humanoid
-from humanoid.mission.robot import Robot
-from humanoid.physics.build import GRAVITY
-from humanoid.physics.program import Simulation
 from nav_msgs.msg import Odometry
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
+
+from humanoid.mission.robot import Robot
+from humanoid.physics.build import GRAVITY
+from humanoid.physics.program import Simulation
 
 pytestmark = pytest.mark.slow
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from humanoid.joints.commands import CommandRefused, Waypoint
 from humanoid.joints.source import JointSource
 from humanoid.model import JOINT_BY_NAME

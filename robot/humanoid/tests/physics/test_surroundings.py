@@ -6,6 +6,7 @@ from dataclasses import astuple
 from pathlib import Path
 
 import pytest
+
 from humanoid.description import urdf_text
 from humanoid.physics.surroundings import Place, Surroundings
 from humanoid.physics.world import World

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 import pytest
+
 from humanoid.description import urdf_text
 from humanoid.model import JOINTS
 from humanoid.navigation.base import Pose2D, Velocity2D

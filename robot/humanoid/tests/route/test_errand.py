@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
+
 from humanoid.maps import read
 from humanoid.navigation.base import STANDING, Base, Pose2D, compose
 from humanoid.route import follower

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
+
 from humanoid.maps import read
 from humanoid.model import BASE
 from humanoid.navigation.base import Pose2D

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
+from sensor_msgs_py import point_cloud2
+
 from humanoid.model import DESCRIPTION
 from humanoid.urdf import Transform
 from humanoid.world import camera
 from humanoid.world.file import parse
 from humanoid.world.scene import Scene
-from sensor_msgs_py import point_cloud2
 
 WALL = 'walls: [{from: [3, -5], to: [3, 5], height: 4}]\n'
 HEIGHT = 0.8  # m of the pelvis

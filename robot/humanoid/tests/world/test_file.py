@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
+
 from humanoid.world.file import WorldFile, load, parse
 from humanoid.world.names import FOLDER, BadWorld, choose
 from humanoid.world.solids import Block, Pillar

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
+from visualization_msgs.msg import Marker
+
 from humanoid.maps import read
 from humanoid.model import BASE
 from humanoid.navigation.base import Pose2D
@@ -15,7 +17,6 @@ from humanoid.world.file import load, parse
 from humanoid.world.messages import marker_array, occupancy
 from humanoid.world.scene import BEAMS, Scene, beam_angles
 from humanoid.world.solids import Array, Block, Outlines, Pillar, Solid
-from visualization_msgs.msg import Marker
 
 GREY = (0.5, 0.5, 0.5)
 HERE = Pose2D()
