@@ -12,7 +12,7 @@ import pytest
 from helpers.robot import ROOT
 
 ROBOT = ROOT / 'robot'
-SOURCES = sorted((ROBOT / 'humanoid').rglob('*.py'))
+SOURCES = [ROBOT / 'humanoid' / 'setup.py', *sorted((ROBOT / 'humanoid' / 'humanoid').rglob('*.py'))]
 
 
 def dependencies(package: str) -> set[str]:
