@@ -40,6 +40,7 @@ class EventQueue(CallbackSource, Generic[E]):
         'closed',
         'depth',
         'dropped',
+        'is_patient',
         'note',
         'watchers',
     )
@@ -60,6 +61,7 @@ class EventQueue(CallbackSource, Generic[E]):
         self.depth = depth
         self.dropped = 0
         self.closed = False
+        self.is_patient = False
         self.note: Callable[[E], object] | None = None
         """Is called with each event before it is queued."""
         self.watchers: Sequence[Callable[[], None]] = ()

@@ -28,6 +28,10 @@ class CallbackSource:
 
     __slots__ = ('__weakref__', 'group', 'work_queue')
 
+    is_patient = False
+    """Whether its events can well wait for the end of a callback, as a request for the result of the goal
+    that the callback executes."""
+
     def __init__(self, work_queue: NodeWorkQueue, group: CallbackGroup | None) -> None:
         self.work_queue = work_queue if group is None or group.work_queue is None else group.work_queue
         self.group = group

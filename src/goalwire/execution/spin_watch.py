@@ -13,6 +13,7 @@ import sys
 from threading import get_ident
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from goalwire.concurrency.snapshots import copy_of
 from goalwire.execution.callback_runner import CallbackRunner
 from goalwire.execution.monotonic import STEADY, is_machine_time
 from goalwire.execution.timer_heap import TimerEntry
@@ -20,7 +21,7 @@ from goalwire.logging import get_logger
 from goalwire.places import outermost_program_frame, place_of_frame, source_of_frame
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
     from threading import Thread
     from types import FrameType
 
@@ -128,7 +129,7 @@ def of_this_thread(ready: ReadyQueue, timer_heap: TimerHeap) -> Callable[[], lis
 
     def find() -> list[Suspect]:
         overdue = is_late(timer_heap, _OVERDUE_NS)
-        frame = _callback_of(thread) if overdue or ready.items else None
+        frame = _callback_of(thread) if overdue or _holds_up(copy_of(ready.items)) else None
         return (
             []
             if frame is None
@@ -147,7 +148,7 @@ def of_pool(pool: Pool, ready: ReadyQueue, timer_heap: TimerHeap) -> Callable[[]
 
     def find() -> list[Suspect]:
         busy = pool.busy.copy()
-        are_all_busy = len(busy) >= pool.limit and (bool(ready.items) or is_late(timer_heap))
+        are_all_busy = len(busy) >= pool.limit and (_holds_up(copy_of(ready.items)) or is_late(timer_heap))
         more = (
             f'the executor has {pool.limit} threads, and all are in callbacks: let them return, or write '
             'MultiThreadedExecutor(num_threads=…) with a larger number'
@@ -172,7 +173,12 @@ def is_late(timer_heap: TimerHeap, by_ns: int = _LATE_NS) -> bool:
 
 def _holds_default_group(source: CallbackSource) -> bool:
     group = source.group
-    return group is not None and group.is_default and bool(group.parked)
+    return group is not None and group.is_default and _holds_up(group.parked)
+
+
+def _holds_up(waiting: Iterable[CallbackSource]) -> bool:
+    """Whether one of these suffers if it waits for the end of a callback."""
+    return any(not source.is_patient for source in waiting)
 
 
 def _callback_of(thread: int | None) -> FrameType | None:

@@ -81,6 +81,7 @@ class ActionServerEndpoints:
                     names.cancel_goal, support.cancel_goal, qos.cancel, on_cancel, wire.decode_cancel_request
                 ),
             )
+            self.servers[1].event_queue.is_patient = True
             for server in self.servers:
                 undo.callback(server.destroy)
                 server.open()
