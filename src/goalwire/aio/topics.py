@@ -34,7 +34,6 @@ class Publisher(Entity, Generic[MsgT]):
         self._core: PublisherCore[MsgT] = PublisherCore(node, msg_type, topic, qos)
         self.name = self._core.full_name
         warn_by_default(self._core, topic)
-        self._core.tell_late_joiners()
 
     def publish(self, message: MsgT | None = None, /, **fields: object) -> None:
         """Send a message, given or made of `fields`. It does not wait, so it is not a coroutine.

@@ -1,27 +1,36 @@
 """Tells of a subscription that came after the last message, and waits for it in vain.
 
-Two mistakes lead there. A program publishes once, before anybody listens, and its publisher keeps nothing. Or
-the publisher keeps its last messages, and the subscription does not ask for them. Neither is told if another
-message comes soon, nor if the subscription may have been there before: discovery takes its time.
+Two mistakes lead there. A program publishes at its start, before anybody listens, and its publisher keeps
+nothing. Or the publisher keeps its last messages, and the subscription does not ask for them.
+
+A warning that is wrong does more harm than a mistake that stays untold. So a publisher is looked at only if
+it most likely publishes nothing more: a thread published its messages, and then began to spin without end. If
+a callback or another thread publishes, or if the node has a slow timer, the next message may come at any
+time. Nothing is told either if the subscription may have been there before (discovery takes its time), if it
+has left again, if it is a monitor's, or if another publisher of the topic serves it.
 """
 
 from __future__ import annotations
 
+from threading import Thread, current_thread
 from typing import TYPE_CHECKING
 
-from goalwire.entities.unspun import tells_at_end
+from goalwire.errors import InvalidHandle
 from goalwire.execution.monotonic import is_machine_time
+from goalwire.execution.timer import Timer
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.execution.weak_methods import weakly
 from goalwire.logging import get_logger
 from goalwire.places import at
-from goalwire.rules.qos import DurabilityPolicy
+from goalwire.rules.qos import DEFAULT, DurabilityPolicy
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from goalwire.entities.node import NodeCore
     from goalwire.graph.watch import CounterpartWatch
+    from goalwire.rules.qos import QoS
     from goalwire.transport.contract import Endpoint, GraphEntity
 
 WAIT_S = 3.0
@@ -30,6 +39,8 @@ _DISCOVERY_NS = 2_000_000_000
 """How old a publisher is when a subscription of another process that it discovers must be new."""
 _STARTUP_NS = 30_000_000_000
 """Up to which age of a publisher that keeps nothing it counts as a mistake that it has published before."""
+_MOST = 1000
+"""How many subscriptions are remembered."""
 
 
 class LateJoiners:
@@ -41,14 +52,36 @@ class LateJoiners:
         self._node = node
         self._endpoint = endpoint
         self._made = self._now()
-        self._is_told = self._was_met = False
-        self._watch: CounterpartWatch = self._node.graph.watch_counterparts(
+        self._publishing_thread: Thread | None = None
+        self._spinning: set[Thread] = set()
+        """The threads that spun before the first message."""
+        self._before_spin = 0
+        """How many messages the publishing thread had published when it began to spin without end."""
+        self._met: set[bytes] = set()
+        """The gids of the subscriptions so far. A link that was cut shows the same ones again."""
+        self._is_done = False
+        node.context.shutdown_signal.spin_listeners.add(self)
+        self._watch: CounterpartWatch = node.graph.watch_counterparts(
             endpoint.kind, endpoint.name, weakly(self._on_subscription)
         )
-        self._node.remains.add(self._watch.close)
+        node.remains.add(self._watch.close)
+
+    def on_first_message(self) -> None:
+        """Note the thread that publishes; called by it. A callback may publish again at any time."""
+        if current_thread() not in self._spinning:
+            self._publishing_thread = current_thread()
+
+    def on_spin(self) -> None:
+        """Note that the calling thread begins to spin without end."""
+        if not self._published[0]:
+            self._spinning.add(current_thread())
+        elif self._publishing_thread == current_thread() and not self._before_spin:
+            self._before_spin = self._published[0]
 
     def close(self) -> None:
         """Look no more. Idempotent."""
+        self._is_done = True
+        self._node.context.shutdown_signal.spin_listeners.discard(self)
         self._node.remains.discard(self._watch.close)
         self._watch.close()
 
@@ -56,37 +89,50 @@ class LateJoiners:
         return self._node.context.shutdown_signal.clock.now()
 
     def _on_subscription(self, peer: GraphEntity, is_there: bool) -> None:
-        if self._is_told or not is_there or peer.type_name != self._endpoint.type_name:
+        if self._is_done or not is_there or peer.type_name != self._endpoint.type_name:
             return
-        was_met, self._was_met = self._was_met, True
+        is_first, is_again = not self._met, peer.gid in self._met
+        if len(self._met) < _MOST:
+            self._met.add(peer.gid)
         count, age = self._published[0], self._now() - self._made
         is_new = peer.session == self._node.graph.session or age > _DISCOVERY_NS
-        if not count or not is_new or peer.node.name.startswith('_'):  # tools hide their nodes by that
+        is_tool = peer.node.name.startswith('_')  # tools hide their nodes by that
+        if is_again or not count or not is_new or is_tool:
             return
         keeps = self._endpoint.qos.durability is DurabilityPolicy.TRANSIENT_LOCAL
-        if keeps and peer.qos.durability is DurabilityPolicy.VOLATILE:
-            self._look_later(count, self._describe_volatile(peer))
-        elif not keeps and not was_met and age < _STARTUP_NS:
-            self._look_later(count, self._describe_lost(peer, count))
+        if keeps and _is_default(peer.qos):
+            self._look_later(peer, count, self._describe_volatile(peer))
+        elif not keeps and is_first and age < _STARTUP_NS:
+            self._look_later(peer, count, self._describe_lost(peer, count))
 
-    def _look_later(self, count: int, text: str) -> None:
-        """Tell unless another message is published soon. In virtual time nothing is told."""
+    def _look_later(self, peer: GraphEntity, count: int, text: str) -> None:
+        """Tell if the subscription waits in vain seconds later. In virtual time nothing is told."""
         context = self._node.context
 
         def look() -> None:
-            if self._published[0] != count or self._is_told or not (context.ok() or tells_at_end()):
+            if self._is_done or not context.ok() or not self._waits_in_vain(peer, count):
                 return
-            self._is_told = True
+            self._is_done = True
             place = context.endpoint_places.find(self._endpoint.kind, self._endpoint.name)
             get_logger(self._node.logger_name).warning(f'{text}{at(place)}')
 
         if is_machine_time(context.shutdown_signal.clock):
             context.deadlines.set(TimerEntry(look), self._now() + int(WAIT_S * 1e9))
 
+    def _waits_in_vain(self, peer: GraphEntity, count: int) -> bool:
+        """Whether all `count` messages came before the spin, and nobody will publish another one soon."""
+        graph, name = self._node.graph, self._endpoint.name
+        return (
+            count == self._before_spin == self._published[0]
+            and graph.count(EndpointKind.PUBLISHER, name) == 1
+            and any(other.gid == peer.gid for other in graph.entities(EndpointKind.SUBSCRIPTION, name))
+            and not any(_is_slow_timer(owned) for owned in self._node.owned())
+        )
+
     def _describe_volatile(self, peer: GraphEntity) -> str:
         return (
             f"topic '{peer.name}': the subscription in node '{peer.node.qualified}' came after the last "
-            'message and does not get it, since that subscription is VOLATILE: write '
+            'message and does not get it, since that subscription is VOLATILE: if it needs it, write '
             'durability=DurabilityPolicy.TRANSIENT_LOCAL in its QoSProfile, as the publisher has it'
         )
 
@@ -98,3 +144,16 @@ class LateJoiners:
             'as in a timer, or write durability=DurabilityPolicy.TRANSIENT_LOCAL in the QoSProfile of both, '
             'so that the last messages are kept'
         )
+
+
+def _is_default(qos: QoS) -> bool:
+    """Whether a subscription has the QoS of one that gets a depth alone, so that nobody chose VOLATILE."""
+    return (qos.reliability, qos.durability) == (DEFAULT.reliability, DEFAULT.durability)
+
+
+def _is_slow_timer(owned: object) -> bool:
+    """Whether an entity is a timer whose next call may come after the look."""
+    try:
+        return isinstance(owned, Timer) and not owned.is_canceled() and owned.timer_period_ns > WAIT_S * 1e9
+    except InvalidHandle:
+        return False  # another thread has just destroyed it

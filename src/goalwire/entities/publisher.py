@@ -158,7 +158,19 @@ class PublisherCore(Generic[MsgT]):
         """Warn if a subscription comes after the last message and waits for it in vain."""
         from goalwire.entities.late_joiners import LateJoiners
 
-        self._late_joiners = LateJoiners(self.node, self._endpoint, self._published)
+        if self._port is not None:
+            self._late_joiners = LateJoiners(self.node, self._endpoint, self._published)
+            self._send = self._send_first
+
+    def _send_first(self, payload: bytes) -> None:
+        """Send the first message. The later ones go to the wire directly."""
+        port = self._port
+        if port is None:
+            raise InvalidHandle
+        if self._late_joiners is not None:
+            self._late_joiners.on_first_message()
+        self._send = port.publish
+        port.publish(payload)
 
     def statistics(self) -> PublisherStatistics:
         """Count what was published."""

@@ -84,6 +84,8 @@ class SpinWatch:
         self._alarm = TimerEntry(self._look)
         self._marks: list[object] = []
         """The marks of the suspects of the last look, if the next look is to confirm them."""
+        for listener in shutdown_signal.spin_listeners.alive():
+            listener.on_spin()
         self._set(FIRST_LOOK_S)
 
     def close(self) -> None:

@@ -257,6 +257,13 @@ class Alarms(Protocol):
         """Remove `entry`, so that it is not called."""
 
 
+class SpinListener(Protocol):
+    """Something that wants to know which threads spin without end."""
+
+    def on_spin(self) -> None:
+        """Note that the calling thread begins to."""
+
+
 class ShutdownSignal:
     """The end of a context, which comes once. `clock` is the time of everything that belongs
     to the context.
@@ -274,6 +281,7 @@ class ShutdownSignal:
         'external_sleepers',
         'idle_waiters',
         'reason',
+        'spin_listeners',
         'wire_poller',
     )
 
@@ -285,6 +293,8 @@ class ShutdownSignal:
         self.early_looks: list[Callable[[], object]] = []
         """Functions that are called once, seconds after a spin without end has begun. The program has most
         likely made its nodes by then."""
+        self.spin_listeners: WeakListeners[SpinListener] = WeakListeners()
+        """Told by each thread that begins to spin without end."""
         self.reason: str | None = None
         self.wire_poller: WirePoller | None = None
         """The wire on which threads of this context may wait; None before a session allows that."""

@@ -1,5 +1,5 @@
 # The publisher keeps its last message, and a late subscription does not ask for it.
-# says: topic '/map': the subscription in node '/viewer' came after the last message and does not get it, since that subscription is VOLATILE: write durability=DurabilityPolicy.TRANSIENT_LOCAL in its QoSProfile, as the publisher has it
+# says: topic '/map': the subscription in node '/viewer' came after the last message and does not get it, since that subscription is VOLATILE: if it needs it, write durability=DurabilityPolicy.TRANSIENT_LOCAL in its QoSProfile, as the publisher has it
 # within: 4 s
 # ctrl-c: yes
 import rclpy
