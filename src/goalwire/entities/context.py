@@ -51,6 +51,8 @@ class Context:
         self._lock = threading.RLock()
         self._fork_guard = ForkGuard()
         self._domain_id: int | None = None
+        self._has_spun = False
+        """Whether a thread has begun to spin without end, so that the program has made its nodes."""
         self._session: Session | None = None
         self._graph: Graph | None = None
         self._callbacks: list[Callable[[], ShutdownCallback | None]] = []
@@ -102,6 +104,7 @@ class Context:
         if initialize_logging:
             self._configure_logging()
         self.shutdown_signal.early_looks.append(weakly(self._look_early))
+        self.shutdown_signal.spin_listeners.add(self)
         uncaught.install_excepthooks()
         signals.register(self.shutdown_signal)
         _contexts.add(self)
@@ -157,23 +160,35 @@ class Context:
 
     def end_at_exit(self) -> None:
         """Wake every waiter, since the interpreter ends. In a forked child they are the parent's."""
-        if not self.is_inherited:
+        if self.is_inherited:
+            return
+        if self.ok():
             self._tell_mistakes()
             self.shutdown_signal.end(_AT_EXIT)
+        elif self._has_spun and not self._are_mistakes_told:  # a signal has ended it
+            self._are_mistakes_told = True
+            self._tell_unused_overrides()
+
+    def on_spin(self) -> None:
+        """Note that a thread begins to spin without end."""
+        self._has_spun = True
 
     def _tell_mistakes(self) -> None:
         """Log the mistakes that only the end shows, once: unused parameters, nodes that were never spun."""
         first, self._are_mistakes_told = not self._are_mistakes_told, True
         if not first:
             return
-        use = None if ends_early() else self.override_use
-        for complaint in use.describe_unused() if use else ():
-            logging.get_logger('rcl').warning(complaint)
+        self._tell_unused_overrides()
         unanswered = self.unspun.unanswered()
         for node in self.unspun.never_spun():
             logging.get_logger(node.logger).warning(node.describe(beside_calls=bool(unanswered)))
         for complaint in unanswered:
             logging.get_logger('rclpy').warning(complaint)
+
+    def _tell_unused_overrides(self) -> None:
+        use = None if ends_early(has_spun=self._has_spun) else self.override_use
+        for complaint in use.describe_unused() if use else ():
+            logging.get_logger('rcl').warning(complaint)
 
     def _look_early(self) -> None:
         """Log mistakes that show while one node is spun without end, instead of waiting for that end."""
@@ -332,7 +347,7 @@ def open_contexts() -> set[Context]:
 
 def _end_at_exit() -> None:
     """End the open contexts, so that threads stop spinning before the sessions close."""
-    for context in open_contexts():
+    for context in set(_contexts):
         context.end_at_exit()
 
 

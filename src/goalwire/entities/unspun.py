@@ -11,6 +11,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Protocol
 from weakref import ReferenceType, ref
 
+from goalwire.errors import ExternalShutdownException
 from goalwire.places import at, caller_place
 
 if TYPE_CHECKING:
@@ -155,7 +156,12 @@ def tells_at_end() -> bool:
     return not (_TEST_RUNNERS & sys.modules.keys() or ends_early())
 
 
-def ends_early() -> bool:
-    """Whether the program has not come to its end: an error ended it, or somebody types at a prompt."""
-    is_interactive = hasattr(sys, 'ps1') or bool(sys.flags.interactive)
-    return is_interactive or sys.exc_info()[1] is not None or getattr(sys, 'last_value', None) is not None
+def ends_early(*, has_spun: bool = False) -> bool:
+    """Whether the program has not come to its end: an error ended it, or somebody types at a prompt.
+
+    Ctrl-C and SIGTERM are the ordinary end of a program that `has_spun` without end.
+    """
+    error = sys.exc_info()[1] or getattr(sys, 'last_value', None)
+    if has_spun and isinstance(error, KeyboardInterrupt | ExternalShutdownException):
+        error = None
+    return hasattr(sys, 'ps1') or bool(sys.flags.interactive) or error is not None
