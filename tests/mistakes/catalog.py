@@ -4,6 +4,7 @@ A program is a file, or `program.py` or `command.sh` in a folder with the files 
 comments: what it does wrong, in one sentence, and then what is expected:
 
     # says: a piece of the sentence that is to be told
+    # not: a piece of a sentence that would mislead
     # at: the file in whose line it is, if not in the line that is marked with `# <-- here`
     # within: seconds until then, if not WITHIN_S
     # arguments: of the command line
@@ -30,6 +31,7 @@ class Mistake:
     file: Path
     title: str
     says: str
+    never_says: str
     place: str
     """As 'never_spun.py:8', or a file's name; '' if it is told before any line is run."""
     within: float
@@ -50,6 +52,7 @@ def read(file: Path) -> Mistake:
         file=file,
         title=head[0],
         says=expected.get('says', ''),
+        never_says=expected.get('not', ''),
         place=place,
         within=float(expected.get('within', str(WITHIN_S)).removesuffix(' s')),
         arguments=tuple(expected.get('arguments', '').split()),

@@ -36,6 +36,7 @@ def test_a_mistake_is_told(mistake: Mistake, server: ForkServer, tmp_path: Path)
     assert _is_at(mistake.place, told.output), f'{mistake.place} is not named\n{told.output}'
     assert not re.search(_OURS, told.output), f'frames of ours\n{told.output}'
     assert count(mistake.says, told.output) == 1, told.output
+    assert not mistake.never_says or not count(mistake.never_says, told.output), told.output
 
 
 def test_there_are_a_hundred() -> None:

@@ -1,5 +1,6 @@
 # The execute callback raises.
-# says: Error raised in execute callback: list index out of range; so the goal is aborted: correct execute() in execute_raises.py:10
+# says: Error raised in execute callback: list index out of range; so the goal is aborted: correct execute() in execute_raises.py:11
+# not: did not say how the goal ended
 import rclpy
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient, ActionServer
