@@ -12,7 +12,7 @@ import pytest
 from helpers.robot import ROOT
 
 ROBOT = ROOT / 'robot'
-SOURCES = [ROBOT / 'humanoid' / 'setup.py', *sorted((ROBOT / 'humanoid' / 'humanoid').rglob('*.py'))]
+SOURCES = sorted(path for path in (ROBOT / 'humanoid').rglob('*.py') if 'tests' not in path.parts)
 
 
 def dependencies(package: str) -> set[str]:
