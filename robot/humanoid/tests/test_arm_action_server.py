@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 import time
 from collections.abc import Iterator
 
@@ -115,3 +116,18 @@ def test_the_action_is_offered_once_the_joints_have_been_seen_and_ends_when_they
                 run.finish()
     assert run.status == 'ABORTED'
     assert 'is joint_state_service running?' in run.result.message
+
+
+@pytest.mark.slow
+def test_a_server_that_was_held_up_does_not_take_the_joints_for_lost(world: dict[str, str]) -> None:
+    """Joint states wait for it meanwhile; it looks at them before it judges."""
+    with humanoid('joint_state_service', env=world), humanoid('arm_action_server', env=world) as server:
+        server.expect('Arm Action Server ready')
+        with robot_client() as robot, robot.reach({SHOULDER: 1.0}, duration=1.0, timeout=WITHIN) as run:
+            assert run.accepted, server.output
+            next(run.feedback())
+            server.send_signal(signal.SIGSTOP)
+            time.sleep(1.5)  # longer than joint states may be missing
+            server.send_signal(signal.SIGCONT)
+            run.finish()
+    assert (run.status, run.result.message) == ('SUCCEEDED', 'Arm motion completed successfully')

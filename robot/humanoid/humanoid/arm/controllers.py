@@ -18,9 +18,8 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from humanoid.arm.limbs import Limbs
-from humanoid.arm.motion import SIGHT_LOST_AFTER
-from humanoid.arm.trajectory import Following, refusal
+from humanoid.arm.limbs import LOST, Limbs
+from humanoid.arm.trajectory import Following, Verdict, refusal
 from humanoid.clock import duration_msg, now, stamp
 from humanoid.emergency.listener import StopListener
 from humanoid.endings import Decision, End, Ending, carry_out, judged, or_abort
@@ -38,7 +37,6 @@ class Run:
     """One accepted goal in execution. A tick makes `decision`; `code` is the error code of its result."""
 
     goal: ServerGoalHandle
-    began: float
     decision: Decision = field(default_factory=Decision)
     code: int = FollowJointTrajectory.Result.INVALID_GOAL
     following: Following | None = None
@@ -107,7 +105,7 @@ class Controller:
         """Begin a goal. Goals begin in the order of acceptance, so the goal in motion is the older one."""
         self.end(Ending(End.ABORTED, NEWER))
         moment = now(self._node)
-        run = self._runs[bytes(handle.goal_id.uuid)] = self._running = Run(handle, moment)
+        run = self._runs[bytes(handle.goal_id.uuid)] = self._running = Run(handle)
         self._limbs.take(self.joints)
         with or_abort(self._node, self.end):
             self._begin(run, moment)
@@ -142,7 +140,7 @@ class TrajectoryController(Controller):
         run.following = Following(run.goal.request, self._limbs.samples(self.joints), moment)
         self._limbs.send(run.goal.request.trajectory)
 
-    def _follow_up(self, run: Run, moment: float) -> None:
+    def _follow_up(self, run: Run, _moment: float) -> None:
         following, limbs = run.following, self._limbs
         assert following is not None
         feedback = FollowJointTrajectory.Feedback()
@@ -161,7 +159,10 @@ class TrajectoryController(Controller):
             feedback.error.positions.append(position - actual.position)
             feedback.error.velocities.append(velocity - actual.velocity)
         run.goal.publish_feedback(feedback)
-        verdict = following.verdict(there, limbs.measured, limbs.seen, moment)
+        if limbs.are_lost:
+            verdict: Verdict | None = Verdict(FollowJointTrajectory.Result.PATH_TOLERANCE_VIOLATED, LOST)
+        else:
+            verdict = following.verdict(there, limbs.measured, limbs.seen)
         if verdict is not None:
             run.code = verdict.code
             done = verdict.code == FollowJointTrajectory.Result.SUCCESSFUL
@@ -213,8 +214,8 @@ class GripperController(Controller):
         feedback = GripperCommand.Feedback(reached_goal=reached, stalled=run.stalled)
         feedback.position, feedback.effort = self._gap(), limbs.efforts.get(self._joint, 0.0)
         run.goal.publish_feedback(feedback)
-        if moment - max(limbs.seen, run.began) > SIGHT_LOST_AFTER:
-            self.end(Ending(End.ABORTED, 'no joint states: is joint_state_service running?'))
+        if limbs.are_lost:
+            self.end(Ending(End.ABORTED, LOST))
         elif reached:
             self.end(Ending(End.SUCCEEDED, f'{self._joint} is {self._gap():.3f} m open'))
         elif run.stalled:

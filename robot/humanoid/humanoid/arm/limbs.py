@@ -13,7 +13,10 @@ from humanoid.clock import duration_msg, now, seconds
 from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME
 
+TICK = 0.05  # s between two ticks of a server: it looks at the joints and sends feedback, at 20 Hz
 OLDEST = 0.5  # s: joint states with an older stamp are counted from their arrival
+LOST = 'no joint states for a second: is joint_state_service running?'
+_LOST_AFTER = round(1.0 / TICK)  # looks without a joint state
 
 
 class Limbs:
@@ -27,6 +30,7 @@ class Limbs:
         self.sights = 0  # how many joint states have arrived
         self.seen = 0.0  # s of the node's clock: when the last one arrived
         self.measured = 0.0  # s of the node's clock: when the joints were measured
+        self._looks = 0  # since the last joint state
         self.taken: set[str] = set()  # joints that move for a goal
         self._node, self._on_sight = node, on_sight
         self._commands = node.create_publisher(JointTrajectory, 'joint_command', 10)
@@ -44,7 +48,20 @@ class Limbs:
         stamped = seconds(states.header.stamp)  # may be 0, or come from another clock
         self.measured = stamped if 0.0 <= self.seen - stamped <= OLDEST else self.seen
         self.sights += 1
+        self._looks = 0
         self._on_sight()
+
+    def look(self) -> None:
+        """Count a look at the joints; a server looks at each tick."""
+        self._looks += 1
+
+    @property
+    def are_lost(self) -> bool:
+        """Whether no joint state has come for a second.
+
+        Looks are counted, not seconds: the states that wait for a server which was held up are not lost.
+        """
+        return not self.here or self._looks > _LOST_AFTER
 
     def samples(self, names: Collection[str]) -> Mapping[str, JointSample]:
         """Return the joints of these names as the last joint states show them; each has been seen."""

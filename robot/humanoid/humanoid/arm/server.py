@@ -22,8 +22,8 @@ from std_srvs.srv import Trigger
 
 from humanoid.arm.controllers import Controller, GripperController, TrajectoryController
 from humanoid.arm.goal_check import refusal
-from humanoid.arm.limbs import Limbs
-from humanoid.arm.motion import SIGHT_LOST_AFTER, ArmMotion
+from humanoid.arm.limbs import LOST, TICK, Limbs
+from humanoid.arm.motion import ArmMotion
 from humanoid.clock import now
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
@@ -34,8 +34,6 @@ from humanoid.model import JOINT_BY_NAME
 from humanoid.running import run
 from humanoid.walking.listener import FallListener
 from humanoid.walking.names import BALANCES, BALANCING, FELL
-
-TICK = 0.05  # s between two ticks: they check the joints and send feedback, at 20 Hz
 
 
 @dataclass
@@ -181,7 +179,7 @@ class ArmActionServer(Node):
     def _health(self) -> Health:
         limbs = self._limbs
         values = {'joints seen': len(limbs.here), 'joints taken': len(limbs.taken)}
-        if not limbs.here or now(self) - limbs.seen > SIGHT_LOST_AFTER:
+        if limbs.are_lost:
             return Health('no joint states', DiagnosticStatus.STALE, values)
         if self._stop.stopped:
             return Health(self._stop.ended.lower(), DiagnosticStatus.WARN, values)
@@ -200,14 +198,15 @@ class ArmActionServer(Node):
 
     def _tick(self) -> None:
         moment = now(self)
+        self._limbs.look()
         for reach in self._reaches.values():
             if not reach.decision.made:
                 with or_abort(self, partial(self._end, reach)):
-                    self._follow_up(reach, moment)
+                    self._follow_up(reach)
         for controller in self._controllers.values():
             controller.tick(moment)
 
-    def _follow_up(self, reach: Reach, moment: float) -> None:
+    def _follow_up(self, reach: Reach) -> None:
         motion, here = reach.motion, self._limbs.here
         if reach.goal is not None:
             feedback = MoveArm.Feedback()
@@ -219,7 +218,9 @@ class ArmActionServer(Node):
             self._end(reach, Ending(End.CANCELED, 'Goal canceled'))
         elif motion.arrived(here):
             self._end(reach, Ending(End.SUCCEEDED, 'Arm motion completed successfully'))
-        elif failure := motion.failure(here, self._limbs.seen, moment):
+        elif self._limbs.are_lost:
+            self._end(reach, Ending(End.ABORTED, LOST))
+        elif failure := motion.failure(here, self._limbs.seen):
             self._end(reach, Ending(End.ABORTED, failure))
 
     def _end(self, reach: Reach, ending: Ending) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTolerance
 
-from humanoid.arm.motion import PATIENCE, SIGHT_LOST_AFTER
+from humanoid.arm.motion import PATIENCE
 from humanoid.clock import seconds
 from humanoid.joints.commands import CommandRefused, Waypoint, plan
 from humanoid.joints.kinematic import Path
@@ -133,17 +133,12 @@ class Following:
         """Return the positions and velocities that the joints should have."""
         return {name: self._paths[name].at(moment) for name in self.names}
 
-    def verdict(
-        self, here: Mapping[str, JointSample], measured: float, seen: float, now: float
-    ) -> Verdict | None:
+    def verdict(self, here: Mapping[str, JointSample], measured: float, seen: float) -> Verdict | None:
         """Return how the trajectory ends, or None if it goes on.
 
         The joint states arrived at `seen`; by their stamp they were measured at `measured`.
         """
-        if now - max(seen, self._began) > SIGHT_LOST_AFTER:
-            lost = f'no joint states for {now - seen:.1f} s: is joint_state_service running?'
-            return Verdict(Result.PATH_TOLERANCE_VIOLATED, lost)
-        if now < self.ends:
+        if seen < self.ends:
             if measured < self._began:
                 return None
             astray = self._beyond(self._path, self.desired(measured), here)
@@ -151,7 +146,7 @@ class Following:
         short = self._beyond(self._goal, self.desired(self.ends), here)
         if not short:
             return Verdict(Result.SUCCESSFUL, 'Trajectory completed successfully')
-        if now > self.ends + self._patience:
+        if seen > self.ends + self._patience:
             return Verdict(Result.GOAL_TOLERANCE_VIOLATED, f'short of the goal: {short}')
         return None
 
