@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import functools
 import inspect
+import subprocess
+import sys
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -91,3 +94,23 @@ def test_what_a_callback_takes_is_found_out_in_one_file_alone() -> None:
         if 'inspect import signature' in file.read_text(encoding='utf-8')
     }
     assert readers == {'execution/callbacks.py'}
+
+
+def test_what_runs_a_coroutine_is_imported_before_its_first_call() -> None:
+    program = """
+        import sys
+        from goalwire.execution.callbacks import import_coroutine_runner
+
+        class Arm:
+            async def move(self, goal): ...
+            def stop(self, goal): ...
+
+        import_coroutine_runner(Arm().stop)
+        print('asyncio' in sys.modules)
+        import_coroutine_runner(Arm().move)
+        print('asyncio' in sys.modules)
+    """
+    done = subprocess.run(
+        [sys.executable, '-c', textwrap.dedent(program)], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ['False', 'True']

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
     from goalwire.logging import RcutilsLogger
 
+CO_COROUTINE = 0x80
+"""inspect.CO_COROUTINE: to import that module takes 10 ms."""
+
 _VARIADIC = 0x04
 """inspect.CO_VARARGS: the function has *args."""
 
@@ -89,6 +92,16 @@ def function_of(callback: object) -> tuple[FunctionType | None, int]:
     """
     function, given = (callback.__func__, 1) if isinstance(callback, MethodType) else (callback, 0)
     return (function if isinstance(function, FunctionType) else None), given
+
+
+def import_coroutine_runner(callback: object) -> None:
+    """Import what runs coroutines if `callback` is an `async def`, so that its first call does not wait.
+
+    The import takes 25 ms, and a second on a small or busy computer: too long in what moves a robot.
+    """
+    function, _ = function_of(callback)
+    if function is not None and function.__code__.co_flags & CO_COROUTINE:
+        import goalwire.execution.asyncio.coroutine_runner  # noqa: F401
 
 
 def signature_of(callback: Callable[..., object]) -> Signature:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from goalwire.concurrency.snapshots import copy_of
 from goalwire.execution.callback_runner import CallbackRunner
+from goalwire.execution.callbacks import CO_COROUTINE
 from goalwire.execution.monotonic import STEADY, is_machine_time
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.logging import get_logger
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from goalwire.execution.timer_heap import TimerHeap
     from goalwire.execution.waiting import ShutdownSignal
 
-_CO_COROUTINE = 0x80
-"""inspect.CO_COROUTINE: to import that module takes 10 ms."""
 FIRST_LOOK_S = 2.0
 CONFIRM_S = 1.0
 """The time in s between a look that suspects a callback and the look that confirms it."""
@@ -193,11 +192,11 @@ def _mark(frame: FrameType) -> object:
     """Return the mark of a callback. For a coroutine it also has the position, since all its steps share a
     frame.
     """
-    return (frame, frame.f_lasti) if frame.f_code.co_flags & _CO_COROUTINE else (frame,)
+    return (frame, frame.f_lasti) if frame.f_code.co_flags & CO_COROUTINE else (frame,)
 
 
 def _advise(frame: FrameType, otherwise: str) -> str:
-    return AWAIT if frame.f_code.co_flags & _CO_COROUTINE else otherwise
+    return AWAIT if frame.f_code.co_flags & CO_COROUTINE else otherwise
 
 
 def _tell(suspect: Suspect) -> None:

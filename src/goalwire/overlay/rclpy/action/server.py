@@ -18,7 +18,7 @@ from goalwire.entities.actions.types import ActionClass, FeedbackT, GoalT, Resul
 from goalwire.entities.type_support import action_support
 from goalwire.errors import RCLError
 from goalwire.execution.callback_groups import check_group
-from goalwire.execution.callbacks import advise_callback, describe_given
+from goalwire.execution.callbacks import advise_callback, describe_given, import_coroutine_runner
 from goalwire.execution.waitable import EventQueueWaitable
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
 from goalwire.rules.goals.table import GoalEvent
@@ -237,6 +237,7 @@ def _check_callable(execute_callback: object, action_name: str, logger: RcutilsL
         raise error
     what = f"the execute callback of the action '{action_name}'"
     advise_callback(execute_callback, ('goal_handle',), what, logger)
+    import_coroutine_runner(execute_callback)
 
 
 reexport(__name__)
