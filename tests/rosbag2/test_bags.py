@@ -7,6 +7,7 @@ import shutil
 import signal
 import sqlite3
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -25,9 +26,11 @@ from helpers.bags import (
     messages_of,
     number,
     put,
+    word,
     write_bag,
 )
 
+from goalwire.apps.bag.rewriting import reindex
 from goalwire.errors import BagError, InterfaceError
 from goalwire.idl import type_hash
 from goalwire.rosbag2.mcap_reader import McapReader
@@ -44,6 +47,7 @@ KINDS: dict[str, dict[str, Any]] = {
     'packed files': {'compress_files': True},
     'sqlite3': {'storage': 'sqlite3'},
     'packed sqlite3': {'storage': 'sqlite3', 'compress_files': True},
+    'packed messages': {'storage': 'sqlite3', 'compress_messages': True},
     'many files': {'max_bytes': 1000},
 }
 
@@ -194,6 +198,63 @@ def test_a_file_cut_anywhere_gives_all_before_the_cut(tmp_path: Path) -> None:
         found.append(len(messages))
     assert found == sorted(found)
     assert found[-1] == 110
+
+
+PACKED: dict[str, Any] = KINDS['packed messages']
+
+
+def test_packed_messages_are_told_from_plain_ones_by_each_file_alone(tmp_path: Path) -> None:
+    path = write_bag(tmp_path / 'bag', **PACKED)
+    (path / 'metadata.yaml').unlink()
+    assert contents(path / 'bag_0.db3') == expected()
+    assert reindex(str(path)).facts.compression_mode == 'message'
+    assert contents(path) == expected()
+
+
+def test_packed_messages_take_less_room(tmp_path: Path) -> None:
+    sizes = {}
+    for name, options in (('plain', {'storage': 'sqlite3'}), ('packed', PACKED)):
+        with Writer(tmp_path / name, **options) as bag:
+            add_topics(bag)
+            bag.write(WORDS, word('to and fro ' * 10_000), START)
+        sizes[name] = (tmp_path / name / f'{name}_0.db3').stat().st_size
+    assert sizes['packed'] < sizes['plain'] / 2
+
+
+def test_heads_are_packed_as_other_messages_are(tmp_path: Path) -> None:
+    with Writer(tmp_path / 'bag', max_duration=0.05, **PACKED) as bag:
+        add_topics(bag)
+        bag.heads = lambda time: [Message(WORDS, time, b'head', 7)]
+        for value in range(100):
+            put(bag, value)
+    assert [data for _, _, data in contents(tmp_path / 'bag')].count(b'head') == 1
+
+
+def test_a_message_that_cannot_be_unpacked_is_told_and_the_rest_is_rescued(tmp_path: Path) -> None:
+    path = write_bag(tmp_path / 'bag', **PACKED)
+    with closing(sqlite3.connect(path / 'bag_0.db3')) as database:
+        database.execute("UPDATE messages SET data = x'28b52ffd' WHERE id = 50")
+        database.commit()
+    with Reader(path) as bag:
+        assert list(bag.check()) == ['bag_0.db3: 1 messages cannot be unpacked']
+        assert len(list(bag.rescued())) == 109
+        with pytest.raises(BagError, match="a message of '/numbers' cannot be unpacked"):
+            list(bag.messages())
+
+
+@pytest.mark.parametrize(
+    ('options', 'told'),
+    [
+        ({'storage': 'mcap'}, 'the storage mcap cannot compress messages one by one'),
+        ({'storage': 'sqlite3', 'compress_files': True}, 'not both'),
+    ],
+)
+def test_messages_are_packed_where_rosbag2_reads_them(
+    tmp_path: Path, options: dict[str, Any], told: str
+) -> None:
+    with pytest.raises(BagError, match=told):
+        Writer(tmp_path / 'bag', compress_messages=True, **options)
+    assert not (tmp_path / 'bag').exists()
 
 
 def test_a_broken_chunk_is_told_and_the_rest_is_rescued(tmp_path: Path) -> None:

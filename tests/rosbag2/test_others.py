@@ -25,7 +25,14 @@ def store() -> Any:
 
 @pytest.mark.parametrize(
     'options',
-    [{}, {'preset': 'zstd_fast'}, {'max_bytes': 800}, {'compress_files': True}, {'storage': 'sqlite3'}],
+    [
+        {},
+        {'preset': 'zstd_fast'},
+        {'max_bytes': 800},
+        {'compress_files': True},
+        {'storage': 'sqlite3'},
+        {'storage': 'sqlite3', 'compress_messages': True},
+    ],
     ids=str,
 )
 def test_rosbags_reads_ours(tmp_path: Path, store: Any, options: dict[str, Any]) -> None:

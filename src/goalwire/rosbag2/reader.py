@@ -6,7 +6,7 @@ import heapq
 import os
 import shutil
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from functools import cached_property
 from itertools import count
@@ -95,6 +95,7 @@ class Reader:
                 self._open(folder, name)
             told = told or self._embedded()
             self._compression = told.compression_mode if told else ''
+            self._unpack = _message_unpacker() if self._compression == 'message' else None
             self.facts = self._gather(told, names)
         except BaseException:
             self.close()
@@ -225,15 +226,19 @@ class Reader:
         """Yield every readable message, file after file; broken parts are left out."""
         for file in self._files.values():
             for message in file.rescued():
-                yield self._plain(message)
+                with suppress(BagError):
+                    yield self._plain(message)
 
     def _plain(self, message: Message) -> Message:
-        """Return a message whose bytes are not compressed."""
-        if self._compression != 'message':
+        """Return a message whose bytes are not compressed; raises BagError if its bytes are broken."""
+        if self._unpack is None:
             return message
-        import zstandard
-
-        return message._replace(data=zstandard.ZstdDecompressor().decompress(message.data))
+        try:
+            return message._replace(data=self._unpack(message.data))
+        except ValueError as error:
+            raise BagError(
+                f"{shown(self.path)}: a message of '{message.topic}' cannot be unpacked ({error})"
+            ) from error
 
     def decoded(
         self, topics: Collection[str] | None = None, start: int | None = None, stop: int | None = None
@@ -258,6 +263,16 @@ class Reader:
         for name, file in self._files.items():
             for problem in file.check():
                 yield f'{name}: {problem}'
+            broken = 0 if self._unpack is None else sum(map(self._is_broken, file.rescued()))
+            if broken:
+                yield f'{name}: {broken:,} messages cannot be unpacked'
+
+    def _is_broken(self, message: Message) -> bool:
+        try:
+            self._plain(message)
+        except BagError:
+            return True
+        return False
 
     def close(self) -> None:
         """Close all files. Idempotent."""
@@ -268,6 +283,26 @@ class Reader:
 
     def __exit__(self, *_error: object) -> None:
         self.close()
+
+
+def _message_unpacker() -> Callable[[bytes], bytes]:
+    """Return a function that unpacks a message. It raises ValueError for broken bytes.
+
+    Raises BagError if zstandard is not installed.
+    """
+    try:
+        from zstandard import ZstdDecompressor, ZstdError
+    except ModuleNotFoundError as error:
+        raise missing_extra(error) from None
+    decompressor = ZstdDecompressor()
+
+    def unpack(data: bytes) -> bytes:
+        try:
+            return decompressor.decompress(data)
+        except (ZstdError, MemoryError) as error:
+            raise ValueError(str(error) or 'it is too large for the memory') from None
+
+    return unpack
 
 
 def _find(path: str) -> tuple[str, list[str], BagFacts | None]:

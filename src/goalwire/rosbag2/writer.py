@@ -59,6 +59,7 @@ class Writer:
         max_duration: float = 0.0,
         max_files: int = 0,
         compress_files: bool = False,
+        compress_messages: bool = False,
         custom_data: Mapping[str, str] | None = None,
         ros_distro: str = '',
         on_split: Callable[[str, str], None] | None = None,
@@ -67,8 +68,10 @@ class Writer:
 
         A new file begins after `max_bytes` or `max_duration` s, where these are not 0; of more than
         `max_files` the oldest is removed. `preset` is a name of PRESETS, for MCAP. With `compress_files` each
-        file is compressed when it is closed. `on_split(closed, opened)` is told of each split. Raises
-        BagError if the folder exists, or storage or preset are unknown; OSError.
+        file is compressed when it is closed. With `compress_messages`, which rosbag2 reads in sqlite3 alone,
+        each message is compressed before it is written. `on_split(closed, opened)` is told of each split.
+        Raises BagError if the folder exists, or if storage, preset and compression are unknown or do not fit;
+        OSError.
         """
         self.path = os.fspath(path).rstrip('/') or '/'
         if storage not in STORAGES:
@@ -77,12 +80,19 @@ class Writer:
             raise BagError(f"there is no preset '{preset}': choose {', '.join(PRESETS)}")
         if storage != 'mcap' and preset != 'none':
             raise BagError(f"the storage {storage} has no preset '{preset}'")
+        if compress_messages and (storage != 'sqlite3' or compress_files):
+            raise BagError(
+                f'the storage {storage} cannot compress messages one by one'
+                if storage != 'sqlite3'
+                else 'either files or messages are compressed, not both'
+            )
         self._storage = storage
         self._make_file = _opener(storage, preset, ros_distro or _distro())
         self._max_bytes = max_bytes
         self._max_duration = int(max_duration * 1e9)
         self._max_files = max_files
         self._compress_files = compress_files
+        self._compress = _message_compressor() if compress_messages else None
         self.custom_data: dict[str, str] = dict(custom_data or {})
         """Goes into the metadata at the next flush."""
         self._ros_distro = ros_distro or _distro()
@@ -161,14 +171,19 @@ class Writer:
         if self._is_full(message.time):
             self.split(message.time)
         try:
-            self._file.write(message)
-            self._counts[message.topic] += 1
+            self._store(message)
             if self._file.wants_end():
                 self._file.flush(bag_text(self._facts()))
                 if self._has_new_topics:
                     self._write_metadata()  # other threads read this
         except OSError as error:
             raise self._failed(error) from error
+
+    def _store(self, message: Message) -> None:
+        if self._compress is not None:
+            message = message._replace(data=self._compress(message.data))
+        self._file.write(message)
+        self._counts[message.topic] += 1
 
     def _is_full(self, time: int) -> bool:
         file = self._file
@@ -201,8 +216,7 @@ class Writer:
             for topic in self._topics.values():
                 self._file.add_topic(topic)
             for message in self.heads(time) if self.heads is not None else ():
-                self._file.write(message)
-                self._counts[message.topic] += 1
+                self._store(message)
             self._remove_oldest()
             self._write_metadata()
         except OSError as error:
@@ -266,6 +280,7 @@ class Writer:
                 totals[name] += count
         files = self._files()
         start, duration = span_of(files)
+        mode = 'message' if self._compress is not None else 'file' if self._compress_files else ''
         return BagFacts(
             storage=self._storage,
             topics=tuple(self._topics.values()),
@@ -273,8 +288,8 @@ class Writer:
             files=tuple(files),
             start=start,
             duration=duration,
-            compression_format='zstd' if self._compress_files else '',
-            compression_mode='file' if self._compress_files else '',
+            compression_format='zstd' if mode else '',
+            compression_mode=mode,
             custom_data=tuple(self.custom_data.items()),
             ros_distro=self._ros_distro,
         )
@@ -320,6 +335,15 @@ def _sync(path: str) -> None:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
+
+
+def _message_compressor() -> Callable[[bytes], bytes]:
+    """Return a function that compresses a message; raises BagError if zstandard is not installed."""
+    try:
+        import zstandard
+    except ModuleNotFoundError as error:
+        raise missing_extra(error) from None
+    return zstandard.ZstdCompressor().compress
 
 
 def _compressed(path: str) -> str:

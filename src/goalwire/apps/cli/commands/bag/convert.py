@@ -115,7 +115,8 @@ def _target(entry: Mapping[str, Any]) -> Writer:
         str(entry['uri']),
         storage=entry.get('storage_id') or 'mcap',
         preset=entry.get('storage_preset_profile') or 'none',
-        compress_files=entry.get('compression_mode') == 'file',
+        compress_files=str(entry.get('compression_mode')).lower() == 'file',
+        compress_messages=str(entry.get('compression_mode')).lower() == 'message',
         **splits,
     )
 

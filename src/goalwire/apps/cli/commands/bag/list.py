@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
 
 _STORAGES = {name: f'Files that end with {suffix}' for suffix, name in SUFFIXES.items()}
-_ZSTD = {'zstd': 'Files that are compressed when they are closed'}
+_ZSTD = {'zstd': 'Files that are compressed when they are closed, or messages one by one'}
 PLUGINS = {
     'storage': _STORAGES,
     'converter': {'cdr': 'The only serialization format'},

@@ -171,7 +171,7 @@ def _add_output(parser: ArgumentParser) -> None:
         '--compression-mode',
         choices=['none', 'file', 'message'],
         default='none',
-        help='file: compress each file when it is closed',
+        help='file: compress each file when it is closed; message: each message, in sqlite3 (default: none)',
     )
     group.add_argument('--compression-format', choices=['', 'zstd'], default='', help='zstd is the only one')
     group.add_argument('--compression-queue-size', metavar='N', type=length, help='Accepted as in ROS 2')
@@ -237,11 +237,11 @@ def _check(arguments: Namespace) -> None:
         raise CommandError(
             Outcome.USAGE, f'{arguments.prog}: --max-bag-files needs splits', 'give -b or -d as well'
         )
-    if arguments.compression_mode == 'message':
+    if arguments.compression_mode == 'message' and arguments.storage != 'sqlite3':
         raise CommandError(
             Outcome.USAGE,
-            f'{arguments.prog}: messages are not compressed one by one here',
-            'give --storage-preset-profile zstd_fast, or --compression-mode file',
+            f'{arguments.prog}: the storage {arguments.storage} cannot compress messages one by one',
+            'give --storage sqlite3 as well, or --storage-preset-profile zstd_fast instead',
         )
 
 
@@ -302,6 +302,7 @@ def _new_bag(arguments: Namespace) -> Writer:
         max_duration=arguments.max_bag_duration,
         max_files=arguments.max_bag_files,
         compress_files=arguments.compression_mode == 'file',
+        compress_messages=arguments.compression_mode == 'message',
         custom_data=dict(arguments.custom_data),
     )
 
