@@ -139,13 +139,17 @@ def test_it_is_dark_where_the_reader_wants_it_dark(browser: Any, address: str) -
     assert colours[0] != colours[1]
 
 
-def test_the_search_answers_questions_with_the_right_page_first(browser: Any, address: str) -> None:
-    from tools.site.questions import QUESTIONS
+@pytest.mark.parametrize('asked', ['QUESTIONS', 'WHERE_IS'])
+def test_the_search_answers_questions_with_the_right_page_first(
+    browser: Any, address: str, asked: str
+) -> None:
+    from tools.site import questions
 
-    assert len(QUESTIONS) == 30
+    chosen: dict[str, list[str]] = getattr(questions, asked)
+    assert len(chosen) == 30
     wrong = {}
     page = browser.new_page()
-    for question, right in QUESTIONS.items():
+    for question, right in chosen.items():
         page.goto(f'{address}/search.html?q={quote(question)}')
         first = page.locator('#search-results ul.search li a').first.get_attribute('href') or ''
         if not any(f'{name}.html' in first for name in right):

@@ -100,7 +100,7 @@ def descriptions() -> dict[str, str]:
         links = re.findall(r'\[([^]]+)\]\(([^)\s#]+)\.md\)', item)
         for title, name in links:
             about = item.rpartition('): ')[2] if len(links) == 1 else ''
-            found[name] = ' '.join(f'{title} {about}'.split())
+            found[name.removeprefix('../').lower()] = ' '.join(f'{title} {about}'.split())
     return found
 
 

@@ -1,28 +1,71 @@
-// How much each hit counts. Sphinx finds the pages that have every word; this puts the page first whose title, name
-// and description in the index say most of what was asked. DESCRIPTIONS is written above by the build.
-function wordsOf(text) {
-  var found = text.toLowerCase().match(/[a-z0-9]+/g) || [];
-  return Array.from(new Set(found.filter(function (word) { return !stopwords.has(word); })));
+// How the search finds and orders pages. Sphinx's own search finds only pages that have every word of a question. This
+// one takes pages that have much of it, and a rare word counts more than a common one. Then the page comes first whose
+// title, name and description in the index say most of what was asked. DESCRIPTIONS is written above by the build.
+const MUCH = 0.3; // of the weight that the page with most of the question has
+
+function stemsOf(text) {
+  const words = text.toLowerCase().match(/[a-z0-9]+(?:_[a-z0-9]+)*/g) || [];
+  const parts = words.flatMap((word) => (word.includes("_") ? [word, ...word.split("_")] : [word]));
+  const stemmer = new Stemmer();
+  return new Set(parts.filter((word) => !stopwords.has(word)).map((word) => stemmer.stemWord(word)));
 }
 
-function alike(a, b) {
-  return a === b || (Math.min(a.length, b.length) > 3 && (a.startsWith(b) || b.startsWith(a)));
+function askedStems() {
+  return [...stemsOf(new URLSearchParams(window.location.search).get("q") || "")];
 }
 
-function shareOf(asked, text) {
-  var there = wordsOf(text);
-  var hits = asked.filter(function (word) { return there.some(function (other) { return alike(word, other); }); });
-  return { asked: hits.length / asked.length, text: hits.length / Math.max(there.length, 1) };
+// The weight of a word: the logarithm of how few pages have it.
+function weightOf(stem) {
+  const pages = new Set([Search._index.terms[stem], Search._index.titleterms[stem]].flat());
+  pages.delete(undefined);
+  return Math.log(1 + Search._index.docnames.length / Math.max(pages.size, 1));
 }
+
+function sumOf(stems) {
+  return stems.reduce((sum, stem) => sum + weightOf(stem), 0);
+}
+
+// The share of what was asked that a text says, by weight.
+function shareSaid(asked, text) {
+  const there = stemsOf(text);
+  return sumOf(asked.filter((stem) => there.has(stem))) / (sumOf(asked) || 1);
+}
+
+// The share of a title's words that were asked for.
+function shareWanted(asked, title) {
+  const there = [...stemsOf(title)];
+  return there.filter((stem) => asked.includes(stem)).length / Math.max(there.length, 1);
+}
+
+// Sphinx's search for each word alone; a page's score is the share of the question's weight that it has, of 20.
+function searchLeniently(strictly) {
+  return (searchTerms, excludedTerms) => {
+    const asked = [...searchTerms];
+    const pages = new Map();
+    for (const stem of asked) {
+      for (const result of strictly(new Set([stem]), excludedTerms)) {
+        const page = pages.get(result[0]) || { result: result, had: 0 };
+        page.had += weightOf(stem);
+        pages.set(result[0], page);
+      }
+    }
+    const all = sumOf(asked) || 1, most = Math.max(0, ...[...pages.values()].map((page) => page.had));
+    return [...pages.values()]
+      .filter((page) => page.had >= MUCH * most)
+      .map((page) => page.result.with(4, (20 * page.had) / all));
+  };
+}
+
+// Sphinx's script, which makes Search, comes before this one, and its index after it.
+Search.performTermsSearch = searchLeniently(Search.performTermsSearch);
 
 var Scorer = {
   score: function (result) {
-    var docname = result[0], title = result[1], score = Math.min(result[4], 20);
-    var asked = wordsOf(new URLSearchParams(window.location.search).get("q") || "");
+    const docname = result[0], title = result[1], asked = askedStems();
+    let score = Math.min(result[4], 20);
     if (asked.length) {
-      var titled = shareOf(asked, title);
-      score += 60 * titled.asked * (0.5 + 0.5 * titled.text);
-      score += 40 * shareOf(asked, title + " " + docname + " " + (DESCRIPTIONS[docname] || "")).asked;
+      score += 60 * shareSaid(asked, title) * (0.5 + 0.5 * shareWanted(asked, title));
+      score += 40 * shareSaid(asked, title + " " + docname + " " + (DESCRIPTIONS[docname] || ""));
     }
     if (/^(api|commands)\//.test(docname)) score -= 30;
     if (/^(adr|sources)\//.test(docname) || /^(changelog|readme|index)$/.test(docname)) score -= 60;
