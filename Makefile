@@ -9,7 +9,7 @@ empty :=
 with = $(if $(strip $(1)),[$(subst $(empty) ,$(comma),$(strip $(1)))])
 EXTRA := $(call with,$(if $(filter rmw_cyclonedds_cpp,$(RMW)),dds) $(if $(VIEW),console))
 
-.PHONY: dist site demo set-up test test-again quick long fuzz lint types bench bench-curves bench-short clean reliability zenoh-versions
+.PHONY: dist site demo set-up test test-again quick long fuzz lint types bench bench-curves bench-peers bench-short clean reliability zenoh-versions
 
 # Two at once share one set-up: the second waits for the first, where there is flock.
 LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
@@ -64,6 +64,10 @@ bench: $(VENV)/.dev
 
 bench-curves: $(VENV)/.dev
 	$(BIN)/python -m benchmarks --curves
+
+# goalwire beside what else pip installs for ROS 2; --page puts the table into docs/explanation/alternatives.md.
+bench-peers: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.peers --page
 
 bench-short: $(VENV)/.dev
 	$(BIN)/python -m benchmarks --short
