@@ -2,7 +2,8 @@
 
     python tools/humanoid_urdf.py
 
-The inertia of each link is that of its shape as a solid of even density, about its own centre.
+The inertia of each link is that of its shape as a solid of even density, about its own centre. Physics has
+these shapes; eyes see the shells of tools/humanoid_shells.py instead.
 Metres, kilograms, radians; x is forward, y to the left, z up. The left side is written down here; the right
 one is its mirror image.
 """
@@ -28,17 +29,19 @@ MATERIALS = {
     'joint': (0.25, 0.27, 0.30),
     'sole': (0.12, 0.12, 0.13),
     'glass': (0.05, 0.08, 0.12),
+    'light': (0.35, 0.85, 1.0),
 }
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A box (x, y, z), a cylinder (radius, length along z) or a sphere (radius)."""
+    """A box (x, y, z), a cylinder (radius, length along z), a sphere (radius), or the mesh of a file."""
 
     kind: str
     size: Sequence[float]
     at: Vector = NOWHERE
     material: str = 'body'
+    file: str = ''
 
     def inertia(self, mass: float) -> Vector:
         """Return the moments about the shape's own axes, kg·m²."""
@@ -55,6 +58,8 @@ class Shape:
     def xml(self) -> str:
         if self.kind == 'box':
             return f'<box size="{_numbers(self.size)}"/>'
+        if self.kind == 'mesh':
+            return f'<mesh filename="package://humanoid_description/meshes/{self.file}.stl"/>'
         if self.kind == 'cylinder':
             return f'<cylinder radius="{self.size[0]:g}" length="{self.size[1]:g}"/>'
         return f'<sphere radius="{self.size[0]:g}"/>'
@@ -62,12 +67,20 @@ class Shape:
 
 @dataclass(frozen=True)
 class Link:
-    """A body. Its first shape carries the mass; `bumps` says whether its shapes can be run into."""
+    """A body. Its first shape carries the mass; `bumps` says whether it can be run into.
+
+    The link is seen by its shapes, but by `shells` in place of the first one if it has any.
+    """
 
     name: str
     mass: float = 0.0
     shapes: tuple[Shape, ...] = ()
     bumps: bool = True
+    shells: tuple[Shape, ...] = ()
+
+    @property
+    def seen(self) -> Sequence[Shape]:
+        return (*self.shells, *self.shapes[1:]) if self.shells else self.shapes
 
 
 @dataclass(frozen=True)
@@ -100,7 +113,16 @@ def _sphere(radius: float, at: Vector = NOWHERE, material: str = 'joint') -> Sha
     return Shape('sphere', (radius,), at, material)
 
 
-PELVIS = Link('base_link', 6.0, (_box(0.14, 0.24, 0.12), _cylinder(0.07, 0.05, (0.0, 0.0, 0.08), 'joint')))
+def _shell(file: str, material: str = 'body', at: Vector = NOWHERE) -> Shape:
+    return Shape('mesh', (), at, material, file)
+
+
+PELVIS = Link(
+    'base_link',
+    6.0,
+    (_box(0.14, 0.24, 0.12), _cylinder(0.055, 0.05, (0.0, 0.0, 0.08), 'joint')),
+    shells=(_shell('pelvis'), _shell('pelvis_panel', 'accent')),
+)
 
 TRUNK = (
     Joint('base_footprint_joint', 'base_link', Link('base_footprint'), (0.0, 0.0, -0.80)),
@@ -112,7 +134,8 @@ TRUNK = (
         Link(
             'torso',
             13.1,
-            (_box(0.17, 0.28, 0.34, (0.0, 0.0, 0.19)), _box(0.01, 0.16, 0.10, (0.085, 0.0, 0.24), 'accent')),
+            (_box(0.17, 0.28, 0.34, (0.0, 0.0, 0.19)),),
+            shells=(_shell('chest'), _shell('chest_panel', 'accent'), _shell('back_panel', 'joint')),
         ),
         (0.0, 0.0, 0.08),
         Z,
@@ -138,7 +161,8 @@ TRUNK = (
         Link(
             'head',
             3.0,
-            (_box(0.16, 0.15, 0.18, (0.0, 0.0, 0.095)), _box(0.01, 0.11, 0.05, (0.08, 0.0, 0.11), 'glass')),
+            (_box(0.16, 0.15, 0.18, (0.0, 0.0, 0.095)),),
+            shells=(_shell('head'), _shell('visor', 'glass'), _shell('eyes', 'light')),
         ),
         (0.0, 0.0, 0.05),
         Y,
@@ -172,7 +196,13 @@ LEFT_ARM = (
     Joint(
         'left_arm_shoulder_roll',
         'left_shoulder',
-        Link('left_shoulder_cap', 0.4, (_cylinder(0.04, 0.06, (0.0, 0.0, -0.02), 'accent'),), bumps=False),
+        Link(
+            'left_shoulder_cap',
+            0.4,
+            (_cylinder(0.04, 0.06, (0.0, 0.0, -0.02), 'accent'),),
+            bumps=False,
+            shells=(_shell('shoulder', 'accent'),),
+        ),
         (0.0, 0.03, 0.0),
         X,
         (-0.2, 2.6),
@@ -183,7 +213,12 @@ LEFT_ARM = (
     Joint(
         'left_arm_shoulder_yaw',
         'left_shoulder_cap',
-        Link('left_upper_arm', 1.0, (_cylinder(0.037, 0.20, (0.0, 0.0, -0.10)),)),
+        Link(
+            'left_upper_arm',
+            1.0,
+            (_cylinder(0.037, 0.20, (0.0, 0.0, -0.10)),),
+            shells=(_shell('upper_arm'),),
+        ),
         (0.0, 0.0, -0.04),
         Z,
         (-1.6, 1.6),
@@ -194,7 +229,12 @@ LEFT_ARM = (
     Joint(
         'left_arm_elbow',
         'left_upper_arm',
-        Link('left_forearm', 0.7, (_cylinder(0.033, 0.16, (0.0, 0.0, -0.10)), _sphere(0.038))),
+        Link(
+            'left_forearm',
+            0.7,
+            (_cylinder(0.033, 0.16, (0.0, 0.0, -0.10)), _sphere(0.038)),
+            shells=(_shell('forearm'), _shell('forearm_panel', 'accent')),
+        ),
         (0.0, 0.0, -0.22),
         MINUS_Y,
         (0.0, 2.4),
@@ -227,7 +267,12 @@ LEFT_ARM = (
     Joint(
         'left_arm_wrist_roll',
         'left_wrist_cross',
-        Link('left_hand', 0.25, (_box(0.04, 0.09, 0.06, (0.0, 0.0, -0.05), 'accent'),)),
+        Link(
+            'left_hand',
+            0.25,
+            (_box(0.04, 0.09, 0.06, (0.0, 0.0, -0.05), 'accent'),),
+            shells=(_shell('hand'),),
+        ),
         NOWHERE,
         X,
         (-0.8, 0.8),
@@ -238,7 +283,12 @@ LEFT_ARM = (
     Joint(
         'left_gripper',
         'left_hand',
-        Link('left_finger', 0.05, (_box(0.03, 0.012, 0.07, (0.0, 0.006, -0.035), 'joint'),)),
+        Link(
+            'left_finger',
+            0.05,
+            (_box(0.03, 0.012, 0.07, (0.0, 0.006, -0.035), 'joint'),),
+            shells=(_shell('finger', 'joint', (0.0, 0.006, 0.0)),),
+        ),
         (0.0, 0.0, -0.08),
         Y,
         (0.0, 0.04),
@@ -250,7 +300,12 @@ LEFT_ARM = (
     Joint(
         'left_gripper_mirror',
         'left_hand',
-        Link('left_thumb', 0.05, (_box(0.03, 0.012, 0.07, (0.0, -0.006, -0.035), 'joint'),)),
+        Link(
+            'left_thumb',
+            0.05,
+            (_box(0.03, 0.012, 0.07, (0.0, -0.006, -0.035), 'joint'),),
+            shells=(_shell('finger', 'joint', (0.0, -0.006, 0.0)),),
+        ),
         (0.0, 0.0, -0.08),
         MINUS_Y,
         (0.0, 0.04),
@@ -289,7 +344,12 @@ LEFT_LEG = (
     Joint(
         'left_hip_pitch',
         'left_hip_cross',
-        Link('left_thigh', 4.5, (_cylinder(0.06, 0.22, (0.0, 0.0, -0.19)),)),
+        Link(
+            'left_thigh',
+            4.5,
+            (_cylinder(0.06, 0.22, (0.0, 0.0, -0.19)),),
+            shells=(_shell('thigh'), _shell('thigh_panel', 'accent')),
+        ),
         NOWHERE,
         Y,
         (-2.0, 0.9),
@@ -300,7 +360,12 @@ LEFT_LEG = (
     Joint(
         'left_knee',
         'left_thigh',
-        Link('left_shin', 3.0, (_cylinder(0.05, 0.26, (0.0, 0.0, -0.16)), _sphere(0.055))),
+        Link(
+            'left_shin',
+            3.0,
+            (_cylinder(0.05, 0.26, (0.0, 0.0, -0.16)), _sphere(0.055)),
+            shells=(_shell('shin'), _shell('knee', 'accent')),
+        ),
         (0.0, 0.0, -0.34),
         Y,
         (-0.1, 2.2),
@@ -322,7 +387,12 @@ LEFT_LEG = (
     Joint(
         'left_ankle_roll',
         'left_ankle',
-        Link('left_foot', 1.0, (_box(0.22, 0.10, 0.04, (0.03, 0.0, -0.05), 'sole'),)),
+        Link(
+            'left_foot',
+            1.0,
+            (_box(0.22, 0.10, 0.04, (0.03, 0.0, -0.05), 'sole'),),
+            shells=(_shell('foot'), _shell('sole', 'sole')),
+        ),
         NOWHERE,
         X,
         (-0.5, 0.5),
@@ -348,12 +418,15 @@ def _right(joint: Joint) -> Joint:
     if axis is not None and (turned or joint.prismatic):
         axis = _mirrored(axis) if joint.prismatic else Y
     child = joint.child
-    shapes = tuple(replace(shape, at=_mirrored(shape.at)) for shape in child.shapes)
+    shapes, shells = (
+        tuple(replace(shape, at=_mirrored(shape.at)) for shape in given)
+        for given in (child.shapes, child.shells)
+    )
     return replace(
         joint,
         name=_other(joint.name),
         parent=_other(joint.parent),
-        child=replace(child, name=_other(child.name), shapes=shapes),
+        child=replace(child, name=_other(child.name), shapes=shapes, shells=shells),
         at=_mirrored(joint.at),
         axis=axis,
         limits=(_plus_zero(-upper), _plus_zero(-lower)) if swapped else (lower, upper),
@@ -395,7 +468,7 @@ def _link(link: Link) -> Iterator[str]:
     yield f'      <mass value="{link.mass:g}"/>'
     yield f'      <inertia ixx="{xx:.6g}" ixy="0" ixz="0" iyy="{yy:.6g}" iyz="0" izz="{zz:.6g}"/>'
     yield '    </inertial>'
-    for shape in link.shapes:
+    for shape in link.seen:
         yield '    <visual>'
         yield f'      <origin xyz="{_numbers(shape.at)}"/>'
         yield f'      <geometry>{shape.xml()}</geometry>'

@@ -41,7 +41,7 @@ setup(
     package_data={
         package_name: ['world/files/*.yaml'],
         definitions: ['package.xml', 'srv/*.srv', 'action/*.action'],
-        description: ['package.xml', 'urdf/*.urdf'],
+        description: ['package.xml', 'urdf/*.urdf', 'meshes/*.stl'],
     },
     cmdclass={'sdist': SdistWithCopies},
     data_files=[
@@ -51,12 +51,14 @@ setup(
         ),
         (f'share/{description}', [str(body / 'package.xml')]),
         (f'share/{description}/urdf', [str(body / 'urdf' / 'humanoid.urdf')]),
+        (f'share/{description}/meshes', sorted(str(file) for file in (body / 'meshes').glob('*.stl'))),
         (f'share/{package_name}', ['package.xml']),
         (f'share/{package_name}/launch', ['launch/humanoid.launch.py']),
     ],
     install_requires=['setuptools', 'rich>=13.7'],  # without rich a mission shows plain lines
     extras_require={
         'sim': ['mujoco-core>=4.0', 'daqp>=0.8'],  # the physics; 11 MB, and numpy
+        'policy': ['onnxruntime>=1.17'],  # examples/onnx_walker.py: a learnt policy that walks the robot
         'world': ['numpy>=1.26', 'scipy>=1.11', 'PyYAML>=6.0.1'],  # walls, and the way around them; 35 MB
     },
     python_requires='>=3.11',

@@ -18,6 +18,8 @@ from helpers.robot import ROOT, robot_env
 
 from humanoid import look as humanoid_look
 
+from tools.humanoid_shells import SHELLS
+
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
 
 WHOLE = '10 of 10 steps ended as they should'
@@ -30,7 +32,7 @@ DEFINITIONS = {
     'srv/GetJointState.srv',
     'srv/Push.srv',
 }
-DESCRIPTION = {'package.xml', 'urdf/humanoid.urdf'}
+DESCRIPTION = {'package.xml', 'urdf/humanoid.urdf', *(f'meshes/{name}.stl' for name in SHELLS)}
 MAKES = """
 import subprocess, sys
 raise SystemExit(subprocess.run(sys.argv[1:], check=False).returncode)
