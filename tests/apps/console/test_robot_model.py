@@ -126,6 +126,22 @@ def test_meshes_are_files_of_packages_alone(tmp_path: Path, monkeypatch: pytest.
             mesh_file(name)
 
 
+_SHELL = """
+<robot name="r"><link name="arm">
+  <visual><geometry><mesh filename="package://arm/arm.stl"/></geometry></visual>
+  <visual><geometry><mesh filename="package://arm/panel.stl"/></geometry></visual>
+  <visual><geometry><sphere radius="0.1"/></geometry></visual>
+  <collision><geometry><box size="1 2 3"/></geometry></collision>
+</link></robot>"""
+
+
+def test_a_body_stands_for_a_mesh_that_is_missing() -> None:
+    model = read_urdf(_SHELL)
+    assert [each['kind'] for each in as_scene(model, {})] == ['sphere', 'box']
+    urls = {'package://arm/arm.stl': '/a', 'package://arm/panel.stl': '/b'}
+    assert [each['kind'] for each in as_scene(model, urls)] == ['mesh', 'mesh', 'sphere']
+
+
 def frame(parent: str, child: str, x: float, w: float = 1.0) -> Any:
     vector = SimpleNamespace(x=x, y=0.0, z=0.0)
     turn = SimpleNamespace(x=0.0, y=0.0, z=0.0, w=w)

@@ -10,7 +10,36 @@ const FRAMES = 30; // 1/s, at most
 const DETAIL = [
   { shadows: true, scale: 1 }, { shadows: false, scale: 1 }, { shadows: false, scale: 0.75 }, { shadows: false, scale: 0.5 },
 ];
+const CREASE = Math.cos(0.6); // where triangles meet at a larger angle, an edge stays an edge
+const MOST_SMOOTHED = 200_000; // triangles of a mesh
 const SMOOTH = 14; // 1/s: how quickly a link follows the pose that was sent
+
+// An STL has one normal for each triangle, so a round shell would show its facets.
+function soften(geometry) {
+  const spots = geometry.getAttribute("position"), flat = geometry.getAttribute("normal");
+  if (spots.count > 3 * MOST_SMOOTHED) return geometry;
+  const meeting = new Map(); // by place: the corners of triangles there
+  const places = [];
+  for (let at = 0; at < spots.count; at++) {
+    const place = [spots.getX(at), spots.getY(at), spots.getZ(at)].map((each) => Math.round(each * 1e5)).join();
+    places.push(place);
+    if (!meeting.has(place)) meeting.set(place, []);
+    meeting.get(place).push(at);
+  }
+  const [own, other, sum] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
+  const normals = new Float32Array(3 * spots.count);
+  for (let at = 0; at < spots.count; at++) {
+    own.fromBufferAttribute(flat, at);
+    sum.set(0, 0, 0);
+    for (const corner of meeting.get(places[at])) {
+      other.fromBufferAttribute(flat, corner);
+      if (own.dot(other) >= CREASE) sum.add(other);
+    }
+    sum.normalize().toArray(normals, 3 * at);
+  }
+  geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
+  return geometry;
+}
 
 // Lines in short pieces: a renderer in software leaves out a line that begins behind the camera.
 function grid_of(step, colour) {
@@ -234,7 +263,7 @@ export default {
         this.dirty = true;
       };
       if (url.endsWith(".stl")) {
-        new STLLoader().load(url, (geometry) => added(new THREE.Mesh(geometry, material)));
+        new STLLoader().load(url, (geometry) => added(new THREE.Mesh(soften(geometry), material)));
       } else {
         new GLTFLoader().load(url, (loaded) => added(loaded.scene));
       }

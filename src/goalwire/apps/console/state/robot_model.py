@@ -48,6 +48,8 @@ class RobotModel:
 
     kinematics: Kinematics
     visuals: tuple[Visual, ...]
+    bodies: tuple[Visual, ...] = ()
+    """The shapes that stand for links whose meshes are missing: those for collisions."""
 
 
 def root_pose(root: str, frames: Mapping[str, tuple[str, Rigid]]) -> tuple[str, Rigid]:
@@ -90,15 +92,19 @@ def read_urdf(text: str) -> RobotModel:
         robot = urdf.read_robot(text)
         kinematics = urdf.kinematics_of(robot)
         materials = {each.attributes.get('name', ''): _colour(each) for each in robot.findall('material')}
-        visuals = [visual for link in robot.findall('link') for visual in _visuals(link, materials)]
+        links = robot.findall('link')
+        visuals = [visual for link in links for visual in _visuals(link, materials)]
+        bodies = [body for link in links for body in _visuals(link, materials, 'collision')]
     except ValueError as error:
         raise RemoteError(f'the robot_description cannot be shown: {error}') from None
-    return RobotModel(kinematics, tuple(visuals))
+    return RobotModel(kinematics, tuple(visuals), tuple(bodies))
 
 
-def _visuals(link: Element, materials: Mapping[str, Colour | None]) -> Iterator[Visual]:
+def _visuals(
+    link: Element, materials: Mapping[str, Colour | None], purpose: Literal['visual', 'collision'] = 'visual'
+) -> Iterator[Visual]:
     name = link.attributes.get('name', '')
-    for visual in link.findall('visual'):
+    for visual in link.findall(purpose):
         geometry = visual.find('geometry')
         if geometry is None or not geometry.children:
             continue
@@ -192,7 +198,12 @@ def scene_of(model: RobotModel, meshes: Meshes) -> tuple[list[dict[str, Any]], s
 
 
 def as_scene(model: RobotModel, mesh_urls: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Return the visuals for the page's scene, without meshes that have no address."""
+    """Return the visuals for the page's scene.
+
+    Meshes that have no address are left out; the shapes for collisions stand for them.
+    """
+    bare = {visual.link for visual in model.visuals if visual.kind == 'mesh' and visual.mesh not in mesh_urls}
+    stand_ins = [body for body in model.bodies if body.link in bare]
     return [
         {
             'link': visual.link,
@@ -203,6 +214,6 @@ def as_scene(model: RobotModel, mesh_urls: Mapping[str, str]) -> list[dict[str, 
             'rgba': list(visual.colour),
             'url': mesh_urls.get(visual.mesh, ''),
         }
-        for visual in model.visuals
+        for visual in (*model.visuals, *stand_ins)
         if visual.kind != 'mesh' or visual.mesh in mesh_urls
     ]
