@@ -1,4 +1,4 @@
-"""Layers of the 3D view in a real browser: a map, a scan, markers and a path stand where the data says."""
+"""Layers of the 3D view in a real browser: maps, scans, points and their like stand where the data says."""
 
 from __future__ import annotations
 
@@ -54,6 +54,16 @@ def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> 
     assert spots('/plan') == [['Mesh', 0.5, -1.0, 0.0]]
     page.wait_for_selector('[data-layer-note="/map"]:has-text("20 x 20 cells")')
     page.wait_for_selector('[data-layer-note="/scan"]:has-text("1 point")')
+
+    # A cloud is large, so it is off until somebody wants it.
+    assert spots('/points') == []
+    switch(page, '/points')
+    until(page, "() => goalwireScene.layers.spots('/points').length > 0")
+    assert spots('/points') == [['Points', 1.0, 1.0, 0.5]]
+    page.wait_for_selector('[data-layer-note="/points"]:has-text("2 points")')
+    page.wait_for_selector('[data-layer-note="/camera_info"]:has-text("160 x 120 pixels")')
+    page.wait_for_selector('[data-layer-note="/amcl_pose"]:has-text("±0.40 m")')
+    assert [len(spots(topic)) for topic in ('/camera_info', '/amcl_pose')] == [1, 2]
 
     # A frame that nothing joins to the robot's is named, and its layer not drawn.
     page.wait_for_selector('[data-layer-note="/stray_scan"]:has-text("nowhere")')

@@ -1,13 +1,15 @@
-"""Publishes what layers show: a map with one wall, a scan, markers and a path, in the frame `map`.
+"""Publishes what layers show: a map with one wall, a scan, points, markers and a path, in the frame `map`.
 
 `map` lies at (-1, 0) in the frame `world`, and the robot's `odom` in `world`, too.
 """
 
 import asyncio
 
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import OccupancyGrid, Path
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import CameraInfo, LaserScan, PointCloud2
+from sensor_msgs_py.point_cloud2 import create_cloud_xyz32
+from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -53,6 +55,21 @@ def path():
     return message
 
 
+def seen_by_the_camera():
+    calibration = [100.0, 0.0, 80.0, 0.0, 100.0, 60.0, 0.0, 0.0, 1.0]
+    message = CameraInfo(width=160, height=120, k=calibration)
+    message.header.frame_id = 'map'
+    return message
+
+
+def somewhere():
+    message = PoseWithCovarianceStamped()
+    message.header.frame_id = 'map'
+    message.pose.pose.position.x = 1.0
+    message.pose.covariance[0] = message.pose.covariance[7] = 0.04
+    return message
+
+
 async def main():
     async with goalwire.Node('surveyor') as node:
         node.publisher(TFMessage, 'tf_static', qos=LATCHED).publish(
@@ -62,6 +79,10 @@ async def main():
         markers = node.publisher(MarkerArray, 'markers', qos=LATCHED)
         markers.publish(markers=[marker(0, Marker.CUBE, 2.0), marker(1, Marker.CYLINDER, 3.0)])
         node.publisher(Path, 'plan', qos=LATCHED).publish(path())
+        cloud = create_cloud_xyz32(Header(frame_id='map'), [(2.0, 1.0, 0.5), (2.0, 1.0, 1.0)])
+        node.publisher(PointCloud2, 'points', qos=LATCHED).publish(cloud)
+        node.publisher(CameraInfo, 'camera_info', qos=LATCHED).publish(seen_by_the_camera())
+        node.publisher(PoseWithCovarianceStamped, 'amcl_pose', qos=LATCHED).publish(somewhere())
         scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=5.0, ranges=[2.0, 9.0])
         scan.header.frame_id = 'map'
         lost = LaserScan(range_max=5.0, ranges=[2.0])

@@ -1,4 +1,4 @@
-"""The layers of the 3D view as they are now: one for each topic of a map, a scan, a path or markers."""
+"""The layers of the 3D view as they are now: one for each topic that can be drawn."""
 
 from __future__ import annotations
 
@@ -21,11 +21,43 @@ from goalwire.apps.console.state.layers import (
     draw_scan,
 )
 from goalwire.apps.console.state.ownership import may_stop
+from goalwire.apps.console.state.sensed_layers import (
+    CAMERA,
+    CLOUD,
+    ODOMETRY,
+    POSE,
+    POSE_WITH_COVARIANCE,
+    draw_camera,
+    draw_cloud,
+    draw_pose,
+)
 from goalwire.apps.console.state.topics import Reading, Topics
 from goalwire.errors import peer_text
 
-_DRAWN: dict[str, Callable[[Any], Drawing]] = {MAP: draw_map, SCAN: draw_scan, PATH: draw_path}
-KINDS = {MAP: 'map', SCAN: 'scan', PATH: 'path', MARKER: 'markers', MARKERS: 'markers'}
+_DRAWN: dict[str, Callable[[Any], Drawing]] = {
+    MAP: draw_map,
+    SCAN: draw_scan,
+    PATH: draw_path,
+    CLOUD: draw_cloud,
+    CAMERA: draw_camera,
+    POSE: draw_pose,
+    POSE_WITH_COVARIANCE: draw_pose,
+    ODOMETRY: draw_pose,
+}
+KINDS = {
+    MAP: 'map',
+    SCAN: 'scan',
+    PATH: 'path',
+    MARKER: 'markers',
+    MARKERS: 'markers',
+    CLOUD: 'points',
+    CAMERA: 'camera',
+    POSE: 'pose',
+    POSE_WITH_COVARIANCE: 'pose',
+    ODOMETRY: 'odometry',
+}
+_OFF_AT_FIRST = frozenset({'points', 'odometry'})
+"""Kinds that are switched off at first: the robot itself shows its odometry, and clouds are large."""
 MOST_LAYERS = 30
 _MAP_PERIOD_S = 1.0
 """Least seconds between two drawings of a map, because its picture costs tens of ms."""
@@ -81,7 +113,9 @@ class Layer:
         self._seen, self._drawn_at = seen, now
         draw = _DRAWN.get(self._type_name)
         try:
-            self.drawing = self._markers.draw() if draw is None else draw(reader.latest)
+            drawing = self._markers.draw() if draw is None else draw(reader.latest)
+            if drawing != self.drawing:  # A camera that repeats itself is not sent to the page again.
+                self.drawing = drawing
             self.problem = ''
         except goalwire.GoalwireError as error:
             self.problem = peer_text(error, 300)  # The previous drawing stays.
@@ -96,7 +130,7 @@ class LayerWatch:
         self._topics = topics
 
     def look(self, robot: str, robots: Collection[str]) -> None:
-        """Find the layers of a robot in the graph. New layers are switched on, except for costmaps."""
+        """Find the layers of a robot in the graph. New ones are on, but for costmaps and _OFF_AT_FIRST."""
         graph = self._node.graph
         wanted = [
             (topic, type_name)
@@ -108,9 +142,9 @@ class LayerWatch:
             self.layers.pop(topic).switch_off()
         for topic, type_name in wanted:
             if topic not in self.layers:
-                self.layers[topic] = Layer(self._topics, topic, type_name)
-                if 'costmap' not in topic:
-                    self.layers[topic].switch_on()
+                layer = self.layers[topic] = Layer(self._topics, topic, type_name)
+                if 'costmap' not in topic and layer.kind not in _OFF_AT_FIRST:
+                    layer.switch_on()
 
     def update(self) -> None:
         """Draw the new messages of all layers."""

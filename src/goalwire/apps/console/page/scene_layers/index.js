@@ -4,6 +4,8 @@ import { THREE } from "nicegui-scene";
 const MAP_HEIGHT = -0.002; // m: above the scene's floor, below all that lies on the map's own plane
 const LEAST_WIDTH = 0.01; // m, of a line
 const POINT_PIXELS = 4;
+const CLOUD_PIXELS = 2.5;
+const LINEAR = Float32Array.from({ length: 256 }, (_, byte) => new THREE.Color().setRGB(byte / 255, 0, 0, THREE.SRGBColorSpace).r);
 const SOLIDS = {
   box: () => new THREE.BoxGeometry(1, 1, 1),
   sphere: () => new THREE.SphereGeometry(0.5, 24, 16),
@@ -33,6 +35,20 @@ function points(shape) {
   const size = POINT_PIXELS * Math.min(window.devicePixelRatio || 1, 2);
   return new THREE.Points(geometry,
     new THREE.PointsMaterial({ ...colour_of(shape.rgba), size, sizeAttenuation: false }));
+}
+
+function bytes_of(text) {
+  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+}
+
+function cloud(shape) { // in base64: a list of 150,000 numbers as text would hold up the page
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytes_of(shape.spots).buffer), 3));
+  const srgb = bytes_of(shape.colours), colours = new Float32Array(srgb.length);
+  for (let at = 0; at < srgb.length; at++) colours[at] = LINEAR[srgb[at]];
+  geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3));
+  const size = CLOUD_PIXELS * Math.min(window.devicePixelRatio || 1, 2);
+  return new THREE.Points(geometry, new THREE.PointsMaterial({ vertexColors: true, size, sizeAttenuation: false }));
 }
 
 // Long thin boxes: WebGL's own lines are one pixel wide.
@@ -66,6 +82,7 @@ function object_of(shape, changed) {
   let object;
   if (shape.kind === "map") object = map(shape, changed);
   else if (shape.kind === "points") object = points(shape);
+  else if (shape.kind === "cloud") object = cloud(shape);
   else if (shape.kind === "line") object = lines(shape, 3);
   else if (shape.kind === "segments") object = lines(shape, 6);
   else object = solid(shape);
