@@ -10,6 +10,7 @@ import nicegui
 from nicegui import ui
 from nicegui.element import Element
 
+from goalwire.apps.console.page.balance_card import BalanceCard
 from goalwire.apps.console.page.joints import JointSliders
 from goalwire.apps.console.page.layers_card import LayersCard
 from goalwire.apps.console.page.parts import head
@@ -73,6 +74,7 @@ class RobotView(View):
                 self._build_bar()
             with ui.element('div').classes('gw-stack').style('overflow: auto'):
                 self._build_state()
+                self._balance = BalanceCard(self.page)
                 self._layers = LayersCard(self.session, self._scene)
                 with ui.element('div').classes('gw-card').props('data-joints') as self._joint_card:
                     pass
@@ -129,6 +131,7 @@ class RobotView(View):
         ):
             self._follow(self.page.robot)
         self._find_targets()
+        self._balance.look(self.page.robot)
         self._layers.look(self.page.robot)
         if self._joints is not None:
             self._joints.look()
@@ -189,6 +192,7 @@ class RobotView(View):
             update['trail'] = [[round(px, 3), round(py, 3)] for px, py, _ in watch.trail]
             self._sent = state
             self._scene.run_method('frame', update)
+        self._balance.refresh(watch)
         self._layers.refresh(watch)
         self._foot.set_visibility(True)
         self._foot.set_text(f'{frame or "?"}  x {signed(x)}  y {signed(y)} m  {math.degrees(yaw):+.0f}°')
@@ -334,6 +338,7 @@ class RobotView(View):
                 self.page.tell(goal.problem, 'negative')
 
     def close(self) -> None:
+        self._balance.close()
         self._layers.close()
         if self._watch is not None:
             self.session.leave_robot(self._watch)
