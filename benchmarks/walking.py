@@ -20,6 +20,7 @@ from humanoid.description import urdf_text
 from humanoid.model import JOINTS, BaseSpec
 from humanoid.navigation.base import Pose2D, Velocity2D
 from humanoid.physics.base import PhysicsBase
+from humanoid.physics.joints import PhysicsJoints
 from humanoid.physics.world import TICK, World
 
 SPEEDS = (0.3, 0.5, 0.8)  # m/s
@@ -62,6 +63,7 @@ def pushed(world: World, force: float, degrees: float) -> None:
 def walk(speed: float, seconds: float, seed: int, *, disturbed: bool = True) -> Walk:
     chance = random.Random(seed)
     world = World(urdf_text(), HOME, seed, change=changed(chance) if disturbed else None)
+    PhysicsJoints(world)  # its arms swing
     base = PhysicsBase(world, BaseSpec(max_speed=speed))
     base.drive_at(Velocity2D(speed))
     began, energy, way = time.process_time(), 0.0, 0.0

@@ -8,6 +8,7 @@ from humanoid.joints.commands import CommandRefused, Plan
 from humanoid.joints.kinematic import Path
 from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME, JointSpec
+from humanoid.physics.arms import ArmSwing
 from humanoid.physics.world import World
 from humanoid.walking.names import BALANCES
 
@@ -24,6 +25,7 @@ class PhysicsJoints:
         self._paths: dict[str, Path] = {}
         for joint in joints.values():
             world.limit_speed(joint.name, joint.max_velocity)
+        self._arms = ArmSwing(world, joints)
         world.controllers.append(self._control)
 
     @property
@@ -52,6 +54,7 @@ class PhysicsJoints:
                 self._world.hold(name)
 
     def _control(self, time: float) -> None:
+        self._arms.update(self._paths)
         for name, path in list(self._paths.items()):
             joint = self._joints[name]
             self._world.aim(name, min(max(path.position_at(time), joint.lower), joint.upper))

@@ -92,6 +92,7 @@ class World:
         self._legs = Legs(self._nominal)
         self._fastest = np.full(len(self.robot.names), np.inf)
         self._home = np.zeros(len(self.robot.names))
+        self._sway = np.zeros(len(self.robot.names))
         for name, angle in (home or {}).items():
             self._home[self._index[name]] = angle
         self._senses = Senses(self.robot, self._data, noise, seed)
@@ -218,6 +219,15 @@ class World:
         if not self.balances(name):
             self._goals[self._index[name]] = angle
 
+    def goal(self, name: str) -> float:
+        """Return the angle to which the joint was sent, in rad."""
+        return float(self._goals[self._index[name]])
+
+    def sway(self, name: str, angle: float) -> None:
+        """Let a joint's set-point differ from its goal by an angle in rad, until told otherwise."""
+        if not self.balances(name):
+            self._sway[self._index[name]] = angle
+
     def set_point(self, name: str) -> float:
         """Return the set-point of the joint's motor at this tick, in rad."""
         return float(self._set_points[self._index[name]])
@@ -239,7 +249,7 @@ class World:
         for control in self.controllers:
             control(self.time)
         self._apply_push()
-        before, wanted = self._set_points, self._goals
+        before, wanted = self._set_points, self._goals + self._sway
         most = self._fastest * TICK
         self._set_points = before + np.minimum(np.maximum(wanted - before, -most), most)
         speeds = (self._set_points - before) / TICK
