@@ -39,6 +39,7 @@ from humanoid.physics.base import PhysicsBase
 from humanoid.physics.joints import PhysicsJoints
 from humanoid.physics.pace import Pace
 from humanoid.physics.senses import USUAL, Noise
+from humanoid.physics.walkers import usual_walker, walker_named
 from humanoid.physics.world import PERIODS, TICK, Unstable, World
 from humanoid.running import check_range, run
 from humanoid.urdf import orientation
@@ -65,7 +66,8 @@ class Simulation(Node):
         seed = self.declare_parameter('seed', 0).value
         self._surroundings = self._told_world()
         around = None if self._surroundings is None else self._surroundings.add
-        self.world = world = World(urdf_text(), home, seed, self._noise(), around=around)
+        walker = walker_named(self.declare_parameter('walker', usual_walker()).value)
+        self.world = world = World(urdf_text(), home, seed, self._noise(), walker=walker, around=around)
         self.failure: str | None = None
         self._pace: Pace | None = None
         self._told_factor, self._told_energy = 0.0, world.energy

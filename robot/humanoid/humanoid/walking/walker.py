@@ -55,12 +55,13 @@ class DcmWalker:
         self._balance.wish(self._wish)
         self._balance.waist = self._waist
         torques = self._balance.torques(sensed.loads)
-        self._estimate = _told(self._body)
+        self._estimate = estimate_of(self._body)
         robot = self._body.robot
         return np.asarray(torques[robot.dofs[robot.motors]])
 
 
-def _told(body: Body) -> Estimate:
+def estimate_of(body: Body) -> Estimate:
+    """Return the pose and the motion of the pelvis that a body was set to."""
     turn, place = body.pelvis, body.position
     yaw = math.atan2(turn[1, 0], turn[0, 0])
     cos, sin = math.cos(yaw), math.sin(yaw)

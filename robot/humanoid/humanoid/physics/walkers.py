@@ -1,0 +1,44 @@
+"""Which walker keeps the simulated robot on its feet: its own, or one that the user brings."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Callable
+from typing import TypeAlias
+
+from humanoid.navigation.base import Pose2D
+from humanoid.physics.build import Robot
+from humanoid.running import BadParameter
+from humanoid.text import brief, quoted
+from humanoid.walking.seam import Walker
+from humanoid.walking.walker import DcmWalker
+
+VARIABLE = 'HUMANOID_WALKER'  # MODULE:FUNCTION: what the parameter `walker` is if nobody sets it
+
+MakeWalker: TypeAlias = Callable[[Robot, float, Pose2D], Walker]
+
+
+def usual_walker() -> str:
+    """Return the user's choice by the environment, '' for the robot's own walker."""
+    return os.environ.get(VARIABLE, '').strip()
+
+
+def walker_named(name: str) -> MakeWalker:
+    """Return what makes the walker: MODULE:FUNCTION from the user's Python path, or '' for the robot's own.
+
+    Raises BadParameter.
+    """
+    if not name:
+        return DcmWalker
+    module, _, function = name.partition(':')
+    if not module or not function:
+        raise BadParameter(f'the parameter walker is {quoted(name)}, not MODULE:FUNCTION')
+    try:
+        make = getattr(importlib.import_module(module), function)
+    except (ImportError, AttributeError) as error:
+        raise BadParameter(f'the walker {quoted(name)} cannot be had: {brief(str(error))}') from None
+    if not callable(make):
+        raise BadParameter(f'the walker {quoted(name)} cannot be called')
+    made: MakeWalker = make
+    return made
