@@ -11,7 +11,7 @@ from humanoid.walking.seam import Array, Wish
 
 WIDTH = 0.18  # m between the middles of the soles
 FARTHEST = 0.5  # m: the longest step in front of or behind the other foot
-WIDEST, NARROWEST = 0.45, 0.13  # m: limits of the distance beside the other foot
+WIDEST, NARROWEST = 0.55, 0.11  # m: limits of the distance beside the other foot; a sole is 0.10 m wide
 MOST_TURN = 0.55  # rad between two feet
 NEAR = 0.3  # m from the place to stop at: from there on the steps go to that place
 LITTLE = (0.12, 0.12, 0.4)  # m ahead, m aside and rad: the largest steps near that place
