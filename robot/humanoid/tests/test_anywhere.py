@@ -15,10 +15,9 @@ from helpers.environments import made_once
 from helpers.fresh import clean_environment
 from helpers.processes import Program
 from helpers.robot import ROOT, robot_env
+from tools.humanoid_shells import SHELLS
 
 from humanoid import look as humanoid_look
-
-from tools.humanoid_shells import SHELLS
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
 

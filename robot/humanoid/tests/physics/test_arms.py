@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+
 from humanoid.joints.commands import Waypoint
 from humanoid.model import JOINT_BY_NAME
 from humanoid.navigation.base import Velocity2D
