@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import threading
+from types import FrameType
 from weakref import ref
 
 import pytest
@@ -221,7 +222,31 @@ def test_listeners_are_held_weakly_and_told_in_order() -> None:
     assert listeners.alive() == [first]
     del first
     gc.collect()
+    assert listeners.alive() == []
     assert not listeners
+
+
+def test_no_step_of_python_runs_when_a_listener_dies() -> None:
+    """A signal's handler can raise in such a step. Python would print the KeyboardInterrupt and lose it."""
+
+    class Listener:
+        pass
+
+    entered: list[str] = []
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        if event == 'call':
+            entered.append(frame.f_code.co_qualname)
+
+    listeners = WeakListeners[Listener]()
+    listener = Listener()
+    listeners.add(listener)
+    before = sys.getprofile()
+    sys.setprofile(note)
+    del listener
+    sys.setprofile(before)
+    assert entered == []
+    assert listeners.alive() == []
 
 
 def test_a_listener_may_leave_while_others_are_told() -> None:

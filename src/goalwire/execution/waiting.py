@@ -69,14 +69,23 @@ def wake_all(waiters: Iterable[Waiter]) -> None:
 class WeakListeners(dict[ReferenceType[L], None]):
     """Listeners, held weakly, in the order in which they were added.
 
-    Any thread may add and discard, also while others go through them: each step is one operation of a dict.
+    Any thread may add and discard, also while others go through them: each step is one operation of a dict or
+    of a list. The call for a dead listener is one of a list, too. If it were a function of Python, a signal's
+    handler could raise in it, as Python's own does for Ctrl-C. Python prints such an error and loses it.
     """
 
-    __slots__ = ()
+    __slots__ = ('_dead',)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._dead: list[ReferenceType[L]] = []
+        """The references whose listeners have died. `add` and `alive` remove them."""
 
     def add(self, listener: L) -> None:
         """Add a listener. Adding it twice is harmless."""
-        self[ref(listener, self._discard_reference)] = None
+        if self._dead:
+            self._remove_dead()
+        self[ref(listener, self._dead.append)] = None
 
     def discard(self, listener: L) -> None:
         """Remove a listener; nothing happens if it is not there."""
@@ -84,6 +93,8 @@ class WeakListeners(dict[ReferenceType[L], None]):
 
     def alive(self) -> list[L]:
         """Return the listeners that still live."""
+        if self._dead:
+            self._remove_dead()
         # A list and not a tuple: Python 3.11 may collect garbage while it makes a tuple, which changes the
         # dict.
         found = []
@@ -93,8 +104,13 @@ class WeakListeners(dict[ReferenceType[L], None]):
                 found.append(listener)
         return found
 
-    def _discard_reference(self, reference: ReferenceType[L]) -> None:
-        self.pop(reference, None)
+    def _remove_dead(self) -> None:
+        dead = self._dead
+        while dead:
+            try:
+                self.pop(dead.pop(), None)
+            except IndexError:
+                return  # another thread has removed the last one
 
 
 class StopCondition(Protocol):
