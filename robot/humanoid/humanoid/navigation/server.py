@@ -97,17 +97,24 @@ class NavigationActionServer(Node):
         self.create_timer(TICK, self._tick)
         self._action_server: ActionServer | None = None
         if self._surroundings is None:  # in a world the navigator serves the action
-            self._action_server = ActionServer(
-                self,
-                MoveToPosition,
-                'move_to_position',
-                execute_callback=self._execute,
-                goal_callback=self._judge,
-                handle_accepted_callback=self._begin,
-                cancel_callback=self._cancel,
-            )
+            self.get_logger().info('Navigation Action Server waiting for the emergency stop')
         else:
             self.create_subscription(Twist, 'cmd_vel_nav', self._follow, 10)
+            self.get_logger().info('Navigation Action Server ready')
+
+    def _offer(self) -> None:
+        """Offer the action once the emergency stop is known: before, each goal would be refused."""
+        if self._surroundings is not None or self._action_server is not None or not self._stop.has_heard:
+            return
+        self._action_server = ActionServer(
+            self,
+            MoveToPosition,
+            'move_to_position',
+            execute_callback=self._execute,
+            goal_callback=self._judge,
+            handle_accepted_callback=self._begin,
+            cancel_callback=self._cancel,
+        )
         self.get_logger().info('Navigation Action Server ready')
 
     def _three(self, name: str, default: Sequence[float], most: float) -> Sequence[float]:
@@ -231,6 +238,7 @@ class NavigationActionServer(Node):
 
     def _tick(self) -> None:
         moment = now(self)
+        self._offer()
         if self._driving is not None and self._driving.goal.is_cancel_requested:
             self._end(Ending(End.CANCELED, 'Goal canceled'))
         if self._told is not None and not 0.0 <= moment - self._told <= VELOCITY_LASTS:
