@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 import traceback
 from collections.abc import Callable, Iterable, Sequence
+from types import FrameType
 
 import rclpy
 from rclpy.exceptions import ParameterException
@@ -33,6 +36,7 @@ def run(make: Callable[[], Node | Iterable[Node]], args: Sequence[str] | None = 
     In rclpy an exception of a callback leaves spin, which ends a program. A robot's server must survive
     a request that it cannot handle: it logs the traceback and continues to spin.
     """
+    _obey_first_interrupt()
     with taking_part():
         nodes: list[Node] = []
         try:
@@ -56,6 +60,23 @@ def run(make: Callable[[], Node | Iterable[Node]], args: Sequence[str] | None = 
                 node.destroy_node()
             rclpy.try_shutdown()
     return 0
+
+
+def _obey_first_interrupt() -> None:
+    """Let the first Ctrl-C end the program, and ignore later ones: they would disturb its end.
+
+    Does nothing if Ctrl-C is ignored, or handled in another way.
+    """
+    if (
+        threading.current_thread() is threading.main_thread()
+        and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    ):
+        signal.signal(signal.SIGINT, _interrupt)
+
+
+def _interrupt(_number: int, _frame: FrameType | None) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    raise KeyboardInterrupt
 
 
 def join(args: Sequence[str] | None, handlers: SignalHandlerOptions | None = None) -> None:

@@ -60,12 +60,14 @@ class Supervisor:
 
     A child ignores the terminal's Ctrl-C (it has a process group of its own) and is told to stop by
     SIGTERM instead. If the supervisor itself is killed, the children's lifelines close and they leave.
+    Signals that asked it to stop stay ignored after the block: the program then ends in order.
     """
 
     def __init__(self) -> None:
         self._children: list[Child] = []
         self._events: SimpleQueue[Event] = SimpleQueue()
         self._handlers: dict[signal.Signals, Callable[[int, FrameType | None], object] | int | None] = {}
+        self._asked = False
 
     def __enter__(self) -> Self:
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -77,7 +79,7 @@ class Supervisor:
     ) -> None:
         self.stop()
         for number, handler in self._handlers.items():
-            signal.signal(number, handler)
+            signal.signal(number, signal.SIG_IGN if self._asked else handler)
 
     def start(self, name: str, command: Sequence[str]) -> int:
         """Run `command` as a process that is called `name` here, and return its pid."""
@@ -136,6 +138,7 @@ class Supervisor:
         self._events.put(Ended(child.name, child.process.pid, returncode))
 
     def _stop_asked(self, number: int, _frame: FrameType | None) -> None:
+        self._asked = True
         self._events.put(StopAsked(number))  # SimpleQueue.put is reentrant, so a signal handler may call it
 
 

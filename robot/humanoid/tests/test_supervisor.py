@@ -113,13 +113,25 @@ def test_a_killed_child_is_told_with_its_signal() -> None:
         assert str(wait_for(supervisor, Ended)) == f'victim (pid {pid}) was killed by SIGKILL'
 
 
+def test_handlers_are_put_back() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    with Supervisor():
+        assert signal.getsignal(signal.SIGINT) is not before
+    assert signal.getsignal(signal.SIGINT) is before
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_is_an_event_and_the_handlers_are_put_back(number: signal.Signals) -> None:
-    before = signal.getsignal(number)
-    with Supervisor() as supervisor:
-        os.kill(os.getpid(), number)
-        assert supervisor.next_event(time.monotonic() + PATIENCE) == StopAsked(number)
-    assert signal.getsignal(number) is before
+def test_a_signal_is_an_event_and_more_of_them_do_not_disturb_the_end(number: signal.Signals) -> None:
+    before = [(each, signal.getsignal(each)) for each in (signal.SIGINT, signal.SIGTERM)]
+    try:
+        with Supervisor() as supervisor:
+            os.kill(os.getpid(), number)
+            assert supervisor.next_event(time.monotonic() + PATIENCE) == StopAsked(number)
+        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGTERM)
+    finally:
+        for each, handler in before:
+            signal.signal(each, handler)
 
 
 def test_children_leave_when_the_supervisor_is_killed() -> None:
