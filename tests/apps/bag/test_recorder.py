@@ -23,6 +23,7 @@ from goalwire.apps.bag.options import RecordOptions
 from goalwire.apps.bag.recorder import DROPPED_KEY, Recorder
 from goalwire.apps.bag.recorder_services import offer_services
 from goalwire.apps.bag.selection import NONE, Names, Selection
+from goalwire.entities.recorded_calls import SWITCH
 from goalwire.errors import BagError
 from goalwire.rosbag2.reader import Reader
 from goalwire.rosbag2.writer import Writer
@@ -202,8 +203,13 @@ def test_a_snapshot_has_the_last_messages(play: Play, tmp_path: Path) -> None:
 
 
 @pytest.mark.also_on_dds
-def test_calls_are_recorded_through_introspection(play: Play, tmp_path: Path) -> None:
+def test_calls_are_recorded_through_introspection(
+    play: Play, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from goalwire.entities.service_introspection import ServiceIntrospectionState
+
+    # Else the client, too, would tell of the call, if it has seen the recorder before it calls.
+    monkeypatch.setenv(SWITCH, 'off')
 
     async def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
         return AddTwoInts.Response(sum=request.a + request.b)
@@ -215,11 +221,10 @@ def test_calls_are_recorded_through_introspection(play: Play, tmp_path: Path) ->
             selection = Selection(services=Names(some=frozenset({'/add'})))
             async with Recorder(node, Writer(tmp_path / 'bag'), selection) as recorder:
                 await until(lambda: recorder.topics)
-                events = node.graph
                 await until(
                     lambda: [
                         e
-                        for e in events.endpoints()
+                        for e in server.graph.endpoints()
                         if e.name == '/add/_service_event' and e.kind.value == 'subscription'
                     ]
                 )

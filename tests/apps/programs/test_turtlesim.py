@@ -110,6 +110,8 @@ def test_the_page_on_parameters(ros2: CommandLine) -> None:
 def test_the_page_on_actions(ros2: CommandLine) -> None:
     assert ros2.ok('action', 'list', '-t') == '/turtle1/rotate_absolute [turtlesim/action/RotateAbsolute]\n'
     kind = 'turtlesim/action/RotateAbsolute'
+    # Another page has turned the turtle, on a busy machine perhaps to this goal: no feedback would be sent.
+    ros2.ok('service', 'call', '/reset', 'std_srvs/srv/Empty')
     sent = ros2.ok('action', 'send_goal', '/turtle1/rotate_absolute', kind, '{theta: 1.57}', '--feedback')
     assert 'Goal finished with status: SUCCEEDED' in sent
     assert 'Feedback:\n    remaining: ' in sent

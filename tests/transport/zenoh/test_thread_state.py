@@ -43,10 +43,11 @@ def test_what_is_local_to_a_thread_of_zenohs_is_there_the_next_time(open_side: O
     theirs.service('/visit', visit)
     client = ours.client('/visit')
     ours.expect_server(client, '/visit')
-    for _ in range(2):
+    of_thread: dict[int, list[int]] = {}
+    while not any(len(counts) > 1 for counts in of_thread.values()):  # Zenoh chooses among several threads
         answers = Answers()
         answers.ask(client)
         answers.expect(replies=1)
-    thread = visits[0][0]
-    assert thread != threading.get_ident()
-    assert visits == [(thread, 1), (thread, 2)]
+        of_thread.setdefault(visits[-1][0], []).append(visits[-1][1])
+    assert threading.get_ident() not in of_thread
+    assert all(counts == list(range(1, len(counts) + 1)) for counts in of_thread.values())
