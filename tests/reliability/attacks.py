@@ -27,6 +27,7 @@ from helpers.programs import programs_in  # noqa: E402
 from helpers.zenoh_protocol import Session  # noqa: E402
 
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode  # noqa: E402
+from goalwire.zenoh.protocol.bounds import MOST_WILD, WILD_SIGNS  # noqa: E402
 from goalwire.zenoh.protocol.channels import CHANNELS, DATA_CHANNEL, fragment_head  # noqa: E402
 from goalwire.zenoh.protocol.declarations import (  # noqa: E402
     About,
@@ -45,9 +46,12 @@ from goalwire.zenoh.protocol.network import (  # noqa: E402
     put_body,
     wire_key,
 )
+from goalwire.zenoh.protocol.primitives import SourceInfo, encode_source, read_id  # noqa: E402
 from goalwire.zenoh.protocol.senders import Querier  # noqa: E402
 from goalwire.zenoh.protocol.transport import Role  # noqa: E402
 
+FORGED = b'\0\1\0\0\7\0\0\0forged\0'
+"""A std_msgs/msg/String, in CDR."""
 PAUSE_S = 0.02
 """Between two looks at the target's process."""
 SETTLING_S = 0.3
@@ -111,6 +115,29 @@ def declare_wild_keys(port: int) -> None:
             one.say(push_head(wire_key(key), DEFAULT_QOS) + put_body(b'x'))
 
 
+def declare_allowed_wild_keys(port: int) -> None:
+    """Subscribers and interests whose keys have as many wildcards as are allowed, and more of them."""
+    parts = WILD_SIGNS // 2
+    with stranger(port, Role.CLIENT) as one:
+        for number in range(2 * MOST_WILD):
+            key = f'{number}/' + '/'.join(f'a$*b$*{number}' for _ in range(parts))
+            one.say(interest(900 + number, When.FUTURE, About.ALL, key))
+            one.say(declare(Kind.SUBSCRIBER, 900 + number, wire_key(key)))
+        threading.Event().wait(0.3)  # subscriptions are made meanwhile
+
+
+def declare_huge_keys(port: int) -> None:
+    """Keys of a megabyte, in pieces: interests, subscribers, tokens, and messages on such keys."""
+    with stranger(port, Role.CLIENT) as one:
+        for number in range(4):
+            key = f'{number}/' + '$*a' * (1 << 20) + '/**'
+            one.say(interest(900 + number, When.FUTURE, About.ALL, key))
+            for kind in (Kind.SUBSCRIBER, Kind.TOKEN):
+                one.say(declare(kind, 900 + number, wire_key(key)))
+            one.say(push_head(wire_key(key), DEFAULT_QOS) + put_body(b'x'))
+        threading.Event().wait(0.3)
+
+
 def declare_long_keys(port: int) -> None:
     """Keys that are all different: numbers for them, messages on them, and tokens."""
     with stranger(port) as one:
@@ -137,6 +164,30 @@ def gossip(port: int) -> None:
         for number in range(5000):
             one.say(tell_of(Node(b'\1' + number.to_bytes(3, 'little') + b'\1', Role.PEER, where), number))
         threading.Event().wait(0.5)
+
+
+def gossip_of_names(port: int) -> None:
+    """Say as a router that there are three thousand nodes at names that nobody can look up."""
+    with stranger(port, Role.ROUTER) as one:
+        for number in range(3000):
+            where = (f'tcp/{number}{"x" * 60}:7447',)  # a label of more than 63 letters: no question goes out
+            one.say(tell_of(Node(b'\2' + number.to_bytes(3, 'little') + b'\1', Role.PEER, where), number))
+        threading.Event().wait(0.5)
+
+
+def forge_messages(port: int) -> None:
+    """Send messages in the name of the other client's publisher, with numbers far ahead of its own."""
+    with stranger(int(os.environ['CALLERS_PORT'])) as one:
+        address = next(key for _, key, _ in one.link.peer.queryables.all() if '/beat/' in key)
+    key, _, rest = address.partition('/@adv/pub/')
+    session, entity = rest.split('/')[:2]
+    with stranger(port) as one:
+        for number in range(100):
+            far = 2_000_000_000 + number
+            source = encode_source(SourceInfo(read_id(session), int(entity), far))
+            beside = encode(far, time_ns(), GID_SIZE, bytes(GID_SIZE))
+            one.say(push_head(wire_key(key), DEFAULT_QOS) + put_body(FORGED, beside, None, source))
+        threading.Event().wait(0.3)  # who hangs up without having read takes back what was not read yet
 
 
 def ask_and_never_read(port: int) -> None:
@@ -185,9 +236,13 @@ def say_nothing(port: int) -> None:
 
 ATTACKS: dict[str, Round] = {
     'keys with thousands of wildcards': declare_wild_keys,
+    'keys with as many wildcards as are allowed': declare_allowed_wild_keys,
+    'keys of 3 MB, of wildcards': declare_huge_keys,
     'long keys, all different': declare_long_keys,
     'tokens that are malformed': declare_bad_tokens,
     'gossip of 5,000 nodes that say nothing': gossip,
+    'gossip of 3,000 names': gossip_of_names,
+    "messages in the other client's name": forge_messages,
     'questions whose answers are never read': ask_and_never_read,
     'unfinished messages in 16 channels, 200 MB': leave_messages_unfinished,
     'links that break the rules at once': open_bad_links,
@@ -229,6 +284,8 @@ class Figures(NamedTuple):
     p99_ms: float
     longest_ms: float
     wrong: int
+    missed: int
+    """Messages of the other client, on a latched topic, that the target did not get."""
     lines: int
     """Lines that the target has logged."""
 
@@ -240,10 +297,10 @@ class World:
         self.target, self.caller, self.port = target, caller, port
         self._calls()
 
-    def _calls(self) -> tuple[int, float, float, int]:
+    def _calls(self) -> tuple[int, float, float, int, int]:
         self.caller.write_line('figures')
-        found = self.caller.expect(r'figures (\d+) ([\d.]+) ([\d.]+) ([\d.]+) (\d+)')
-        return int(found[1]), float(found[3]), float(found[4]), int(found[5])
+        found = self.caller.expect(r'figures (\d+) ([\d.]+) ([\d.]+) ([\d.]+) (\d+) (\d+)', 2 * PATIENCE)
+        return int(found[1]), float(found[3]), float(found[4]), int(found[5]), int(found[6])
 
     def attack(self, attack: Round, seconds: float) -> Figures:
         """Attack for a while, again and again, and look at the target meanwhile."""
@@ -266,29 +323,29 @@ class World:
                     attack(self.port)
                 rounds += 1
         finally:
-            calls, p99, longest, wrong = self._calls()
+            calls, p99, longest, wrong, missed = self._calls()
             last = monotonic() + PATIENCE
             while not calls and monotonic() < last:  # the attack was shorter than a call
-                calls, p99, longest, wrong = self._calls()
+                calls, p99, longest, wrong, missed = self._calls()
             over.wait(SETTLING_S)
             over.set()
             watcher.join()
         most = Use(*(max(each) for each in zip(*looks, strict=True)))
-        told = len(self.target.output.splitlines()) - lines
-        return Figures(before, most, use_of(self.target.pid), rounds, calls, p99, longest, wrong, told)
+        after, told = use_of(self.target.pid), len(self.target.output.splitlines()) - lines
+        return Figures(before, most, after, rounds, calls, p99, longest, wrong, missed, told)
 
 
 @contextmanager
 def attacked_world() -> Iterator[World]:
     """Start a target and its client."""
-    port = free_port()
+    port, callers_port = free_port(), free_port()
     env = isolated_env('rmw_zenoh_cpp')
-    os.environ['ATTACKED_DOMAIN'] = env['ROS_DOMAIN_ID']
-    listen = f'listen/endpoints=["tcp/127.0.0.1:{port}"]'
+    os.environ['ATTACKED_DOMAIN'], os.environ['CALLERS_PORT'] = env['ROS_DOMAIN_ID'], str(callers_port)
+    listen = 'listen/endpoints=["tcp/127.0.0.1:{}"]'
     with programs_in(env, HERE / 'programs') as start:
-        target = start('target', ZENOH_CONFIG_OVERRIDE=listen)
+        target = start('target', ZENOH_CONFIG_OVERRIDE=listen.format(port))
         target.expect('ready')
-        caller = start('caller')
+        caller = start('caller', ZENOH_CONFIG_OVERRIDE=listen.format(callers_port))
         caller.expect('ready')
         yield World(target, caller, port)
 
@@ -297,9 +354,9 @@ def rows(names: list[str], seconds: float) -> Iterator[str]:
     """Yield the table."""
     yield (
         '| what a stranger does | rounds | memory before, most, after, MiB | descriptors | threads | lines '
-        '| p99 and longest call of others, ms |'
+        '| calls and messages lost | p99 and longest call of others, ms |'
     )
-    yield '|---|---|---|---|---|---|---|'
+    yield '|---|---|---|---|---|---|---|---|'
     with attacked_world() as world:
         for name in ['nothing', *names]:
             found = world.attack(ATTACKS.get(name, do_nothing), seconds)
@@ -307,7 +364,8 @@ def rows(names: list[str], seconds: float) -> Iterator[str]:
             yield (
                 f'| {name} | {found.rounds} | {before.memory:.0f}, {most.memory:.0f}, {after.memory:.0f} '
                 f'| {before.descriptors} → {most.descriptors} | {before.threads} → {most.threads} '
-                f'| {found.lines} | {found.p99_ms:.0f}, {found.longest_ms:.0f} |'
+                f'| {found.lines} | {found.wrong + found.missed} '
+                f'| {found.p99_ms:.0f}, {found.longest_ms:.0f} |'
             )
 
 

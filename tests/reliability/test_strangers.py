@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from helpers.patience import wait_for
 
 from .attacks import ATTACKS, World, attacked_world
 
@@ -20,6 +21,12 @@ LEFT_MIB = 120.0
 DESCRIPTORS = 200
 THREADS = 8
 LINES = 12
+TOLD = {
+    'keys of 3 MB, of wildcards': 'a key was ignored',
+    'keys with as many wildcards as are allowed': 'has 256 with wildcards',
+    "messages in the other client's name": 'a forged message was ignored',
+}
+"""What the target has logged by the end of an attack. So the attack has got to what it is about."""
 P99_MS = 3000.0
 """On a machine with a load of ten; else it is below half a second."""
 
@@ -39,6 +46,8 @@ def test_a_stranger_takes_little_and_the_others_are_served(name: str, world: Wor
     assert found.most.descriptors - found.before.descriptors < DESCRIPTORS
     assert found.most.threads - found.before.threads < THREADS
     assert found.lines <= LINES
+    wait_for(lambda: TOLD.get(name, '') in world.target.output, 'the line of the log')
     assert found.calls
     assert not found.wrong
+    assert not found.missed
     assert found.p99_ms < P99_MS
