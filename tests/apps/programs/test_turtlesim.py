@@ -117,14 +117,37 @@ def test_the_page_on_actions(ros2: CommandLine) -> None:
     assert 'Feedback:\n    remaining: ' in sent
 
 
+LATER = """
+import rclpy
+from rclpy.action import ActionClient
+from turtlesim.action import RotateAbsolute
+
+with rclpy.init():
+    node = rclpy.create_node('later')
+    client = ActionClient(node, RotateAbsolute, '/turtle1/rotate_absolute')
+    client.wait_for_server()
+    print('ready')
+    input()
+    sent = client.send_goal_async(RotateAbsolute.Goal(theta=0.0))
+    rclpy.spin_until_future_complete(node, sent)
+    result = sent.result().get_result_async()
+    rclpy.spin_until_future_complete(node, result)
+    print('status', result.result().status)
+"""
+
+
 def test_a_goal_that_comes_later_ends_the_first(ros2: CommandLine, simulator: Program) -> None:
+    """The later one is ready before the first is sent: three seconds later the first would have succeeded."""
     kind, name = 'turtlesim/action/RotateAbsolute', '/turtle1/rotate_absolute'
     ros2.ok('service', 'call', '/turtle1/teleport_absolute', 'turtlesim/srv/TeleportAbsolute', '{x: 5, y: 5}')
-    first = Program(Path('-m'), 'goalwire', 'action', 'send_goal', name, kind, '{theta: -3.1}', env=ros2.env)
-    with first:
-        first.expect('Goal accepted')
-        ros2.ok('action', 'send_goal', name, kind, '{theta: 0.0}')
-        first.expect('Goal finished with status: ABORTED')
+    command = ('action', 'send_goal', name, kind, '{theta: -3.1}')
+    with Program(LATER, env=ros2.env) as later:
+        later.expect('ready')
+        with Program(Path('-m'), 'goalwire', *command, env=ros2.env) as first:
+            first.expect('Goal accepted')
+            later.write_line('')
+            first.expect('Goal finished with status: ABORTED')
+        assert later.succeed().endswith('status 4')
     simulator.expect('Aborting previous goal')
 
 
