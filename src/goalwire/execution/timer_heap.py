@@ -137,7 +137,8 @@ class TimerThread:
     def __init__(self, shutdown_signal: ShutdownSignal, name: str) -> None:
         self._shutdown_signal = shutdown_signal
         self._name = name
-        self._waiter = Waiter()
+        self._waiter: Waiter | None = None
+        """Made with the thread: in virtual time it must be of virtual time, and a context may be older."""
         self._timer_heap = TimerHeap(self._on_earlier)
         self._awake_at: int | None = 0
         """The due time until which the thread sleeps; None: without limit, 0: it is awake."""
@@ -180,32 +181,35 @@ class TimerThread:
     def close(self) -> None:
         """Call the remaining entries and end the thread, after the shutdown. Idempotent."""
         with self._lock:
-            thread = self._thread
-        if thread is not None and thread is not threading.current_thread():
-            self._waiter.wake()
+            thread, waiter = self._thread, self._waiter
+        if thread is not None and waiter is not None and thread is not threading.current_thread():
+            waiter.wake()
             if not join_begun(thread, CLOSING_S):
                 self._call_all()
 
     def _start(self) -> None:
         with self._lock:
             if self._thread is None and self._shutdown_signal.alive:
-                self._watch = self._shutdown_signal.watch(self._waiter.wake)
-                self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+                self._waiter = waiter = Waiter()
+                self._watch = self._shutdown_signal.watch(waiter.wake)
+                self._thread = threading.Thread(
+                    target=self._run, args=(waiter,), name=self._name, daemon=True
+                )
                 self._thread.start()
 
     def _on_earlier(self) -> None:
-        due, awake_at = self._timer_heap.earliest, self._awake_at
-        if due is not None and (awake_at is None or due < awake_at):
-            self._waiter.wake()
+        due, awake_at, waiter = self._timer_heap.earliest, self._awake_at, self._waiter
+        if waiter is not None and due is not None and (awake_at is None or due < awake_at):
+            waiter.wake()
 
-    def _run(self) -> None:
+    def _run(self, waiter: Waiter) -> None:
         timer_heap, shutdown_signal = self._timer_heap, self._shutdown_signal
         try:
             while shutdown_signal.alive:
                 # None before the look at the heap: an entry that is set after the look wakes this thread.
                 self._awake_at = None
                 self._awake_at = due = timer_heap.earliest
-                shutdown_signal.clock.wait(self._waiter, due)
+                shutdown_signal.clock.wait(waiter, due)
                 self._awake_at = 0
                 self._call(shutdown_signal.clock.now())
         finally:

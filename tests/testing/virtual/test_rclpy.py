@@ -49,6 +49,19 @@ def test_timers_tick_at_their_times_also_where_several_are_due_at_once(
     ]
 
 
+def test_a_context_that_is_older_than_the_clock_has_its_deadlines_in_virtual_time() -> None:
+    """`rclpy.ok()` makes the default context, which `rclpy.init()` then opens."""
+    assert not rclpy.ok()
+    with VirtualClock() as clock, Graph(), rclpy.init(args=[]):
+        node = rclpy.create_node('node')
+        client = node.create_client(Trigger, 'offered_by_nobody')
+        client.call_timeout = 3600.0
+        answer = client.call_async(Trigger.Request())
+        rclpy.spin_until_future_complete(node, answer)
+        assert isinstance(answer.exception(), TimeoutError)
+        assert clock.elapsed == 3600.0
+
+
 def test_a_rate_and_the_sleeps_of_clocks_take_virtual_time(clock: VirtualClock, node: Node) -> None:
     rate = node.create_rate(0.5)
     for _ in range(3):
