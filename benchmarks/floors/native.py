@@ -12,6 +12,7 @@ import sys
 from _thread import allocate_lock
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from threading import Thread, get_ident
 from time import perf_counter
 
@@ -59,6 +60,7 @@ class Reader:
         self._is_over = False
         self._gate = allocate_lock()
         self._gate.acquire()
+        self.take_wake: Callable[[], bool] = partial(self._gate.acquire, False)
 
     def wait(self, timeout_ns: int | None = TIME_NS) -> None:
         """Read until somebody calls `end`; ends the program where that takes too long."""

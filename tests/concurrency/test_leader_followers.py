@@ -162,10 +162,10 @@ class Sleeper:
     def __init__(self, fake: Wire, *found: int) -> None:
         self.sleeps = [*found, 0]
         fake.on_sleep = lambda: self.sleeps.pop(0)
+        self.take_wake: Callable[[], bool] = lambda: not self.sleeps
 
     def wait_on_lock(self, timeout_ns: int | None = None) -> bool:
-        assert timeout_ns == 0
-        return not self.sleeps
+        raise AssertionError(f'the leader sleeps on the wire, not for {timeout_ns} ns on a lock')
 
     def wake(self) -> None: ...
 

@@ -225,7 +225,7 @@ class LeaderFollowers(WirePoller):
         left = FOREVER
         while True:
             sleeper.interrupt = self._interrupt
-            if sleeper.wait_on_lock(0):
+            if sleeper.take_wake():
                 return True
             if deadline is not None:
                 left = deadline - monotonic_ns()

@@ -9,6 +9,7 @@ from __future__ import annotations
 from _thread import allocate_lock
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 
@@ -17,9 +18,13 @@ class Sleeper(Protocol):
 
     interrupt: Callable[[], None] | None
     """Ends the sleep of a thread that sleeps on the wire, not on its lock; `wake` calls it."""
+    take_wake: Callable[[], bool]
+    """Takes an earlier wake-up, without sleep; False if there is none.
+
+    hot path: it is a function of C, which saves two calls at each sleep."""
 
     def wait_on_lock(self, timeout_ns: int | None = None) -> bool:
-        """Sleep on a lock until `wake` (True) or for `timeout_ns` (False); 0 takes an earlier wake-up."""
+        """Sleep on a lock until `wake` (True) or for `timeout_ns` (False)."""
 
     def wake(self) -> None:
         """End its sleep, wherever it sleeps. Any thread, signal handlers too."""
@@ -28,12 +33,13 @@ class Sleeper(Protocol):
 class SleepingThread:
     """A thread that blocks in a call until an awaited event."""
 
-    __slots__ = ('_gate', 'interrupt')
+    __slots__ = ('_gate', 'interrupt', 'take_wake')
 
     def __init__(self) -> None:
         self.interrupt: Callable[[], None] | None = None
         self._gate = allocate_lock()
         self._gate.acquire()
+        self.take_wake: Callable[[], bool] = partial(self._gate.acquire, False)
 
     def wait_on_lock(self, timeout_ns: int | None = None) -> bool:
         """Sleep on the lock."""

@@ -428,14 +428,17 @@ class ClockTimerEntry(TimerEntry):
         if isinstance(self._clock, ROSClock):
             self._clock.watch_jumps(self)
 
-    def set(self, time_ns: int) -> None:
+    def set(self, time_ns: int, steady_ns: int | None = None) -> None:
         """Have the entry called at `time_ns` instead of any earlier set time; at once if an overridden clock
         shows that time already.
+
+        `steady_ns` is the same in steady time, for a caller that knows it.
         """
         self._time = time_ns
         clock = self._clock
         if not clock.overridden:
-            self._work_queue.set_timer_entry(self, clock.steady_time_of(time_ns))
+            due = clock.steady_time_of(time_ns) if steady_ns is None else steady_ns
+            self._work_queue.set_timer_entry(self, due)
             return
         self._work_queue.discard_timer_entry(self)
         if clock.now_ns() >= time_ns:

@@ -347,10 +347,18 @@ class Timer(CallbackSource):
         if self._taken:
             self._arm()
             return None
-        times = self._schedule.advance()
-        self._arm()  # before the callback, since in a reentrant group the next call may start during this one
+        schedule = self._schedule
+        times = schedule.advance()
         if times is None:
+            self._arm()
             return None
+        # hot path: `_arm`, without its call, and without the two looks at clocks that `advance` has taken.
+        # It is done before the callback: in a reentrant group the next call may start during this one.
+        self._timer_entry.set(schedule.next_call, schedule.steady_due)
+        if self._destroyed:
+            self._timer_entry.cancel()
+        for wake in self.watchers:
+            wake()
         if self._with_info is not None:
             return self._with_info(self._info(*times))
         return self._callback()  # type: ignore[misc]  # None is called as in rclpy: TypeError

@@ -20,10 +20,10 @@ class TimerSchedule:
     If calls were missed, one call makes up for all of them, and the phase is kept, as in rcl. The lock keeps
     `last_call` and `next_call` consistent, since another thread may set an overridden ROS clock during a
     call. No code of users runs under it. If the machine's clock is set back to before the last call, the
-    running period still ends after its length in steady time: at `_steady_due`.
+    running period still ends after its length in steady time: at `steady_due`.
     """
 
-    __slots__ = ('_clock', '_lateness', '_lock', '_missed', '_steady_due', 'last_call', 'next_call', 'period')
+    __slots__ = ('_clock', '_lateness', '_lock', '_missed', 'last_call', 'next_call', 'period', 'steady_due')
 
     def __init__(self, clock: Clock, period: int) -> None:
         """Make a schedule with a `period` in ns. The first call is due one period from now."""
@@ -37,13 +37,14 @@ class TimerSchedule:
         """The time of the last call; before the first call, the time when the timer was made."""
         self.next_call = self.last_call + period
         """The due time of the next call. `now` adapts it if the clock was set back."""
-        self._steady_due = clock.source.now() + period
+        self.steady_due = clock.source.now() + period
+        """`next_call` in steady time, by the clocks as they were when `next_call` was set."""
 
     def restart(self) -> None:
         """Begin a new period now."""
         with self._lock:
             self.next_call = self._clock.now_ns() + self.period
-            self._steady_due = self._clock.source.now() + self.period
+            self.steady_due = self._clock.source.now() + self.period
 
     def advance(self) -> tuple[int, int] | None:
         """Note a call, and set the next due time: in phase, and in the future.
@@ -62,7 +63,7 @@ class TimerSchedule:
                 self._missed += (now - following) // period + 1 if period else 0
                 following = now if period == 0 else now + period - (now - following) % period
             self.last_call, self.next_call = now, following
-            self._steady_due = self._clock.source.now() + following - now
+            self.steady_due = self._clock.source.now() + following - now
         self._lateness.counts[(now - due).bit_length()] += 1
         return due, now
 
@@ -81,7 +82,7 @@ class TimerSchedule:
         clock `follow_jump` does this, but no event tells that the machine's clock was set back.
         """
         if now < self.last_call and not self._clock.overridden:
-            self.next_call = now + max(self._steady_due - self._clock.source.now(), 0)
+            self.next_call = now + max(self.steady_due - self._clock.source.now(), 0)
             self.last_call = min(self.next_call - self.period, now)
         return self.next_call
 
@@ -108,7 +109,7 @@ class TimerSchedule:
             elif now < self.last_call:
                 self.next_call = now + self.period
                 self.last_call = now
-            self._steady_due = self._clock.source.now() + self.next_call - now
+            self.steady_due = self._clock.source.now() + self.next_call - now
 
     def statistics(self) -> TimerStatistics:
         """Return the number of calls, and how late they came."""

@@ -14,6 +14,7 @@ import sys
 import warnings
 from _thread import allocate_lock
 from collections.abc import Callable, Iterable
+from functools import partial
 from threading import TIMEOUT_MAX, current_thread, get_ident, main_thread
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from weakref import ReferenceType, ref
@@ -160,13 +161,15 @@ class WireWaiter(Waiter):
     shutdown wakes it, too.
     """
 
-    __slots__ = ('__weakref__', '_fd_selector', '_shutdown_signal', 'interrupt')
+    __slots__ = ('__weakref__', '_fd_selector', '_shutdown_signal', 'interrupt', 'take_wake')
 
     wait_on_lock = Waiter.wait
     """Sleep on the lock, not on the wire."""
 
     def __init__(self, shutdown_signal: ShutdownSignal, fd_selector: FdSelector | None = None) -> None:
         super().__init__()
+        self.take_wake: Callable[[], bool] = partial(self._gate.acquire, False)
+        """Takes an earlier wake-up, without sleep."""
         self.interrupt: Callable[[], None] | None = None
         """Ends the sleep of a thread that does not sleep on its lock, but on the wire or on descriptors."""
         self._shutdown_signal = shutdown_signal

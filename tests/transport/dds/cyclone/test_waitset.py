@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
+from functools import partial
 from queue import SimpleQueue
 from time import monotonic, monotonic_ns
 from typing import Self
@@ -158,6 +159,7 @@ class Interrupted(WireWaiter):
     def __init__(self, handle: Callable[[bool], object]) -> None:
         super().__init__(ShutdownSignal())
         self._handle = handle
+        self.take_wake = partial(self.wait_on_lock, 0)
 
     def wait_on_lock(self, timeout_ns: int | None = None) -> bool:
         self._handle(self.interrupt is not None)
