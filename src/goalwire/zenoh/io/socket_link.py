@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 from goalwire.concurrency.poller import IN, OUT, Poller
 from goalwire.concurrency.sigpipe import NO_SIGPIPE, refuse_sigpipe
 from goalwire.concurrency.wire_poller import Sleeper
-from goalwire.zenoh.io.memory import MUCH, keep_freed_memory, return_freed_memory
+from goalwire.freed_memory import MUCH, keep_freed_memory, return_freed_memory
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.handshake import Handshake
 from goalwire.zenoh.protocol.link import KEEP_ALIVES

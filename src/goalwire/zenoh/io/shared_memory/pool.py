@@ -17,7 +17,7 @@ from functools import partial
 from time import monotonic
 
 from goalwire.concurrency.critical_section import CriticalSection
-from goalwire.zenoh.io.memory import keep_freed_memory
+from goalwire.freed_memory import keep_freed_memory
 from goalwire.zenoh.io.shared_memory import layout
 from goalwire.zenoh.io.shared_memory.allocator import Allocator, rounded
 from goalwire.zenoh.io.shared_memory.segments import ForeignSegment, OwnSegment

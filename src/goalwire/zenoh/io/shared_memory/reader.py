@@ -15,7 +15,7 @@ from mmap import ACCESS_READ, ALLOCATIONGRANULARITY, mmap
 from typing import TYPE_CHECKING, TypeAlias
 from weakref import WeakSet, finalize
 
-from goalwire.zenoh.io.memory import keep_freed_memory
+from goalwire.freed_memory import keep_freed_memory
 from goalwire.zenoh.io.shared_memory import layout
 from goalwire.zenoh.io.shared_memory.agreement import OwnAuth, Partner
 from goalwire.zenoh.io.shared_memory.pool import MUCH
