@@ -14,6 +14,7 @@ from goalwire.records import replace
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.qos import BEST_EFFORT, RELIABLE, TRANSIENT_LOCAL, Qos
 from goalwire.rtps.protocol.reader import Sample
+from goalwire.rtps.protocol.writer import MOST_UNACKNOWLEDGED
 
 KEEP_ALL = Qos(reliability=RELIABLE, depth=0)
 PATIENCE_S = 60.0
@@ -55,6 +56,23 @@ def test_who_has_shown_to_have_a_sample_is_not_asked_for_it() -> None:
         network.run(1)
     assert network.sent == before + 3
     assert not writer.history.changes
+
+
+def test_a_writer_whose_readers_show_that_they_have_all_never_gets_full() -> None:
+    network = Network()
+    one, _ = network.participant()
+    other, _ = network.participant()
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, publisher)
+    reader = other.create_reader('t', 'T', KEEP_ALL, collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    network.run(1)
+    for number in range(3 * MOST_UNACKNOWLEDGED):
+        written = writer.write(_payload(number))
+        assert written is not None
+        writer.note_received(reader.data.guid, written)  # no time passes: no reader is asked
+    assert writer.is_acknowledged()
+    assert writer.is_acknowledged_by_all()
 
 
 def test_a_match_takes_less_than_a_heartbeat_period() -> None:

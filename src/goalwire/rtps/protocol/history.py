@@ -74,7 +74,12 @@ class HistoryCache:
 
     def remove_up_to(self, number: int) -> None:
         """Drop all changes up to `number`."""
-        while self.changes and (first := next(iter(self.changes))) <= number:
+        changes = self.changes
+        if self._by_key is None:  # hot path: `remove` without a call for each sample
+            while changes and (first := next(iter(changes))) <= number:
+                self.size -= changes.pop(first).size
+            return
+        while changes and (first := next(iter(changes))) <= number:
             self.remove(first)
 
     def forget_gone(self, number: int) -> None:

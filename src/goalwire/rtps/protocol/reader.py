@@ -66,6 +66,7 @@ class Reader:
         self._requests = Requests(wire, data.entity_id)
         self.on_heartbeat_frag = self._requests.on_heartbeat_frag
         self._tell_sample = listener.on_sample
+        self._post = wire.post
         self._most_history = 0
         """How many samples from before the match it takes; 0: all that the writer has."""
         if data.qos.durability >= TRANSIENT_LOCAL and not is_keyed(data.entity_id):
@@ -162,7 +163,7 @@ class Reader:
             return
         if self._deadline is not None:
             self._deadline.heard = self._wire.clock()
-        self._wire.tell(self._tell_sample, sample)
+        self._post(partial(self._tell_sample, sample))
 
     def on_fragment(self, proxy: WriterProxy, fragment: DataFrag, time: int | None) -> None:
         """Take some fragments of a sample; raises RtpsError."""

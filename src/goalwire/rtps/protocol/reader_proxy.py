@@ -35,6 +35,7 @@ class ReaderProxy:
         'is_reliable',
         'last',
         'pushed_at',
+        'received',
         'start',
     )
 
@@ -49,6 +50,8 @@ class ReaderProxy:
         """The first sample that the reader should get."""
         self.acked = start - 1
         """All samples up to this one are acknowledged, or are not for this reader."""
+        self.received = 0
+        """The last sample that it has shown to have without an ACKNACK; `acked` may follow later."""
         self.last = start - 1
         """The last sample sent to it, if samples are addressed to single readers."""
         self.addressed: deque[Change] = deque()

@@ -6,6 +6,7 @@ import heapq
 from collections.abc import Callable
 from functools import partial
 from itertools import count
+from operator import call
 from typing import TypeVar
 
 from goalwire.concurrency.critical_section import CriticalSection
@@ -124,8 +125,9 @@ class Wire:
         self.kept = 0
         """Bytes of the samples that readers keep because they cannot deliver them yet."""
         self._on_sooner = on_sooner
-        self._told: OrderedDispatcher[Callable[[], None]] = OrderedDispatcher(_call)
-        self._post = self._told.post
+        self._told: OrderedDispatcher[Callable[[], object]] = OrderedDispatcher(call, _report)
+        self.post = self._told.post
+        """`tell` for a function without arguments."""
         self._local: list[bytes] = []
         """Packets for this participant's own readers and writers."""
 
@@ -135,7 +137,7 @@ class Wire:
         If this thread is in `run` already, as when a signal handler interrupts it, the call is made later,
         and `otherwise` is returned.
         """
-        # hot path: `CriticalSection.run` here saves two calls (1 us) for each sample that is sent or comes.
+        # hot path: `CriticalSection.run` here, and the look at `items`, save three calls for each sample.
         section, done = self.section, otherwise
         with section.lock:
             if section.is_busy:
@@ -158,7 +160,8 @@ class Wire:
             if due < self.next_due:
                 self.next_due = due
                 self._on_sooner()
-        self._told.drain()
+        if self._told.items:
+            self._told.drain()
         return done
 
     def _run_late(self, do: Callable[[], object]) -> None:
@@ -173,7 +176,7 @@ class Wire:
 
     def tell(self, function: Callable[..., object], *arguments: object) -> None:
         """Call a user's callback after the present change."""
-        self._post(partial(function, *arguments))  # type: ignore[arg-type]
+        self.post(partial(function, *arguments))
 
     def refuse(self, kind: str, reason: str) -> None:
         """Count ignored data. This default does nothing until a counter is set."""
@@ -199,8 +202,5 @@ LOCAL: Address = ('', 0)
 """The address of a participant's own endpoints."""
 
 
-def _call(function: Callable[[], None]) -> None:
-    try:
-        function()
-    except Exception as error:
-        report_failure('RTPS listener', error)
+def _report(error: Exception) -> None:
+    report_failure('RTPS listener', error)

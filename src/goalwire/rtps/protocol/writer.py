@@ -136,7 +136,7 @@ class Writer:
             return None
         number = output.last + 1
         change = Change(number, time_ns or self._wire.wall_clock_ns(), payload, qos, to, key, is_key)
-        if to is not None:
+        if to is not None and not output.is_addressed:
             output.begin_addressing()
         output.last = number
         if self._is_watched:
@@ -198,12 +198,12 @@ class Writer:
     def is_acknowledged(self) -> bool:
         """True if all readers that have ever answered have acknowledged all their samples."""
         output = self._output
-        return not any(proxy.has_answered and output.is_open(proxy) for proxy in tuple(output.reliable))
+        return all(output.has_all(proxy) for proxy in tuple(output.reliable) if proxy.has_answered)
 
     def is_acknowledged_by_all(self) -> bool:
         """True if all reliable readers have acknowledged all their samples; on any thread."""
         output = self._output
-        return all(proxy.acked >= output.last_for(proxy) for proxy in tuple(output.reliable))
+        return all(output.has_all(proxy) for proxy in tuple(output.reliable))
 
     def _unacked_size(self) -> int:
         if not self._is_local_history:
@@ -258,11 +258,17 @@ class Writer:
     def note_received(self, reader: bytes, number: int) -> None:
         """Note that a reader has a sample, and so all earlier ones, although it sent no ACKNACK.
 
-        The reader is then not asked for them. Inside `Wire.run`.
+        The reader is then not asked for them. The samples are dropped when readers are asked next, or when
+        the writer may soon be full: so this costs next to nothing. On any thread.
         """
         proxy = self.readers.get(reader)
-        if proxy is not None and proxy.has_answered:
-            self._repairs.note_received(proxy, min(number, self._output.last_for(proxy)))
+        if proxy is None or not proxy.has_answered or number <= proxy.received:
+            return
+        proxy.received = number
+        history = self.history
+        # First the number, then this look; `add` looks for room first, and then at the number.
+        if len(history.changes) >= MOST_UNACKNOWLEDGED // 2 or history.size >= MOST_UNACKNOWLEDGED_SIZE // 2:
+            self._wire.run(partial(self._repairs.take_received, proxy), None)
 
     def tell_again(self, reader: bytes) -> None:
         """Tell a reader again which samples exist. Inside `Wire.run`."""

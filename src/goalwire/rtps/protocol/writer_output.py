@@ -81,10 +81,9 @@ class WriterOutput:
 
     def begin_addressing(self) -> None:
         """Send each reader separate packets from now on."""
-        if not self.is_addressed:
-            self.is_addressed = True
-            for proxy in self.readers.values():
-                proxy.last = max(self.last, proxy.start - 1)
+        self.is_addressed = True
+        for proxy in self.readers.values():
+            proxy.last = max(self.last, proxy.start - 1)
 
     def note_readers(self) -> None:
         """Note that a reader has been added or removed."""
@@ -96,8 +95,11 @@ class WriterOutput:
     def send_fresh(self, change: Change) -> None:
         """Send a sample that fits into a packet to all its readers."""
         if self.is_addressed:
-            for proxy in self.receivers(change):
-                self._send_addressed(proxy, change)
+            if change.reader is None:
+                for proxy in self.readers.values():
+                    self._send_addressed(proxy, change)
+            elif change.reader in self.readers:
+                self._send_addressed(self.readers[change.reader], change)
             return
         packet = self._encode(self.wire.head, change, UNKNOWN_ENTITY)
         asks = self.last - self.asked >= SAMPLES_A_HEARTBEAT
@@ -105,7 +107,11 @@ class WriterOutput:
             for proxy in self.reliable:
                 if asks or not proxy.has_answered:
                     packet += self.heartbeat(proxy)
-            self.wire.send(packet, self.addresses[0])
+            address = self.addresses[0]
+            if address[1]:  # hot path: `Wire.send`, without its call
+                self.wire.send_packet(packet, address)
+            else:
+                self.wire.send(packet, address)
             return
         for address in self.addresses:
             self.wire.send(packet, address)
@@ -202,3 +208,7 @@ class WriterOutput:
     def is_open(self, proxy: ReaderProxy) -> bool:
         """Return True if a reader has samples to acknowledge, or has never answered."""
         return not proxy.has_answered or proxy.acked < self.last_for(proxy)
+
+    def has_all(self, proxy: ReaderProxy) -> bool:
+        """Return True if a reader is known to have all its samples; on any thread."""
+        return max(proxy.acked, proxy.received) >= self.last_for(proxy)

@@ -81,6 +81,7 @@ class Repairs:
         self.timer = None
         now = output.wire.clock()
         for proxy in output.reliable:
+            self.take_received(proxy)
             if not output.is_open(proxy):
                 proxy.due = FOREVER
             elif proxy.due <= now + TOGETHER_S:
@@ -114,6 +115,11 @@ class Repairs:
             output.send_to(proxy, output.heartbeat(proxy))
         if output.is_open(proxy):
             self.expect_answers()
+
+    def take_received(self, proxy: ReaderProxy) -> None:
+        """Note as acknowledged what a reader has shown to have."""
+        if proxy.received > proxy.acked:
+            self.note_received(proxy, min(proxy.received, self._output.last_for(proxy)))
 
     def note_received(self, proxy: ReaderProxy, number: int) -> None:
         """Note that a reader has all samples up to `number`; it may be known already."""

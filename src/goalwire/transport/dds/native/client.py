@@ -8,10 +8,9 @@ from itertools import count
 from time import time_ns
 
 from goalwire.rtps.protocol.announcements import EndpointData as RtpsEndpoint
-from goalwire.rtps.protocol.reader_proxy import ReaderProxy
 from goalwire.rtps.protocol.writer import WriterListener
 from goalwire.transport.contract import Endpoint, Sample, new_sample
-from goalwire.transport.dds.description import EndpointData, Role
+from goalwire.transport.dds.description import GUID_PREFIX_SIZE, EndpointData, Role
 from goalwire.transport.dds.native.context import NativeContext
 from goalwire.transport.dds.native.dialects import Dialect, Reply, dialect_of, request_qos
 from goalwire.transport.dds.native.ends import WaitingSamples, make_writer, side_of
@@ -52,6 +51,8 @@ class NativeClient(ClientEnd):
         self._asked: dict[int, tuple[Call, bytes]] = {}
         """The calls by the numbers on the wire, each with the server that got this number."""
         self._waiting = WaitingSamples()
+        self._dialects: dict[bytes, Dialect] = {}
+        """The forms of requests that the servers expect, by the GUIDs of their readers."""
         self._awaited = context.awaited
         self._reaches = False
         self._has_begun = False
@@ -105,31 +106,36 @@ class NativeClient(ClientEnd):
         """Send a request to all servers that there are. Runs inside `Wire.run`."""
         readers = self._writer.readers
         is_alone = len(readers) == 1
-        for guid, proxy in readers.items():
+        for guid in readers:
             call.servers[guid] = 0
             to = None if is_alone else guid
-            self._waiting.send(guid, partial(self._send_to, call, payload, proxy, to))
+            if self._waiting.queues or not self._send_to(call, payload, guid, to):
+                self._waiting.send(guid, partial(self._send_to, call, payload, guid, to))
         if not call.servers:
             self._context.participant.tell(self._end, call)
 
-    def _send_to(self, call: Call, payload: bytes, proxy: ReaderProxy, to: bytes | None) -> bool:
-        """Send a request to one server; False if there is no room."""
-        server = proxy.data.guid
+    def _send_to(self, call: Call, payload: bytes, server: bytes, to: bytes | None) -> bool:
+        """Send a request to one server, given by its reader; False if there is no room."""
         if server not in call.servers or call.sequence not in self._calls:
             return True  # the call has ended meanwhile
-        writer = self._writer
-        number, qos = writer.last + 1, b''
-        dialect = dialect_of(self._context.participant.vendor_of(proxy.data.prefix))
+        writer, qos = self._writer, b''
+        dialect = self._dialects.get(server) or self._find_dialect(server)
         if dialect is Dialect.INLINE:
             qos = self._request_qos
         elif dialect is Dialect.HEADER:
-            payload = wrap((self._handle, number), payload)
-        self._asked[number] = call, server
-        if writer.add(payload, qos, to) is None:
-            del self._asked[number]
+            payload = wrap((self._handle, writer.last + 1), payload)
+        number = writer.add(payload, qos, to)
+        if number is None:
             return False
+        self._asked[number] = call, server  # the reply is not read before: this runs inside `Wire.run`
         call.servers[server] = number
         return True
+
+    def _find_dialect(self, server: bytes) -> Dialect:
+        """Return the form of requests that a server expects, and remember it."""
+        vendor = self._context.participant.vendor_of(server[:GUID_PREFIX_SIZE])
+        self._dialects[server] = dialect = dialect_of(vendor)
+        return dialect
 
     def send_waiting(self) -> None:
         """Send the requests that waited for room, as far as there is room now."""
@@ -162,15 +168,17 @@ class NativeClient(ClientEnd):
         call, server = found
         # The reply acknowledges the request, so no HEARTBEAT has to ask for an ACKNACK. That saves two of six
         # packets a call, for clients with fewer than a hundred calls a second.
-        self._context.participant.run(partial(self._writer.note_received, server, reply.number), None)
+        self._writer.note_received(server, reply.number)
         if reply.refusal is not None:
             call.reason = call.reason or reply.refusal
         else:
             now = time_ns()
             call.on_reply(new_sample((reply.message, call.sequence, time or now, now, self.gid)))
         call.servers.pop(server, None)
-        if not call.servers:
-            self._end(call)
+        # hot path: `_end` of a call that waits for nothing, without two calls.
+        if not call.servers and self._calls.pop(call.sequence, None) is not None:
+            self._awaited.pop(call, None)
+            call.on_end(call.reason)
 
     # ---- servers that come and go
 
@@ -192,6 +200,7 @@ class NativeClient(ClientEnd):
     def lose_server(self, reader: bytes) -> None:
         """Remove a server that has gone from all calls; end those that wait for no other."""
         self._context.participant.run(partial(self._waiting.discard, reader), None)
+        self._dialects.pop(reader, None)
         for call in list(self._calls.values()):
             number = call.servers.pop(reader, None)
             if number is not None:

@@ -15,11 +15,13 @@ rmw_connextdds_common src/common/rmw_impl.cpp; OMG DDS-RPC 1.0, 7.8.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
+from functools import partial
 from typing import NamedTuple
 
 from goalwire.errors import RemoteError, peer_text
-from goalwire.rtps.protocol.parameters import read_list, related_sample, write_related_sample
+from goalwire.rtps.protocol.parameters import new_identity, read_list, related_sample, write_related_sample
 from goalwire.rtps.protocol.primitives import GUID_SIZE, SampleIdentity, is_writer
 from goalwire.transport.dds.description import GUID_PREFIX_SIZE
 from goalwire.transport.dds.service_header import Header, refusal, refusal_reason, unwrap, wrap
@@ -66,9 +68,15 @@ class ReturnAddress(NamedTuple):
     header: Header | None = None
 
 
+_new_address: Callable[[tuple[bytes, SampleIdentity, None]], ReturnAddress] = partial(
+    tuple.__new__, ReturnAddress
+)
+"""Makes a ReturnAddress without a call of Python code."""
+
+
 def read_request(
-    qos: bytes, payload: bytes, writer: bytes, number: int, *, has_header: bool
-) -> tuple[ReturnAddress, int, bytes]:
+    qos: bytes, payload: bytes | bytearray, writer: bytes, number: int, *, has_header: bool
+) -> tuple[ReturnAddress, int, bytes | bytearray]:
     """Return a request's return address, the number that its client gave it, and its message.
 
     `writer` and `number` are those of the sample. `has_header` is True for a participant of Cyclone DDS.
@@ -76,11 +84,12 @@ def read_request(
     """
     related = related_sample(qos) if qos else None
     if related is not None and any(related.guid):
-        answered = SampleIdentity(related.guid, number)
-        is_readers = not is_writer(related.guid[GUID_PREFIX_SIZE:])
-        return ReturnAddress(related.guid if is_readers else b'', answered), number, payload
+        guid = related.guid
+        is_readers = not is_writer(guid[GUID_PREFIX_SIZE:])
+        address = _new_address((guid if is_readers else b'', new_identity((guid, number)), None))
+        return address, number, payload
     if has_header or payload[4:12] == writer[GUID_SIZE - 8 :]:  # Connext can do so, too
-        header, message = unwrap(payload)
+        header, message = unwrap(bytes(payload))
         return ReturnAddress(b'', SampleIdentity(writer, number), header), header.sequence, message
     return ReturnAddress(b'', SampleIdentity(writer, number)), number, payload
 
@@ -110,19 +119,24 @@ class Reply(NamedTuple):
     """The client whose request it answers: the GUID that the request named, or the client in the header."""
     number: int
     """The number of the request."""
-    message: bytes
+    message: bytes | bytearray
     refusal: str | None = None
     """The reason, if it is a refusal."""
 
 
-def read_reply(qos: bytes, payload: bytes) -> Reply | None:
+_new_reply: Callable[[tuple[bytes, int, bytes | bytearray, str | None]], Reply] = partial(
+    tuple.__new__, Reply
+)
+
+
+def read_reply(qos: bytes, payload: bytes | bytearray) -> Reply | None:
     """Read a reply; None if it names no request in a form that is known here. Raises RemoteError."""
     related = related_sample(qos) if qos else None
     if related is not None:
-        is_plain = len(qos) <= _PLAIN_QOS_SIZE
-        return Reply(related.guid, related.number, payload, None if is_plain else _reason(qos))
+        guid, number = related
+        return _new_reply((guid, number, payload, None if len(qos) <= _PLAIN_QOS_SIZE else _reason(qos)))
     try:
-        (client, number), message = unwrap(payload)
+        (client, number), message = unwrap(bytes(payload))
     except RemoteError:
         return None  # a reply of a vendor whose form is not known here
     if number < 0:

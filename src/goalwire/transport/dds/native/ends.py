@@ -81,24 +81,25 @@ class WaitingSamples:
     """Samples for which a writer has no room yet, by their receiver. Used inside `Wire.run`."""
 
     def __init__(self) -> None:
-        self._queues: dict[bytes | None, deque[Callable[[], bool]]] = {}
+        self.queues: dict[bytes | None, deque[Callable[[], bool]]] = {}
+        """The samples that wait; those for one receiver keep their order."""
 
     def send(self, reader: bytes | None, send: Callable[[], bool]) -> None:
         """Call `send` now or after earlier samples for the reader. It returns False if there is no room."""
-        queue = self._queues.get(reader)
+        queue = self.queues.get(reader)
         if queue is not None:
             queue.append(send)
         elif not send():
-            self._queues[reader] = deque([send])
+            self.queues[reader] = deque([send])
 
     def send_all(self) -> None:
         """Send the waiting samples, as far as there is room."""
-        for reader, queue in list(self._queues.items()):
+        for reader, queue in list(self.queues.items()):
             while queue and queue[0]():
                 queue.popleft()
             if not queue:
-                del self._queues[reader]
+                del self.queues[reader]
 
     def discard(self, reader: bytes) -> None:
         """Drop the samples for a reader that has gone."""
-        self._queues.pop(reader, None)
+        self.queues.pop(reader, None)

@@ -149,7 +149,14 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
 
     def send(self, request: NativeRequest, reply: tuple[bytes, bytes]) -> None:
         """Send one reply once its client can receive it."""
-        self._context.participant.run(partial(self._send, _Outgoing(request, *reply)), None)
+        self._context.participant.run(partial(self._send_now, request, *reply), None)
+
+    def _send_now(self, request: NativeRequest, payload: bytes, qos: bytes) -> None:
+        """Send a reply, or let it wait. Runs inside `Wire.run`."""
+        reader, writer = self._find_reader(request), self._writer
+        is_due = reader in writer.readers and not self._unsent.queues
+        if not is_due or writer.add(payload, qos, reader) is None:
+            self._send(_Outgoing(request, payload, qos))
 
     def _send(self, reply: _Outgoing) -> None:
         """Send a reply, or let it wait for its reader or for room. Runs inside `Wire.run`."""
