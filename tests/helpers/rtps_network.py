@@ -60,7 +60,7 @@ class Collector(ReaderListener):
     @property
     def payloads(self) -> list[bytes | None]:
         """What has come, in order."""
-        return [sample.payload for sample in self.samples]
+        return [None if sample.payload is None else bytes(sample.payload) for sample in self.samples]
 
     def on_sample(self, sample: Sample) -> None:
         self.samples.append(sample)

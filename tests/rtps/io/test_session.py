@@ -120,7 +120,7 @@ class _Echo(ReaderListener):
         self._writer = writer
 
     def on_sample(self, sample: Sample) -> None:
-        self._writer.write(sample.payload or b'')
+        self._writer.write(bytes(sample.payload or b''))
 
 
 def test_news_of_a_reader_is_read_before_samples_that_came_after_it(domain: int) -> None:
@@ -150,6 +150,12 @@ def test_late_joiners_get_the_history(domain: int) -> None:
             other.wait_for(lambda: len(collector.samples) == 3, 'the history')
             assert [sample.number for sample in collector.samples] == [3, 4, 5]
         one.wait_for(lambda: not one.watcher.participants, 'the end of the other')
+
+
+def test_what_has_come_in_large_packets_stays_when_more_comes(pair: tuple[Side, Side]) -> None:
+    sent = [bytes([number]) * size for number, size in enumerate(3 * (30_000, 200_000, 5_000, 1_000_000))]
+    assert _send(*pair, sent) == sent
+    assert _send(*pair, sent[::-1]) == sent[::-1]
 
 
 def test_a_full_writer_waits_for_its_readers(pair: tuple[Side, Side]) -> None:
@@ -287,5 +293,6 @@ def test_packets_are_as_large_as_is_asked_for(domain: int) -> None:
             send(packet, to)
 
         one.participant.send_packet = measure
+        one.participant.send_packet_parts = None  # so parts come joined, too
         assert _send(one, other, [bytes(20_000)]) == [bytes(20_000)]
         assert 1000 < max(sizes) <= 1472

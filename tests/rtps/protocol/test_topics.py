@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from goalwire.records import replace
 from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol.primitives import LARGE
 from goalwire.rtps.protocol.qos import BEST_EFFORT, RELIABLE, TRANSIENT_LOCAL, Qos
 from goalwire.rtps.protocol.reader import Sample
 from goalwire.rtps.protocol.writer import MOST_UNACKNOWLEDGED
@@ -99,7 +100,7 @@ def test_a_question_and_its_answer_never_wait_for_a_timer() -> None:
     asked = Collector()
 
     def answer(sample: Sample) -> None:
-        answers.write(sample.payload or b'', to=reader.data.guid)
+        answers.write(bytes(sample.payload or b''), to=reader.data.guid)
 
     asked.on_any = answer
     server.create_reader('rq/request', 'Request', KEEP_ALL, asked)
@@ -247,6 +248,59 @@ def test_a_large_sample_does_not_overrun_a_socket() -> None:
     assert network.now - begun < 0.01
     assert collector.payloads == [payload]
     assert sum(len(packet) for *_, packet in network.packets) < 1.1 * len(payload), 'nothing is sent twice'
+
+
+def _windows_of(room: int, payload: bytes) -> list[float]:
+    """Return when the packets of a sample leave for a reader on the same host whose buffer has `room`."""
+    network = Network()
+    settings: dict[str, object] = {'receive_buffer': room}
+    one, _ = network.participant(same_host=True)
+    other, _ = network.participant(same_host=True, settings=settings)
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, publisher)
+    other.create_reader('t', 'T', KEEP_ALL, collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    network.run(1)
+    network.keeps = True
+    writer.write(payload)
+    assert network.run(1, lambda: collector.samples)
+    assert collector.payloads == [payload]
+    return [when for when, _, _, packet in network.packets if len(packet) > LARGE]
+
+
+def test_a_large_sample_goes_out_at_once_if_its_reader_has_room_for_it() -> None:
+    payload = bytes(range(256)) * 4000
+    assert len(set(_windows_of(8 << 20, payload))) == 1
+    assert len(set(_windows_of(400_000, payload))) == 3
+    assert len(set(_windows_of(0, payload))) == 4, 'two packets, then twice as many for each answer'
+
+
+def test_a_window_grows_again_long_after_a_loss() -> None:
+    network = Network()
+    one, _ = network.participant(same_host=True)
+    other, _ = network.participant(same_host=True)
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, publisher)
+    other.create_reader('t', 'T', KEEP_ALL, collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+
+    def count_windows() -> int:
+        network.packets.clear()
+        before = len(collector.samples)
+        writer.write(bytes(2_000_000))
+        assert network.run(5, lambda: len(collector.samples) > before)
+        return len({when for when, _, _, packet in network.packets if len(packet) > LARGE})
+
+    network.keeps = True
+    for _ in range(4):
+        fewest = count_windows()
+    network.loss = 0.3
+    for _ in range(4):
+        count_windows()
+    network.loss = 0
+    assert count_windows() > fewest
+    counts = [count_windows() for _ in range(60)]
+    assert counts[-1] == fewest
 
 
 def test_a_writer_that_keeps_all_is_full_until_its_readers_have_room() -> None:

@@ -94,11 +94,13 @@ class RtpsSession:
                 announce_s=settings.announce_s,
                 packet_size=settings.packet_size,
                 ipv6=settings.ipv6,
+                receive_buffer=self._sockets.receive_buffer,
             ),
             _Listener(listener or ParticipantListener(), self.rejects),
             clock=monotonic,
             wall_clock_ns=time_ns,
             send=self._sockets.send,
+            send_parts=self._sockets.send_parts,
             on_sooner=self._set_timer,
             on_acknowledged=self._wake_sleepers,
         )

@@ -10,6 +10,7 @@ from contextlib import suppress
 
 from goalwire.concurrency.forks import open_privately
 from goalwire.errors import TransportError
+from goalwire.freed_memory import keep_freed_memory
 from goalwire.host_addresses import LOOPBACK, LOOPBACK_V6, Interface
 from goalwire.rtps.io.addresses import (
     MOST_PARTICIPANTS,
@@ -19,16 +20,19 @@ from goalwire.rtps.io.addresses import (
     multicast_ports,
 )
 from goalwire.rtps.io.settings import Settings
-from goalwire.rtps.protocol.primitives import Address
+from goalwire.rtps.protocol.primitives import LARGE, Address, PacketParts
 
 _ALL_GROUPS, _ALL_GROUPS_V6 = (socket.IPPROTO_IP, 49), (socket.IPPROTO_IPV6, 29)
 """Linux's IP_MULTICAST_ALL and IPV6_MULTICAST_ALL, for which Python has no names."""
 _SENDS_BY = socket.IPPROTO_IP, socket.IP_MULTICAST_IF
 _SENDS_BY_V6 = socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF
+_SENDS_PARTS = hasattr(socket.socket, 'sendmsg')
 _OUT_OF_PORTS = errno.EADDRINUSE, errno.EACCES
 
-LARGE = 4096
-"""A packet of this many bytes is probably a fragment, so that others follow."""
+LARGE_AT_ONCE = 8
+"""How many packets are read at once while large ones come: for each there is memory that is used again."""
+MOST_BYTES = 1 << 16
+"""The largest UDP packet."""
 TURNS_BETWEEN_LOOKS = 8
 
 
@@ -46,6 +50,10 @@ class Sockets:
         """Packets that could not be sent."""
         self._until_look = 0
         """How many calls of `read` pass before it tries to read a second packet again."""
+        self._expects_large = False
+        """True after a large packet of samples."""
+        self._memory: list[memoryview] = []
+        """Memory for large packets, which is made for the first one and then used again."""
         self._listeners: list[socket.socket] = []
         """The receivers that have joined the groups."""
         self._interfaces: dict[Interface, bytes] = {}
@@ -161,6 +169,11 @@ class Sockets:
         """The source port of all packets; 0 if there are no sockets."""
         return self._ports[1]
 
+    @property
+    def receive_buffer(self) -> int:
+        """How many bytes of unread packets the system keeps for the data socket; 0 if there is none."""
+        return self._sender.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) if self.receivers else 0
+
     def send(self, packet: bytes, address: Address) -> None:
         """Send a packet; a packet that the system does not accept is lost, and counted."""
         if address[0] in self._groups:
@@ -168,6 +181,17 @@ class Sockets:
             return
         try:
             self._sender.sendto(packet, address)
+        except OSError:
+            self.lost += 1
+
+    def send_parts(self, parts: PacketParts, address: Address) -> None:
+        """Send a packet in parts, as `send` does; only the system copies them."""
+        keep_freed_memory()
+        if address[0] in self._groups or not _SENDS_PARTS:
+            self.send(b''.join(parts), address)
+            return
+        try:
+            self._sender.sendmsg(parts, (), 0, address)
         except OSError:
             self.lost += 1
 
@@ -179,30 +203,59 @@ class Sockets:
                 self._sender.setsockopt(*option, name)
                 self._sender.sendto(packet, group)
 
-    def read(self, sock: socket.socket, most: int) -> list[tuple[bytes, Address]]:
+    def read(self, sock: socket.socket, most: int) -> list[tuple[bytes | memoryview, Address]]:
         """Return at most `most` packets that a socket has received, each with its sender.
+
+        A memoryview is valid until the next `read`.
 
         A read that finds no packet costs 2 us of a call's 50. So more than one data packet is read only
         while they come in bursts, and now and then to detect a burst. Discovery packets are always read
         completely, so that news of a writer or reader is seldom later than the samples that follow it.
         """
-        packets: list[tuple[bytes, Address]] = []
+        packets: list[tuple[bytes | memoryview, Address]] = []
         has_samples = sock is self._sender
+        if has_samples and self._expects_large:
+            return self._read_large(sock)
         if has_samples and self._until_look:
             self._until_look -= 1
             most = 1
         for _ in range(most):
             try:
-                packet, source = sock.recvfrom(65536)
+                packet, source = sock.recvfrom(MOST_BYTES)
             except BlockingIOError:
                 break
             except OSError:  # on some systems an ICMP error of an earlier send is raised here
                 continue
             packets.append((packet, source[:2]))
+            if len(packet) > LARGE and has_samples:
+                self._until_look = 0
+                return packets + self._read_large(sock)
         if has_samples and most > 1:
             self._until_look = 0 if len(packets) > 1 else TURNS_BETWEEN_LOOKS
-        if packets and len(packets[-1][0]) > LARGE:
-            self._until_look = 0
+        return packets
+
+    def _read_large(self, sock: socket.socket) -> list[tuple[bytes | memoryview, Address]]:
+        """Read some packets, of which the large ones stay in memory that is there.
+
+        To make 64 KiB of new memory for each would cost more than the copy of the packet into it.
+        """
+        packets: list[tuple[bytes | memoryview, Address]] = []
+        if not self._memory:
+            keep_freed_memory()
+            self._memory = [memoryview(bytearray(MOST_BYTES)) for _ in range(LARGE_AT_ONCE)]
+        self._expects_large = False
+        for memory in self._memory:
+            try:
+                size, source = sock.recvfrom_into(memory)
+            except BlockingIOError:
+                break
+            except OSError:  # as in `read`
+                continue
+            if size > LARGE:
+                self._expects_large = True
+                packets.append((memory[:size], source[:2]))
+            else:
+                packets.append((bytes(memory[:size]), source[:2]))
         return packets
 
     def close(self) -> None:

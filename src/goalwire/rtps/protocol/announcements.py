@@ -56,6 +56,8 @@ class ParticipantData:
     tag: str = ''
     user_data: bytes = b''
     name: str = ''
+    receive_buffer: int = 0
+    """How many bytes of unread packets the system keeps for it; 0: unknown."""
 
 
 @record
@@ -100,6 +102,8 @@ def write_participant(data: ParticipantData) -> bytes:
         told.append((pids.USER_DATA, struct.pack('<I', len(data.user_data)) + data.user_data))
     if data.name:
         told.append((pids.ENTITY_NAME, write_text(data.name)))
+    if data.receive_buffer:
+        told.append((pids.RECEIVE_BUFFER, struct.pack('<I', data.receive_buffer)))
     return write_payload(told)
 
 
@@ -133,10 +137,14 @@ def read_participant(payload: bytes) -> ParticipantData:
                 values['user_data'] = _user_data(value, order)
             case pids.ENTITY_NAME:
                 values['name'] = read_text(value, order)
+            case pids.RECEIVE_BUFFER:
+                values['receive_buffer'] = read_u32(value, order) if len(value) == 4 else 0
             case _:
                 _check_unknown(pid)
     if 'prefix' not in values:
         raise RtpsError('a participant tells no GUID')
+    if values.get('vendor') != VENDOR:  # to others the number may mean something else
+        values.pop('receive_buffer', None)
     return ParticipantData(**values, metatraffic=tuple(metatraffic), default=tuple(default))  # type: ignore[arg-type]
 
 

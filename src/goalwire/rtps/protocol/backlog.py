@@ -21,7 +21,7 @@ class Sample(NamedTuple):
     number: int
     time: int | None
     """The source timestamp by the writer's clock, in nanoseconds since 1970; None without INFO_TS."""
-    payload: bytes | None
+    payload: bytes | bytearray | None
     """The encapsulated payload; None if the sample says that an instance was disposed of or unregistered."""
     qos: bytes = b''
     """Inline QoS."""

@@ -92,6 +92,8 @@ class Settings:
     """The largest packet in bytes; None: chosen for readers on this host and on others."""
     ipv6: bool = False
     """True if its sockets use IPv6; locators of the other kind are skipped."""
+    receive_buffer: int = 0
+    """How many bytes of unread packets the system keeps for its data socket; 0: unknown."""
 
 
 class ParticipantListener:
@@ -357,13 +359,13 @@ class Discovery:
             return None
         status, key = pids.status_of(sample.qos) if sample.qos else (0, b'')
         if status & GONE:
-            guid = key or (read_key(sample.payload, pids.ENDPOINT_GUID) if sample.payload else None)
+            guid = key or (read_key(bytes(sample.payload), pids.ENDPOINT_GUID) if sample.payload else None)
             if guid is not None:
                 self._lose_endpoint(remote, guid)
             return None
         if sample.payload is None or sample.is_key:
             return None
-        endpoint = read_endpoint(sample.payload)
+        endpoint = read_endpoint(bytes(sample.payload))
         if endpoint.prefix != remote.data.prefix or is_writer(endpoint.entity_id) is not are_writers:
             raise RtpsError('an endpoint is told of by a participant that it does not belong to')
         size = len(sample.payload)

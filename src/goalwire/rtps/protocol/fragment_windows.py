@@ -1,7 +1,9 @@
 """A writer's large samples: they go out in fragments, a window at a time, as socket buffers are small.
 
 The next window goes out when a reader asks for it, or after a moment. As long as no reader lacks what has
-been sent, the next one is twice as large; after a loss it is halved for good.
+been sent, the next one is twice as large; after a loss it is halved, and grows again only after many windows
+without a loss. Readers of this implementation on this host tell how large their buffers are; then the first
+window already fills a part of that.
 """
 
 from __future__ import annotations
@@ -25,6 +27,10 @@ buffer on Linux takes three packets of 60,000 bytes, or twelve of 8,000."""
 WINDOW_S = 0.0005
 LARGEST_WINDOW = 1 << 20
 """The largest window in bytes: without a loss each window is twice the last one."""
+ROOM_USED = 3 / 4
+"""The part of a reader's buffer that a window may fill; the rest is for other writers' samples."""
+FORGIVEN = 16
+"""After so many windows without a loss the largest window is doubled again."""
 WINDOWS_KEPT = 16
 """How many windows are remembered with the time of sending."""
 
@@ -57,9 +63,21 @@ class FragmentWindows:
         """Bytes of the queued samples."""
         self._next_fragment = 1
         self._window, self._largest_window = WINDOW, LARGEST_WINDOW
+        self._rooms: int | None = None
+        """The least buffer that a reader on this host has told of; 0 if there is a reader that tells none."""
+        self._lossless = 0
+        """How many windows have been received since the last loss."""
         self._timer: Timer | None = None
         self._sent: deque[_Window] = deque(maxlen=WINDOWS_KEPT)
         """The last windows of fragments."""
+
+    def note_room(self, room: int) -> None:
+        """Note that there is one more reader, whose buffer has `room` for so many bytes; 0: unknown.
+
+        If all readers tell their room, the first window already fills it, and need not grow.
+        """
+        self._rooms = room if self._rooms is None else min(self._rooms, room)
+        self._window = min(max(WINDOW, int(self._rooms * ROOM_USED)), self._largest_window)
 
     def queue(self, change: Change) -> None:
         """Queue a sample behind the ones that are being sent."""
@@ -124,13 +142,13 @@ class FragmentWindows:
                 before = output.wire.head + proxy.asks + stamp
                 for fragment in range(first, end):
                     packet = cut(before, change, proxy.entity_id, output.entity_id, fragment)
-                    output.wire.send(packet, proxy.address)
+                    output.wire.send_parts(packet, proxy.address)
         else:
             before = output.wire.head + stamp
             for fragment in range(first, end):
                 packet = cut(before, change, UNKNOWN_ENTITY, output.entity_id, fragment)
                 for address in output.addresses:
-                    output.wire.send(packet, address)
+                    output.wire.send_parts(packet, address)
         self._next_fragment = end
         self._sent.append(_Window(change.number, first, end, output.wire.clock()))
         return (end - first) * change.fragment_size
@@ -166,6 +184,7 @@ class FragmentWindows:
             return
         if change is not None and change.fragment_size and missing:
             self._window = self._largest_window = max(WINDOW, self._window // 2)
+            self._lossless = 0
             output.note_loss()
             self.send_some(proxy, change, missing)
             output.send_to(proxy, output.heartbeat(proxy))
@@ -184,6 +203,9 @@ class FragmentWindows:
 
     def _grow(self) -> None:
         """Note that a reader has a whole window and asks for the next one."""
+        self._lossless += 1
+        if self._lossless % FORGIVEN == 0:
+            self._largest_window = min(2 * self._largest_window, LARGEST_WINDOW)
         self._window = min(2 * self._window, self._largest_window)
         if self._window == LARGEST_WINDOW:
             self._output.trust()
@@ -196,7 +218,7 @@ class FragmentWindows:
         for fragment in list(fragments)[: _fragments_of(WINDOW, change)]:
             if 0 < fragment <= count:
                 packet = cut(before, change, proxy.entity_id, output.entity_id, fragment)
-                output.wire.send(packet, proxy.address)
+                output.wire.send_parts(packet, proxy.address)
 
     def stop(self) -> None:
         """Send nothing more."""

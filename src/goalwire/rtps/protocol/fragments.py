@@ -8,7 +8,7 @@ from typing import NamedTuple
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.history import Change
 from goalwire.rtps.protocol.messages import DataFrag
-from goalwire.rtps.protocol.primitives import NumberSet, RtpsError
+from goalwire.rtps.protocol.primitives import NumberSet, PacketParts, RtpsError
 
 NEAR_FRAGMENT, FAR_FRAGMENT, MOST_FAR_FRAGMENT = 60_000, 1_344, 8_000
 """Bytes of a fragment to readers on this host, and on others: at first, and after many have arrived without a
@@ -36,19 +36,31 @@ def fragment_count(size: int, fragment_size: int) -> int:
     return -(-size // fragment_size)
 
 
-def cut(before: bytes, change: Change, reader: bytes, writer: bytes, fragment: int) -> bytes:
-    """Return DATA_FRAG with one fragment of a change, after the beginning of its packet."""
+def cut(before: bytes, change: Change, reader: bytes, writer: bytes, fragment: int) -> PacketParts:
+    """Return DATA_FRAG with one fragment of a change, after the beginning of its packet, in parts."""
     payload, size = change.payload or b'', change.fragment_size
     piece = memoryview(payload)[(fragment - 1) * size : fragment * size]
     qos = change.qos if fragment == 1 else b''
     body = DataFrag(reader, writer, change.number, fragment, 1, size, len(payload), qos, piece, change.is_key)
-    return body.encode(before)
+    return body.parts(before)
 
 
 class Partial:
     """A sample whose fragments have not all arrived."""
 
-    __slots__ = ('_asked', '_pieces', 'count', 'fragment_size', 'heard', 'is_key', 'kept', 'qos', 'size')
+    __slots__ = (
+        '_ahead',
+        '_asked',
+        '_joined',
+        '_payload',
+        'count',
+        'fragment_size',
+        'heard',
+        'is_key',
+        'kept',
+        'qos',
+        'size',
+    )
 
     def __init__(self, first: DataFrag) -> None:
         """Raises RtpsError for a sample that is too large, or cut too small."""
@@ -66,12 +78,16 @@ class Partial:
         """Bytes that have arrived."""
         self.heard = 0.0
         """When a fragment last arrived."""
-        self._pieces: dict[int, bytes] = {}
+        self._payload = bytearray()
+        self._joined = 0
+        """The payload's beginning, and how many fragments it consists of."""
+        self._ahead: dict[int, bytes] = {}
+        """The fragments that have come before earlier ones."""
         self._asked = (0, 0.0)
         """The first fragment of the last request, and the request's time."""
 
     def add(self, fragment: DataFrag) -> None:
-        """Add fragments; raises RtpsError if they do not belong to this sample."""
+        """Add fragments, by copying them; raises RtpsError if they do not belong to this sample."""
         first, size = fragment.first, self.fragment_size
         last = first + fragment.fragments - 1
         if (fragment.size, fragment.fragment_size) != (
@@ -86,20 +102,31 @@ class Partial:
         if fragment.qos:
             self.qos = fragment.qos
         for number in range(first, last + 1):
-            if number not in self._pieces:
+            if number > self._joined and number not in self._ahead:
                 at = (number - first) * size
-                piece = bytes(payload[at : min(at + size, expected)])
-                self._pieces[number] = piece
-                self.kept += len(piece)
+                self._take(number, payload[at : min(at + size, expected)])
+
+    def _take(self, number: int, piece: bytes | memoryview) -> None:
+        """Append a fragment to the payload, or keep it until the ones before it have come."""
+        self.kept += len(piece)
+        if number > self._joined + 1:
+            self._ahead[number] = bytes(piece)
+            return
+        self._payload += piece
+        self._joined = number
+        while (following := self._ahead.pop(self._joined + 1, None)) is not None:
+            self._payload += following
+            self._joined += 1
 
     @property
     def is_whole(self) -> bool:
         """True if all fragments have arrived."""
         return self.kept == self.size
 
-    def join(self) -> bytes:
-        """Return the payload."""
-        return b''.join([self._pieces[number] for number in range(1, self.count + 1)])
+    @property
+    def payload(self) -> bytearray:
+        """The payload, once the sample is whole. Nothing is added to it then."""
+        return self._payload
 
     def to_ask(self, now: float, last: int | None = None) -> NumberSet | None:
         """Return the missing fragments up to `last`, to be requested.
@@ -107,7 +134,7 @@ class Partial:
         None if all have arrived, or if the same ones were requested a moment ago and may be on their way.
         """
         end = self.count if last is None else min(last, self.count)
-        missing = _first_missing(range(1, end + 1), self._pieces)
+        missing = _first_missing(range(self._joined + 1, end + 1), self._ahead)
         if missing is None or (missing.base == self._asked[0] and now < self._asked[1] + ON_THE_WAY_S):
             return None
         self._asked = missing.base, now

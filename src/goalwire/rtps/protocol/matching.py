@@ -210,7 +210,7 @@ class Matching:
             elif (remote := self.remotes.get(reader.prefix)) is not None:
                 address = self._address_of(remote, reader)
                 if address is not None:
-                    own_writer.match(reader, address, is_near=remote.is_near)
+                    own_writer.match(reader, address, is_near=remote.is_near, room=remote.data.receive_buffer)
         if own_reader is not None:
             if policy is not None:
                 self._wire.tell(own_reader.listener.on_incompatible, writer, policy)

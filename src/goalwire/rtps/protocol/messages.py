@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple, TypeAlias
 
 from goalwire.rtps.protocol import bounds
-from goalwire.rtps.protocol.primitives import NumberSet, RtpsError
+from goalwire.rtps.protocol.primitives import NumberSet, PacketParts, RtpsError
 
 MAGIC = b'RTPS'
 VERSION = b'\x02\x05'
@@ -128,8 +128,12 @@ class DataFrag(NamedTuple):
         is_key = bool(flags & KEY_FRAGMENTS)
         return cls(reader, writer, number, first, count, fragment_size, size, qos, data[at:end], is_key)
 
-    def encode(self, before: bytes = b'') -> bytes:
-        """Return the submessage after `before`, its packet's beginning: so the payload is copied once."""
+    def encode(self) -> bytes:
+        """Return the submessage."""
+        return b''.join(self.parts())
+
+    def parts(self, before: bytes = b'') -> PacketParts:
+        """Return the submessage after `before`, its packet's beginning; the payload is not copied."""
         number, payload = self.number, self.payload
         flags = LITTLE | (INLINE_QOS if self.qos else 0) | (KEY_FRAGMENTS if self.is_key else 0)
         body = _DATA_FRAG[1].pack(
@@ -147,7 +151,7 @@ class DataFrag(NamedTuple):
         size = len(body) + len(self.qos) + len(payload)
         pad = -size & 3
         head = _HEAD.pack(DATA_FRAG, flags, size + pad if size + pad < 65536 else 0)
-        return b''.join((before, head, body, self.qos, payload, bytes(pad)))
+        return b'%b%b%b%b' % (before, head, body, self.qos), payload, b'\0\0\0'[:pad]
 
 
 class Heartbeat(NamedTuple):
@@ -375,7 +379,7 @@ def split(packet: bytes) -> Iterator[tuple[int, int, int, int]]:
         at += length
 
 
-def skip_parameters(data: bytes, at: int, end: int, order: int) -> int:
+def skip_parameters(data: bytes | memoryview, at: int, end: int, order: int) -> int:
     """Return the end, behind the sentinel, of the parameter list at `at`; raises RtpsError."""
     two = TWO[order]
     for _ in range(bounds.MOST_PARAMETERS):

@@ -33,6 +33,8 @@ REPRESENTATION = 0x0073
 RELATED_SAMPLE, RELATED_SAMPLE_OF_VENDORS = 0x0083, 0x800F
 """The ids of the parameter that names a reply's request: the standard's, and one of older programs."""
 DOMAIN_TAG = 0x4014
+RECEIVE_BUFFER = 0x8002
+"""A parameter of this implementation's participants: the bytes that the system keeps of unread packets."""
 
 VENDORS, MUST_BE_KNOWN = 0x8000, 0x4000
 

@@ -23,6 +23,7 @@ from goalwire.rtps.protocol.primitives import (
     READER_KIND,
     WRITER_KIND,
     Address,
+    PacketParts,
     RtpsError,
 )
 from goalwire.rtps.protocol.qos import (
@@ -54,6 +55,7 @@ class Participant(Wire):
         clock: Callable[[], float],
         wall_clock_ns: Callable[[], int],
         send: Callable[[bytes, Address], None],
+        send_parts: Callable[[PacketParts, Address], None] | None = None,
         on_sooner: Callable[[], None] = lambda: None,
         on_acknowledged: Callable[[], None] | None = None,
     ) -> None:
@@ -63,6 +65,7 @@ class Participant(Wire):
             clock=clock,
             wall_clock_ns=wall_clock_ns,
             send=send,
+            send_parts=send_parts,
             on_sooner=on_sooner,
             on_acknowledged=on_acknowledged,
         )
@@ -75,6 +78,7 @@ class Participant(Wire):
             tag=settings.tag,
             user_data=settings.user_data,
             name=settings.name,
+            receive_buffer=settings.receive_buffer,
         )
         self._settings, self._listener = settings, listener
         sizes = _fragment_sizes(settings.packet_size)
@@ -208,8 +212,11 @@ class Participant(Wire):
 
     # ---- packets
 
-    def receive(self, packet: bytes, source: Address) -> None:
-        """Take a packet from an address. If a part of it breaks the rules, the rest is ignored."""
+    def receive(self, packet: bytes | memoryview, source: Address) -> None:
+        """Take a packet from an address. If a part of it breaks the rules, the rest is ignored.
+
+        The memory of a memoryview may be used again afterwards.
+        """
         self.run(partial(self._receiver.receive, packet, source), None)
 
     def refuse(self, kind: str, reason: str) -> None:
@@ -225,7 +232,7 @@ class Participant(Wire):
     def _take_inside(self, reader_id: bytes, sample: Sample) -> None:
         try:
             if reader_id == MESSAGE_READER:
-                payload = sample.payload or b''
+                payload = bytes(sample.payload or b'')
                 if len(payload) >= 20 and payload[4:16] == sample.writer[:PREFIX_SIZE]:
                     self._note_message(payload[4:16], payload[16:20])
                 return

@@ -21,6 +21,12 @@ from goalwire.rtps.protocol import bounds
 Address: TypeAlias = tuple[str, int]
 """Host and UDP port, as sockets take them."""
 
+PacketParts: TypeAlias = tuple[bytes | memoryview, ...]
+"""A packet in pieces. A large payload is one of them, and stays where it is until the system copies it."""
+
+LARGE = 4096
+"""A packet with more bytes than this most likely holds a fragment, so that others follow."""
+
 PREFIX_SIZE = 12
 GUID_SIZE = 16
 

@@ -182,7 +182,7 @@ class Reader:
         if begun.is_whole:
             proxy.backlog.drop_partial(number)
             guid = proxy.data.guid
-            self.on_sample(proxy, Sample(guid, number, time, begun.join(), begun.qos, begun.is_key))
+            self.on_sample(proxy, Sample(guid, number, time, begun.payload, begun.qos, begun.is_key))
         elif proxy.is_reliable and proxy.next:
             proxy.known = max(proxy.known, number)
             if proxy.timer is None:

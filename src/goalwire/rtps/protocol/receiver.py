@@ -31,8 +31,9 @@ from goalwire.rtps.protocol.messages import (
     read_body,
     split,
 )
-from goalwire.rtps.protocol.plain_packet import read_plain
+from goalwire.rtps.protocol.plain_packet import read_plain, read_plain_fragments
 from goalwire.rtps.protocol.primitives import (
+    LARGE,
     PREFIX_SIZE,
     SPDP_WRITER,
     UNKNOWN_ENTITY,
@@ -60,11 +61,14 @@ class Receiver:
         self.is_closed = False
         """True if packets are ignored: the participant's sockets will be closed in a moment."""
 
-    def receive(self, packet: bytes, source: Address) -> None:
-        """Take a packet from an address."""
+    def receive(self, packet: bytes | memoryview, source: Address) -> None:
+        """Take a packet from an address. The memory of a memoryview is not used after this has returned."""
         if self.is_closed:
             return
         try:
+            if len(packet) > LARGE and self._read_fragments(packet, source):
+                return
+            packet = bytes(packet)
             if not packet.startswith(_BEGIN):
                 check_header(packet)
             prefix = packet[8:HEADER_SIZE]
@@ -78,6 +82,26 @@ class Receiver:
                     self._read_known(packet, prefix, source, remote)
         except RtpsError as error:
             self._wire.refuse('malformed packet', str(error))
+
+    def _read_fragments(self, packet: bytes | memoryview, source: Address) -> bool:
+        """Take the fragments of a plain packet out of its memory; False if it has to be read otherwise."""
+        prefix = bytes(packet[8:HEADER_SIZE])
+        remote = self._known.remotes.get(prefix)
+        if remote is None or not remote.is_proven or source not in remote.sources:
+            return False
+        plain = read_plain_fragments(memoryview(packet), self._prefix)
+        if plain is None or packet[: len(_BEGIN)] != _BEGIN:
+            return False
+        fragments, time = plain
+        routes = self._known.routes.get(prefix + fragments.writer)
+        if routes is None:
+            return False
+        if remote.watch is not None:
+            remote.watch.heard = self._wire.clock()
+        for reader, proxy in routes:
+            if fragments.reader in (UNKNOWN_ENTITY, reader.entity_id):
+                reader.on_fragment(proxy, fragments, time)
+        return True
 
     # ---- who speaks
 

@@ -13,7 +13,7 @@ from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.reports import report_failure
 from goalwire.rtps.protocol.messages import header
-from goalwire.rtps.protocol.primitives import Address
+from goalwire.rtps.protocol.primitives import Address, PacketParts
 
 T = TypeVar('T')
 
@@ -105,10 +105,12 @@ class Wire:
         clock: Callable[[], float],
         wall_clock_ns: Callable[[], int],
         send: Callable[[bytes, Address], None],
+        send_parts: Callable[[PacketParts, Address], None] | None = None,
         on_sooner: Callable[[], None] = lambda: None,
         on_acknowledged: Callable[[], None] | None = None,
     ) -> None:
-        """`send` never blocks; a packet that it cannot send is lost, as on any network.
+        """`send` never blocks; a packet that it cannot send is lost, as on any network. `send_parts` does the
+        same for a packet in parts; None: `send` gets them joined.
 
         `on_sooner` is called when a new timer is due before all others; `on_acknowledged`, in order with
         users' callbacks, when readers have acknowledged samples, for callers that wait for that.
@@ -118,6 +120,7 @@ class Wire:
         self.clock = clock
         self.wall_clock_ns = wall_clock_ns
         self.send_packet = send
+        self.send_packet_parts = send_parts
         self.on_acknowledged = on_acknowledged
         self.timers = Timers()
         self.section = CriticalSection()
@@ -187,6 +190,13 @@ class Wire:
             self.send_packet(packet, address)
         else:
             self._local.append(packet)
+
+    def send_parts(self, parts: PacketParts, address: Address) -> None:
+        """Send a packet that is given in parts, as `send` does."""
+        if self.send_packet_parts is not None and address[1]:
+            self.send_packet_parts(parts, address)
+        else:
+            self.send(b''.join(parts), address)
 
     def loop_back(self) -> None:
         """Receive the packets that were sent to this participant itself."""

@@ -230,8 +230,20 @@ class Writer:
 
     # ---- readers that come and go
 
-    def match(self, reader: EndpointData, address: Address, *, is_near: bool, pushes: bool = False) -> None:
-        """Add a reader; `pushes`: send it all samples at once, without a request. Inside `Wire.run`."""
+    def match(
+        self,
+        reader: EndpointData,
+        address: Address,
+        *,
+        is_near: bool,
+        room: int = 0,
+        pushes: bool = False,
+    ) -> None:
+        """Add a reader. Inside `Wire.run`.
+
+        `room` is its participant's `receive_buffer`. With `pushes` all samples are sent to it at once,
+        without a request.
+        """
         output = self._output
         is_reliable = self._is_reliable and reader.qos.reliability == RELIABLE
         wants_history = self._is_local_history and reader.qos.durability >= TRANSIENT_LOCAL
@@ -244,6 +256,7 @@ class Writer:
         self.readers[reader.guid] = proxy
         if not is_near:
             output.note_far()
+        self._windows.note_room(room if is_near else 0)
         output.note_readers()
         self._wire.tell(self.listener.on_matched, reader)
         if not is_reliable:

@@ -20,7 +20,7 @@ class Echo(ReaderListener):
     """Answers on the thread that reads."""
 
     def on_sample(self, sample: Sample) -> None:
-        writer.write(sample.payload or b'')
+        writer.write(bytes(sample.payload or b''))
 
 
 session.participant.create_reader('ping', 'T', qos, Echo())

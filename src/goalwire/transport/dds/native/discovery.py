@@ -144,7 +144,7 @@ class InfoListener(ReaderListener):
 
     def on_sample(self, sample: Sample) -> None:
         if sample.payload is not None and sample.writer[:GUID_PREFIX_SIZE] != self._prefix:
-            self._discovery.on_info(sample.payload)
+            self._discovery.on_info(bytes(sample.payload))
 
 
 def _ports(addresses: tuple[Address, ...]) -> frozenset[int]:
