@@ -30,6 +30,7 @@ from goalwire.execution.asyncio.waiting import in_thread
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals.policy import UNLIMITED
+from goalwire.rules.names.robots import RobotView, view_of
 from goalwire.rules.qos import SERVICES_DEFAULT, QoS
 from goalwire.rules.time import ClockType
 
@@ -64,8 +65,10 @@ class SharedContexts:
         self._lock = Lock()
         self._users: dict[Context, int] = {}
 
-    def take(self, domain: int | None) -> Context:
+    def take(self, domain: int | None, view: RobotView | None = None) -> Context:
         """Return the context of a domain, by default ROS_DOMAIN_ID's; call `close` after use. Any thread.
+
+        Nodes that look at the same robots share one.
 
         The context reads the program's ROS arguments, and installs no signal handlers. Raises RCLError for
         bad arguments.
@@ -73,11 +76,12 @@ class SharedContexts:
         number = domain_from_environment() if domain is None else domain
         with self._lock:
             for context in self._users:
-                if context.ok() and context.get_domain_id() == number:
+                if context.ok() and context.get_domain_id() == number and context.view == view:
                     break
             else:
                 context = Context()
                 context.init(domain_id=number)
+                context.view = view
             self._users[context] = self._users.get(context, 0) + 1
         return context
 
@@ -114,6 +118,7 @@ class Node:
         *,
         namespace: str | None = None,
         domain: int | None = None,
+        robots: str | Sequence[str] = (),
         context: Context | None = None,
         arguments: Sequence[str] = (),
         program_arguments: bool = True,
@@ -123,16 +128,18 @@ class Node:
         """Open nothing yet. `arguments` are this node's ROS arguments, in addition to the program's own.
 
         With `program_arguments=False` the node ignores the program's arguments, and has its own context.
-        Nodes without a `context` share one for each `domain`, by default ROS_DOMAIN_ID's. `parameters`
+        Nodes without a `context` share one for each `domain`, by default ROS_DOMAIN_ID's. With `robots`,
+        names or patterns such as 'a*', the node sees these robots of a fleet and no others. `parameters`
         override the values in declarations. `call_timeout` is the timeout in s of calls without one, and of
         goals until they are accepted; by default GOALWIRE_CALL_TIMEOUT. Raises TypeError for a time that is
-        not a number, ValueError for nan.
+        not a number, ValueError for nan or a bad name of a robot.
         """
         if call_timeout is not None:
             timeout_ns(call_timeout, 'call_timeout')
         self._name = name
         self._namespace = namespace
         self._domain = domain
+        self._view = view_of(robots) if robots else None
         self._given = context
         self._arguments = list(arguments)
         self._program_arguments = program_arguments
@@ -165,9 +172,10 @@ class Node:
         if context is None and not self._program_arguments:
             context = Context()
             context.init([], domain_id=self._domain)
+            context.view = self._view
             self._resources.callback(context.try_shutdown)
         elif context is None:
-            context = CONTEXTS.take(self._domain)
+            context = CONTEXTS.take(self._domain, self._view)
             self._resources.callback(CONTEXTS.close, context)
         core = NodeCore(context, self._name, self._namespace, cli_args=self._arguments)
         self._resources.callback(core.destroy)

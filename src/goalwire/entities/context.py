@@ -30,6 +30,7 @@ from goalwire.execution.waiting import ShutdownSignal
 from goalwire.execution.weak_methods import weakly
 from goalwire.graph.graph import Graph
 from goalwire.graph.mismatch import Mismatch
+from goalwire.graph.scope import within
 from goalwire.places import at
 from goalwire.rules import domain
 from goalwire.rules.arguments import Arguments
@@ -37,6 +38,7 @@ from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
 
 if TYPE_CHECKING:
+    from goalwire.rules.names.robots import RobotView
     from goalwire.rules.parameters.unused import OverrideUse
 
 ShutdownCallback = Callable[[], object]
@@ -53,6 +55,8 @@ class Context:
         self._domain_id: int | None = None
         self._has_spun = False
         """Whether a thread has begun to spin without end, so that the program has made its nodes."""
+        self.view: RobotView | None = None
+        """The robots that this context's nodes look at; None: everything. Set before the first node."""
         self._session: Session | None = None
         self._graph: Graph | None = None
         self._callbacks: list[Callable[[], ShutdownCallback | None]] = []
@@ -321,13 +325,14 @@ class Context:
                 'to begin anew, call rclpy.try_shutdown() and rclpy.init()'
             )
         enclave = self.arguments.enclave or '/'
-        session = registry.get().open(SessionOptions(domain_id=self._domain_id, enclave=enclave))
+        options = SessionOptions(domain_id=self._domain_id, enclave=enclave, view=self.view)
+        session = registry.get().open(options)
         graph = Graph(
             session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
         )
         graph.on_mismatch(partial(_report, session.id, self.endpoint_places))
         try:
-            session.watch_graph(graph)
+            session.watch_graph(within(self.view, graph, session.id))
         except BaseException:
             session.close()
             raise

@@ -19,6 +19,7 @@ from goalwire.records import record
 from goalwire.rules.qos import DEFAULT, QoS
 
 if TYPE_CHECKING:
+    from goalwire.rules.names.robots import RobotView
     from goalwire.rules.qos_events import EventStatus, EventType
 
 Payload: TypeAlias = bytes | bytearray | memoryview
@@ -362,6 +363,8 @@ class SessionOptions:
     domain_id: int = 0
     enclave: str = '/'
     """The enclave of all nodes, for a wire that has one for each session (DDS)."""
+    view: RobotView | None = None
+    """The robots that the session looks at; None: everything. A wire may show more than that."""
 
 
 @record

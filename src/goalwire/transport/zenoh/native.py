@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from goalwire.errors import ClosedError
 from goalwire.records import replace
 from goalwire.transport.zenoh import wire
-from goalwire.transport.zenoh.tokens import GRAPH_SPACE
+from goalwire.transport.zenoh.tokens import GRAPH_SPACE, RobotKeys
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.incoming_queries import Query
@@ -33,7 +33,10 @@ if TYPE_CHECKING:
     from goalwire.transport.zenoh.guards import SessionSecurity
 
 TOKEN_KEYS = (f'{GRAPH_SPACE}/**', '**/@adv/**')
-"""The key expressions of tokens: of nodes and endpoints, and of publishers and subscribers with history."""
+"""The key expressions of tokens: of nodes and endpoints, and of publishers and subscribers with history.
+
+A router with access control gives nothing to a session that asks for everything at once, without a key.
+"""
 UNNUMBERED = 'uhlc'
 """The chunk in place of the entity number, for a publisher that does not number its messages."""
 
@@ -191,11 +194,21 @@ class NativeWire(wire.Wire):
     errors = (ZenohProtocolError, ClosedError, RuntimeError)
     discovers_at_once = True
 
-    def __init__(self, settings: Settings, security: SessionSecurity | None = None) -> None:
-        """Open the session; with `security` all links are checked against a policy. Raises TransportError."""
+    def __init__(
+        self, settings: Settings, security: SessionSecurity | None = None, scope: RobotKeys | None = None
+    ) -> None:
+        """Open the session. Raises TransportError.
+
+        With `security` all links are checked against a policy; with `scope` routers are asked for the
+        entities of some robots only.
+        """
         self._security = security
         if security is not None:
-            settings = replace(settings, identify=security.identify, token_keys=TOKEN_KEYS)
+            settings = replace(settings, identify=security.identify)
+        if scope is None:
+            settings = replace(settings, token_keys=TOKEN_KEYS)
+        else:
+            settings = replace(settings, token_keys=scope.tokens, entity_keys=scope.entities)
         self.session = NativeSession(settings)
         if security is not None:
             security.watch(self.session)

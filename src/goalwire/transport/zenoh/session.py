@@ -46,13 +46,16 @@ from goalwire.transport.zenoh.settings.environment import ECLIPSE, INSTALL_ECLIP
 from goalwire.transport.zenoh.settings.plan import Plan, local_port, make_plan
 from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.transport.zenoh.tokens import (
+    RobotKeys,
     data_key,
     encode_endpoint,
     encode_node,
     gid_of,
     graph_key,
     own_entity,
+    own_graph_key,
     parse,
+    robot_keys,
 )
 from goalwire.transport.zenoh.wire import Declared, Wire, undeclare
 
@@ -63,7 +66,9 @@ if TYPE_CHECKING:
 _ASKED = f'{environment.CHOICE}={ECLIPSE}'
 
 
-def _open_wire(configuration: Configuration, security: SessionSecurity | None) -> Wire:
+def _open_wire(
+    configuration: Configuration, security: SessionSecurity | None, scope: RobotKeys | None
+) -> Wire:
     """Open a session. Raises TransportError or ForkedError."""
     # Only the kind of session that is opened is imported: each costs some 10 ms.
     if environment.zenoh_choice() == ECLIPSE:
@@ -81,7 +86,7 @@ def _open_wire(configuration: Configuration, security: SessionSecurity | None) -
         return _open_eclipse(configuration, f'the configuration asks for {error}. That')
     from goalwire.transport.zenoh.native import NativeWire
 
-    return NativeWire(settings, security)
+    return NativeWire(settings, security, scope)
 
 
 def _refuse_unprotected(security: SessionSecurity | None, why: str) -> None:
@@ -105,8 +110,13 @@ def _open_eclipse(configuration: Configuration, why: str) -> Wire:
     return EclipseWire(configuration)
 
 
-def _watch_tokens(context: ZenohContext, listener: GraphListener) -> Declared:
-    """Report every token to `listener`; those that exist now are reported before this returns."""
+def _watch_tokens(
+    context: ZenohContext, listener: GraphListener, scope: RobotKeys | None
+) -> Iterator[Declared]:
+    """Report tokens to `listener`: all, or this session's own and those in the scope.
+
+    Those that exist now are reported before this ends.
+    """
 
     def on_token(token: str, is_there: bool) -> None:
         try:
@@ -119,7 +129,11 @@ def _watch_tokens(context: ZenohContext, listener: GraphListener) -> Declared:
         else:
             listener.vanished(entity)
 
-    return context.wire.watch_tokens(graph_key(context.domain_id), on_token, waits=True)
+    keys = [graph_key(context.domain_id)]
+    if scope is not None:
+        keys = [own_graph_key(context.domain_id, context.id), *scope.graph]
+    for key in keys:
+        yield context.wire.watch_tokens(key, on_token, waits=True)
 
 
 class NewEndpoint(NamedTuple):
@@ -222,19 +236,20 @@ def open_session(options: SessionOptions) -> Session:
     """Offer the rendezvous, if it is wanted, and connect. Raises TransportError or ForkedError."""
     require_free('a Zenoh session')
     security = _secure(options.enclave) if is_asked_for() else None
+    scope = None if options.view is None else robot_keys(options.domain_id, options.view)
     plan = make_plan(None if security is None else security.identity)
     if plan.rendezvous is not None:
         RENDEZVOUS.offer(plan.port, plan.rendezvous)
     try:
         # A port with TLS does not answer a greeting without TLS.
         found = Holder.NOBODY if security is not None else _greet_holder(plan)
-        wire = _open_wire(plan.session, security)
+        wire = _open_wire(plan.session, security, scope)
     except BaseException:
         _stop_offering(plan)
         raise
     _look_for_router(wire, plan, found)
     context = ZenohContext(wire, options.domain_id)
-    opened = ZenohSession(context, lambda: _stop_offering(plan))
+    opened = ZenohSession(context, lambda: _stop_offering(plan), scope)
     if plan.rendezvous is not None and plan.gives_way:
         opened.watchers.append(_watch_port(context, plan.port))
     return opened
@@ -324,12 +339,15 @@ def _endpoints(session: Configuration) -> list[str]:
 class ZenohSession(OpenSession):
     """An open session and its nodes."""
 
-    def __init__(self, context: ZenohContext, stop_offering: Callable[[], None]) -> None:
+    def __init__(
+        self, context: ZenohContext, stop_offering: Callable[[], None], scope: RobotKeys | None = None
+    ) -> None:
         super().__init__(context.domain_id, context.guard)
         self.id = context.id
         self.wire_poller = context.wire.wire_poller
         self.discovers_at_once = context.wire.discovers_at_once
         self._context = context
+        self._scope = scope
         self._lock = RLock()
         self.watchers: list[Declared] = []
         """The session's own declarations; those of its nodes are kept by the nodes."""
@@ -343,11 +361,11 @@ class ZenohSession(OpenSession):
             return self.nodes.keep(ZenohNode(self._context, name, state))
 
     def watch_graph(self, listener: GraphListener) -> None:
-        """Report every node and endpoint of the domain to `listener`, and every change."""
+        """Report every node and endpoint that the session looks at to `listener`, and every change."""
         self.state.check()
-        watcher = _watch_tokens(self._context, listener)
-        with self._lock:
-            self.watchers.append(watcher)
+        for watcher in _watch_tokens(self._context, listener, self._scope):
+            with self._lock:
+                self.watchers.append(watcher)
 
     def statistics(self) -> dict[str, int]:
         """Return how many messages, requests, replies and tokens broke the rules and were ignored."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 from functools import lru_cache
-from typing import TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from xxhash import xxh3_128_intdigest
 
@@ -31,6 +31,9 @@ from goalwire.rules.qos import (
 )
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
 from goalwire.transport.graph_names import check_names
+
+if TYPE_CHECKING:
+    from goalwire.rules.names.robots import RobotView
 
 GRAPH_SPACE = '@ros2_lv'
 """The first chunk of every liveliness token; since it begins with `@`, `**` does not match it."""
@@ -74,6 +77,41 @@ def data_key(domain_id: int, name: str, type_name: str, type_hash: str) -> str:
 def graph_key(domain_id: int) -> str:
     """Return the expression that matches every liveliness token of a domain."""
     return f'{GRAPH_SPACE}/{domain_id}/**'
+
+
+def own_graph_key(domain_id: int, session: str) -> str:
+    """Return the expression that matches the tokens of one session."""
+    return f'{GRAPH_SPACE}/{domain_id}/{session}/**'
+
+
+class RobotKeys(NamedTuple):
+    """The key expressions of everything that the robots of some patterns have."""
+
+    tokens: tuple[str, ...]
+    """Liveliness tokens of nodes and endpoints, and of endpoints with history."""
+    entities: tuple[str, ...]
+    """Subscribers and queryables: topics, services and actions."""
+
+    @property
+    def graph(self) -> tuple[str, ...]:
+        """The tokens of nodes and endpoints alone."""
+        return tuple(key for key in self.tokens if key.startswith(GRAPH_SPACE))
+
+
+def robot_keys(domain_id: int, view: RobotView) -> RobotKeys:
+    """Return the key expressions of a view of some robots."""
+    codes = _CODES[EndpointKind.NODE] if view.nodes_only else '*'
+    tokens: list[str] = []
+    entities: list[str] = []
+    for pattern in view.patterns:
+        chunk = pattern.replace('*', '$*')
+        head = f'{GRAPH_SPACE}/{domain_id}/*/*/*/{codes}/*'
+        tokens += [f'{head}/%{chunk}/**', f'{head}/%{chunk}%$*/**']
+        names = f'{domain_id}/{"*" if pattern == "*" else chunk}/**'
+        if not view.nodes_only:
+            tokens.append(f'{names}/@adv/**')
+            entities += [names, f'{names}/@adv/**']
+    return RobotKeys(tuple(tokens), tuple(entities))
 
 
 DEFAULT_DEPTH = 42

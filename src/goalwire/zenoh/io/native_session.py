@@ -90,7 +90,9 @@ class NativeSession:
         self.protocol = protocol = self._make_protocol(
             Identity(zid, settings.role, settings.lease_ms), settings
         )
-        protocol.token_keys = settings.token_keys
+        protocol.interests.token_keys += settings.token_keys
+        if settings.entity_keys is not None:
+            protocol.interests.entity_keys = list(settings.entity_keys)
         self.id = protocol.id
         name = f'goalwire-zenoh {self.id[:8]}'
         self._settings = settings

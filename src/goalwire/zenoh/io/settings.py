@@ -43,6 +43,9 @@ class Settings:
     """Identifies the other side of a TLS link by its certificate. If it is set, every link needs TLS."""
     token_keys: tuple[str, ...] = ()
     """The key expressions of the tokens that routers are asked for; empty: all tokens."""
+    entity_keys: tuple[str, ...] | None = None
+    """The key expressions of the subscribers and queryables that routers are asked for; None: all. Needs
+    `token_keys`. Keys that are used later are asked for, too."""
     memory: MemorySettings = MemorySettings()
     """The settings of shared memory."""
     untimed_s: float = 600.0

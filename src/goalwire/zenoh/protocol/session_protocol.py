@@ -24,7 +24,7 @@ from typing import Protocol
 from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.channels import PieceBudget
-from goalwire.zenoh.protocol.declarations import About, Declaration, Interest, Kind, When, final, interest
+from goalwire.zenoh.protocol.declarations import Declaration, Interest, Kind, final
 from goalwire.zenoh.protocol.expressions import Expressions
 from goalwire.zenoh.protocol.gossip import Gossip
 from goalwire.zenoh.protocol.guard import Act
@@ -41,6 +41,7 @@ from goalwire.zenoh.protocol.own_entities import OwnEntities
 from goalwire.zenoh.protocol.pending_queries import PendingQueries
 from goalwire.zenoh.protocol.primitives import encode_replier, show_id
 from goalwire.zenoh.protocol.queries import PendingQuery
+from goalwire.zenoh.protocol.router_interests import RouterInterests
 from goalwire.zenoh.protocol.routes import Queryable, Routes, Subscriber
 from goalwire.zenoh.protocol.shared_memory import Pool
 from goalwire.zenoh.protocol.stamps import Stamps
@@ -102,9 +103,6 @@ class SessionProtocol:
 
         The owner of the sockets moves it forward while this process runs.
         """
-        self.token_keys: tuple[str, ...] = ()
-        """The key expressions of the tokens that routers are asked for; empty: all. Routers with access
-        control need to know them."""
         self.memory: Pool | None = None
         """The memory for publishing large payloads; set by the owner."""
         self.relink = owner.relink
@@ -122,6 +120,8 @@ class SessionProtocol:
         self.routes = Routes(self.section, links, self.zid, owner.refuse, owner.report)
         self.gossip = Gossip(identity, links, owner.meet, owner.refuse)
         self.next_number = count(1).__next__
+        self.interests = RouterInterests(links, self.next_number)
+        """What routers are asked for; its keys are set before the first link."""
         self._owner = owner
         self._links = links
         self._liveliness = Liveliness(owner.report)
@@ -178,6 +178,8 @@ class SessionProtocol:
         """Report tokens that come and go; with `history` also the existing tokens, before this returns."""
         key = canonical(key)
         number = self.next_number()
+        if self.interests.is_narrow:
+            self.section.run(partial(self.interests.add_token_key, key))
         self.section.run(partial(self._liveliness.watch, number, key, callback, history=history))
         self._liveliness.tell()
         return number
@@ -200,6 +202,9 @@ class SessionProtocol:
     def use_key(self, key: str) -> None:
         """Give a key a number, which it keeps until `Expressions.discard` was called as often as this."""
         self.section.run(partial(self.expressions.use, key))
+        if self.interests.is_narrow:
+            self.section.run(partial(self.interests.add_entity_key, key))
+            self.routes.note_change()
 
     # ---- links come and go
 
@@ -228,19 +233,11 @@ class SessionProtocol:
             if link.role is Role.PEER and self.identity.role is Role.PEER:
                 out.append(final())
             else:
-                out += self._ask_for_all()
+                out += self.interests.ask_all(link)
         link.outgoing.declare(*out)
         # Senders must look up their links again: the new link gets all messages until it has declared its
         # own.
         self.routes.forget()
-
-    def _ask_for_all(self) -> list[bytes]:
-        """Return the messages that ask a router for all entities."""
-        when = When.PRESENT | When.FUTURE
-        if not self.token_keys:
-            return [interest(self.next_number(), when, About.ALL)]
-        asked = [interest(self.next_number(), when, About.TOKENS, key) for key in self.token_keys]
-        return [*asked, interest(self.next_number(), when, About.SUBSCRIBERS | About.QUERYABLES)]
 
     def lose_link(self, link: Link) -> None:
         """Forget what an ended link had declared, and stop waiting for its answers. Idempotent."""
@@ -279,7 +276,8 @@ class SessionProtocol:
         peer = link.peer
         if declaration.kind is Kind.FINAL:
             # From now on the link gets only the messages and queries that match its declarations.
-            if not peer.knows_all:
+            peer.awaited.discard(declaration.interest or 0)
+            if not peer.knows_all and not peer.awaited:
                 peer.knows_all = True
                 self.routes.forget()
         elif declaration.undeclares:
