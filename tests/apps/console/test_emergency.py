@@ -8,20 +8,17 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from std_msgs.msg import Bool
 
-from goalwire.apps.console.state.emergency import (
+from goalwire.apps.console.state.emergency import REPEATS, SILENT_AFTER, EmergencyState, Standing
+from goalwire.apps.console.state.ownership import may_move, may_stop, owner
+from goalwire.observe.emergency_stops import (
     BOOL,
     DIAGNOSTIC_STATUS,
-    REPEATS,
-    SILENT_AFTER,
-    EmergencyState,
-    Standing,
     StopService,
     Word,
     says_state,
     stop_services,
     word_of,
 )
-from goalwire.apps.console.state.ownership import may_move, may_stop, owner
 
 STATE = '/emergency_stopped'
 STATUS = '/emergency_stop_status'

@@ -13,8 +13,8 @@ from goalwire.observe.messages import interface_class
 from goalwire.records import record
 
 if TYPE_CHECKING:
-    from goalwire.apps.console.state.emergency import StopService
     from goalwire.apps.console.state.vitals import Vitals
+    from goalwire.observe.emergency_stops import StopService
 
 CONFIRMED_S = 1.0
 """Seconds after which a stop without an answer is shown as unconfirmed."""

@@ -8,10 +8,11 @@ from contextlib import suppress
 from typing import Any
 
 import goalwire
-from goalwire.apps.console.state.emergency import EmergencyState, Standing, says_state, stop_services, word_of
+from goalwire.apps.console.state.emergency import EmergencyState, Standing
 from goalwire.apps.console.state.ownership import may_move, may_stop
 from goalwire.apps.console.state.robot_watch import BATTERY
 from goalwire.apps.console.state.topics import Reading, Topics
+from goalwire.observe.emergency_stops import says_state, stop_services, word_of
 from goalwire.observe.messages import interface_class
 from goalwire.rules.qos import suiting
 
