@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from goalwire.errors import GoalFailed as GoalFailed
     from goalwire.errors import GoalRefused as GoalRefused
     from goalwire.errors import GoalwireError as GoalwireError
+    from goalwire.errors import NoRobotError as NoRobotError
     from goalwire.errors import NoServerError as NoServerError
     from goalwire.errors import RefusedError as RefusedError
     from goalwire.errors import ServerFailedError as ServerFailedError
@@ -58,8 +59,8 @@ _NAMES = {
         'Subscription Timer'
     ),
     'goalwire.errors': (
-        'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalRefused GoalwireError NoServerError '
-        'RefusedError ServerFailedError ServerLostError ServerStuckError TooManyCallsError'
+        'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalRefused GoalwireError NoRobotError '
+        'NoServerError RefusedError ServerFailedError ServerLostError ServerStuckError TooManyCallsError'
     ),
     'goalwire.rules.goals.journal': 'GoalJournal',
     'goalwire.rules.goals.policy': 'GoalPolicy parallel preempt queue single',

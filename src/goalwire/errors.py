@@ -735,6 +735,21 @@ class CallError(GoalwireError):
         """How long the caller has waited, in s."""
 
 
+class NoRobotError(GoalwireError, LookupError):
+    """No robot of a fleet has that name, or a name of that pattern."""
+
+    def __init__(self, robot: str, known: Iterable[str]) -> None:
+        """`known` are the robots that are there; the text suggests the one that was probably meant."""
+        from difflib import get_close_matches
+
+        self.robot = robot
+        self.known = tuple(known)
+        near = did_you_mean(get_close_matches(robot, self.known, 3, 0.6))
+        shown = ', '.join(map(peer_text, self.known[:10])) + (', …' if self.known[10:] else '')
+        there = f'there are: {shown}' if self.known else 'there are no robots'
+        super().__init__(with_advice(f"there is no robot '{robot}'", near or there))
+
+
 class NoServerError(CallError, TimeoutError):
     """Nobody served that name in time."""
 

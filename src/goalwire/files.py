@@ -74,8 +74,17 @@ def _is_own_group(gid: int) -> bool:
 
 def cache_folder(name: str) -> str:
     """Return the user's own folder for what can be made again. Raises OSError if the user has no home."""
-    own = os.environ.get('LOCALAPPDATA' if os.name == 'nt' else 'XDG_CACHE_HOME', '')
-    base = own if os.path.isabs(own) else os.path.join(os.path.expanduser('~'), '.cache')
+    return _own_folder('XDG_CACHE_HOME', '.cache', name)
+
+
+def state_folder(name: str) -> str:
+    """Return the user's own folder for what must be kept. Raises OSError if the user has no home."""
+    return _own_folder('XDG_STATE_HOME', os.path.join('.local', 'state'), name)
+
+
+def _own_folder(variable: str, otherwise: str, name: str) -> str:
+    own = os.environ.get('LOCALAPPDATA' if os.name == 'nt' else variable, '')
+    base = own if os.path.isabs(own) else os.path.join(os.path.expanduser('~'), otherwise)
     if not os.path.isabs(base):
         raise OSError(errno.ENOENT, 'the user has no home', base)
     return os.path.join(base, 'goalwire', name)

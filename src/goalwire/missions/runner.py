@@ -209,6 +209,11 @@ class Runner:
             run.begin()
         return run
 
+    async def has(self, id_: str) -> bool:
+        """Return whether a mission with this id was begun before, by this runner or an earlier one."""
+        writer = self._open_writer()
+        return await writer.run(lambda: writer.store.mission(id_)) is not None
+
     def missions(self) -> list[MissionRun]:
         """Return the missions that this runner has begun or continued."""
         return list(self._runs.values())
