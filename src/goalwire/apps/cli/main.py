@@ -153,6 +153,7 @@ def _run_verb(
     program: str, noun: Noun, verb: Verb, arguments: list[str], values: Namespace | None
 ) -> Outcome:
     from goalwire.apps.cli.framework.output import Output
+    from goalwire.apps.cli.framework.robots import choose_robot
     from goalwire.apps.cli.framework.verbs import verb_parser
 
     parser = verb_parser(program, noun, verb)
@@ -164,6 +165,7 @@ def _run_verb(
         sys.argv[1:] = for_node
     parsed = parser.parse_args(own, values)
     parsed.prog = parser.prog
+    choose_robot(parsed)
     output: Output = Output(json=getattr(parsed, 'json', False))
     outcome = verb.run(parsed, output)
     return Outcome.OK if outcome is None else outcome

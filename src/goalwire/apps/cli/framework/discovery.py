@@ -9,7 +9,7 @@ they have answered by then. In the range LOCALHOST no others can answer: the wai
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
 from threading import Condition
 from time import monotonic
@@ -18,9 +18,12 @@ from typing import TYPE_CHECKING, Self
 from goalwire.apps.cli.framework.interrupts import raised
 from goalwire.apps.cli.framework.numbers import seconds
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.robots import SEE, chosen_robot, chosen_view
+from goalwire.errors import NoRobotError
 
 if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
+    from goalwire.rules.names.robots import RobotView
     from goalwire.transport.contract import Session
 
 SPIN_TIME_S = 1.0
@@ -64,22 +67,28 @@ def discovered(
     *,
     wait: float = 0.0,
     whole: bool = False,
+    view: RobotView | None = None,
 ) -> Iterator[Graph]:
     """Yield the graph of the domain: complete, or as soon as `found(graph)` says that it suffices.
 
     If `found` is still false then, wait for it for another `wait` s, at least half a second. With `whole` the
-    graph is complete in any case. Raises TransportError, CommandError.
+    graph is complete in any case. It shows the robots of `view`, or the chosen robot, or everything. Raises
+    TransportError, CommandError, also if the chosen robot has no node.
     """
     from goalwire.graph.graph import Graph
+    from goalwire.graph.scope import within
+
+    robot = '' if view is not None else chosen_robot()
+    view = view or chosen_view()
 
     # `raised` begins after `_open_session`, whose imports must not be interrupted.
-    with closing(_open_session()) as session, raised():
+    with closing(_open_session(view)) as session, raised():
         graph = Graph(
             session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
         )
         spin_time: float | None = getattr(arguments, 'spin_time', None)
         with _Changes(graph) as changes:
-            session.watch_graph(graph)
+            session.watch_graph(within(view, graph, session.id))
             if not session.discovers_at_once:
                 limit = SPIN_TIME_S if spin_time is None else spin_time
                 changes.settle(limit, None if whole else found, session)
@@ -87,16 +96,42 @@ def discovered(
                 changes.wait_for(lambda graph: bool(graph.nodes()), NOBODY_S)
             if found is not None:  # wait once more before a name is missing: peers may be busy
                 changes.wait_for(found, max(wait, NOBODY_S if session.discovers_at_once else MISSING_S))
-        yield graph
+            if robot and not graph.nodes():
+                changes.wait_for(lambda graph: bool(graph.nodes()), MISSING_S)
+        is_missing = robot and not graph.nodes()
+        if not is_missing:
+            yield graph
+    if is_missing:
+        raise unknown_robot(robot, robots_there())
 
 
-def _open_session() -> Session:
+def robots_in(graph: Graph) -> list[str]:
+    """Return the sorted names of the robots that have nodes in a graph."""
+    from goalwire.rules.names.robots import robot_of
+
+    return sorted({robot_of(node.node.namespace) for node in graph.nodes()} - {''})
+
+
+def robots_there() -> list[str]:
+    """Discover the names of all robots of the domain, without their endpoints."""
+    from goalwire.rules.names.robots import view_of
+
+    with discovered(argparse.Namespace(), view=view_of('*', nodes_only=True)) as graph:
+        return robots_in(graph)
+
+
+def unknown_robot(name: str, known: Iterable[str]) -> CommandError:
+    """Return the error for a robot that has no nodes; it lists the robots that have."""
+    return CommandError(Outcome.NOT_FOUND, str(NoRobotError(name, known)), f'see: {SEE}')
+
+
+def _open_session(view: RobotView | None) -> Session:
     from goalwire.rules.domain import domain_from_environment
     from goalwire.transport import registry
     from goalwire.transport.contract import SessionOptions
 
     try:
-        options = SessionOptions(domain_id=domain_from_environment())
+        options = SessionOptions(domain_id=domain_from_environment(), view=view)
     except ValueError as error:
         raise CommandError(Outcome.USAGE, str(error)) from None
     return registry.get().open(options)

@@ -12,6 +12,7 @@ from goalwire.tracebacks import is_library
 
 _OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
     (errors.NoServerError, Outcome.NOT_FOUND),
+    (errors.NoRobotError, Outcome.NOT_FOUND),
     (errors.DeadlineError, Outcome.TIMEOUT),
     (errors.ServerLostError, Outcome.SERVER_LOST),
     (errors.ServerStuckError, Outcome.SERVER_LOST),

@@ -12,8 +12,11 @@ from time import monotonic
 from typing import TypeAlias
 
 import goalwire
+from goalwire.apps.cli.framework.discovery import MISSING_S, robots_there, unknown_robot
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.robots import chosen_robot
 from goalwire.logging import get_logger
+from goalwire.rules.names.robots import robot_of
 from goalwire.transport.contract import EndpointKind
 
 NODE_NAME_PREFIX = '_ros2cli'
@@ -30,15 +33,46 @@ Main: TypeAlias = Callable[['goalwire.Node'], Awaitable[Outcome | None]]
 def live(main: Main, node_name: str | None = None, *, use_sim_time: bool = False) -> Outcome:
     """Run `main` with a node of the command's own, until it returns.
 
-    Each Ctrl-C or SIGTERM cancels `main`. After the first it may clean up; a second one ends the clean-up.
+    If the user has chosen a robot, the node sees that one alone; raises CommandError if it has no node. Each
+    Ctrl-C or SIGTERM cancels `main`. After the first it may clean up; a second one ends the clean-up.
     """
+
+    robot = chosen_robot()
 
     async def run() -> Outcome | None:
         name = node_name or f'{NODE_NAME_PREFIX}_{os.getpid()}'
-        async with goalwire.Node(name, parameters={'use_sim_time': use_sim_time}) as node:
+        clock = {'use_sim_time': use_sim_time}
+        async with goalwire.Node(name, parameters=clock, robots=robot) as node:
+            if robot and not await _is_there(node, robot):
+                raise _NoRobot
             return await main(node)
 
-    return until_signal(run)
+    try:
+        return until_signal(run)
+    except _NoRobot:
+        raise unknown_robot(robot, robots_there()) from None
+
+
+class _NoRobot(Exception):
+    """Ends a command whose robot has no node."""
+
+
+async def _is_there(node: goalwire.Node, robot: str) -> bool:
+    """Return whether a robot has a node, or gets one while it is being discovered."""
+
+    def has_node() -> bool:
+        return any(robot_of(name.rpartition('/')[0]) == robot for name in node.graph.nodes())
+
+    changes = node.graph.changes()
+    try:
+        async with asyncio.timeout(MISSING_S):
+            while not has_node():
+                await anext(changes)
+    except TimeoutError:
+        return has_node()
+    finally:
+        changes.close()
+    return True
 
 
 def until_signal(main: Callable[[], Awaitable[Outcome | None]]) -> Outcome:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.robots import on_robot
 from goalwire.apps.cli.framework.verbs import did_you_mean
 from goalwire.errors import did_you_mean as suggest
 from goalwire.errors import with_advice
@@ -21,8 +22,11 @@ _UNUSABLE = re.compile(r'[^\w/~{}]')
 
 
 def full_name(text: str, what: str) -> str:
-    """Return '/a/b' for '/a/b', 'a/b', 'a//b' and '/a/b/'. Raises CommandError for an invalid name."""
-    name = '/' + '/'.join(part for part in text.split('/') if part)
+    """Return '/a/b' for '/a/b', 'a/b', 'a//b' and '/a/b/'. Raises CommandError for an invalid name.
+
+    If the user has chosen a robot, 'a/b' becomes '/robot/a/b'.
+    """
+    name = '/' + '/'.join(part for part in on_robot(text).split('/') if part)
     found = _UNUSABLE.search(name)
     if found is not None or name == '/':
         raise CommandError(

@@ -21,6 +21,7 @@ NOUNS = {
         'Learn services and actions: exercises, and checks of your work',
     ),
     'doctor': ('commands.doctor.noun', 'Check what works here, and say what to do next'),
+    'fleet': ('commands.fleet.noun', 'See and command many robots, and connect them'),
     'interface': ('commands.interface', 'Show information about ROS interfaces'),
     'launch': ('commands.launch', 'Run a launch file'),
     'lifecycle': ('commands.lifecycle', 'Various lifecycle related sub-commands'),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn, TypeAlias
 from goalwire import errors
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import Output
+from goalwire.apps.cli.framework.robots import add_robot_argument, takes_robot
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
@@ -133,6 +134,8 @@ def verb_parser(program: str, noun: Noun, verb: Verb) -> Parser:
         allow_abbrev=False,
     )
     verb.arguments(parser)
+    if takes_robot(noun.name, verb.name):
+        add_robot_argument(parser)
     if verb.has_json:
         parser.add_argument('--json', action='store_true', help='Print JSON, one document a line')
     return parser

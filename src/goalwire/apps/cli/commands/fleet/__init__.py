@@ -1,0 +1,1 @@
+"""goalwire fleet and its verbs."""
