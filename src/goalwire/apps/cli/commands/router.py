@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from argparse import ArgumentParser, Namespace
 from threading import Event
@@ -125,7 +126,9 @@ def _wait(ended: Event, identity: Chosen | None) -> None:
 
 
 def _tell(arguments: Namespace, port: int, zid: str, output: Output) -> None:
-    where = ', '.join(arguments.listen) or f'port {port} of every address'
+    settings = os.environ.get('ZENOH_ROUTER_CONFIG_URI')
+    of_settings = f'the addresses that {settings} names' if settings else f'port {port} of every address'
+    where = ', '.join(arguments.listen) or of_settings
     if output.json:
         output.data({'id': zid, 'port': port, 'listen': arguments.listen})
     else:
