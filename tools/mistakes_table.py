@@ -51,6 +51,8 @@ _RUNS_S = 15.0
 """How long a program may go on before it gets Ctrl-C, as from a user who waits in vain."""
 _ERROR = re.compile(r'^(?!KeyboardInterrupt|.*ExternalShutdown)[\w.]*(Error|Exception|Handle|Warning)\b')
 _LOG_HEAD = re.compile(r'^\[(?:WARN|ERROR|INFO)\] \[[\d.]+\] \[[\w.]+\]: ')
+_AFTER_CTRL_C = 'context is invalid'
+"""A part of what rclpy says to the Ctrl-C that ends a program, and not to its mistake."""
 _LONGEST = 300
 
 
@@ -106,6 +108,8 @@ def _run(command: list[str], folder: Path, domain: str) -> tuple[str, bool]:
 def _last_words(output: str, *, waited: bool) -> str:
     """Return the error that ended a program, else its last log line; of one that hangs, that it does."""
     lines = [line for line in output.splitlines() if line.strip()]
+    if waited:
+        lines = [line for line in lines if _AFTER_CTRL_C not in line]
     errors = [line for line in lines if _ERROR.match(line)]
     logged = [line for line in lines if _LOG_HEAD.match(line)]
     warned = [line.partition('Warning: ')[2] for line in lines if 'Warning: ' in line]
