@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from mistakes.catalog import Mistake
 
-_END_S = 20.0
+_END_S = 30.0
 """How long a program may take in all; only a failure takes that long."""
 
 
@@ -49,7 +49,7 @@ def run(mistake: Mistake, folder: Path, environment: Mapping[str, str], server: 
     if alone:
         shutil.copytree(mistake.file.parent, place)
     else:
-        place.mkdir()
+        place.mkdir(parents=True)
         shutil.copy(mistake.file, place)
     environment = {**environment, 'PATH': f'{Path(sys.executable).parent}:{environment["PATH"]}'}
     (keyboard, typing), (output, said) = os.pipe(), os.pipe()

@@ -10,7 +10,7 @@ import pytest
 from helpers.forking import ForkServer
 from helpers.isolation import isolated_env
 from mistakes.catalog import Mistake, read_all
-from mistakes.running import PRELOADED, count, run
+from mistakes.running import PRELOADED, Told, count, run
 
 import goalwire
 
@@ -19,19 +19,35 @@ _OURS = rf'File "(<goalwire\b|{re.escape(str(Path(goalwire.__file__).parent))}/)
 """A frame of the library's, or of code that it has made."""
 _BUSY_S = 5.0
 """What a busy machine may add to the time until something is told."""
+_RUNS = 3
+"""How often a program may be late. One that waits too long is late each time; a busy machine is not."""
 
 
 @pytest.fixture(scope='module')
 def server() -> Iterator[ForkServer]:
     with ForkServer(PRELOADED, isolated_env('rmw_zenoh_cpp')) as started:
+        first = started.start('pass', [], environment=isolated_env('rmw_zenoh_cpp'))
+        assert first.stdin is not None
+        assert first.stdout is not None
+        with first.stdin, first.stdout:
+            first.wait()  # now it has imported everything
         yield started
+
+
+def run_in_time(mistake: Mistake, server: ForkServer, folder: Path) -> Told:
+    """Run a program that tells in time, if need be several times."""
+    told = Told('', None)
+    for number in range(_RUNS):
+        told = run(mistake, folder / str(number), isolated_env('rmw_zenoh_cpp'), server)
+        assert told.after is not None, f'it was not told: {mistake.says}\n{told.output}'
+        if told.after < mistake.within + _BUSY_S:
+            return told
+    raise AssertionError(f'it was late {_RUNS} times, {told.after} s at last\n{told.output}')
 
 
 @pytest.mark.parametrize('mistake', MISTAKES, ids=lambda mistake: mistake.name)
 def test_a_mistake_is_told(mistake: Mistake, server: ForkServer, tmp_path: Path) -> None:
-    told = run(mistake, tmp_path, isolated_env('rmw_zenoh_cpp'), server)
-    assert told.after is not None, f'it was not told: {mistake.says}\n{told.output}'
-    assert told.after < mistake.within + _BUSY_S, told.output
+    told = run_in_time(mistake, server, tmp_path)
     assert '(killed' not in told.output
     assert _is_at(mistake.place, told.output), f'{mistake.place} is not named\n{told.output}'
     assert not re.search(_OURS, told.output), f'frames of ours\n{told.output}'
