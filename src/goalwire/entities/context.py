@@ -171,7 +171,7 @@ class Context:
             self.shutdown_signal.end(_AT_EXIT)
         elif self._has_spun and not self._are_mistakes_told:  # a signal has ended it
             self._are_mistakes_told = True
-            self._tell_unused_overrides()
+            self._tell_misspelt_overrides()
 
     def on_spin(self) -> None:
         """Note that a thread begins to spin without end."""
@@ -182,23 +182,27 @@ class Context:
         first, self._are_mistakes_told = not self._are_mistakes_told, True
         if not first:
             return
-        self._tell_unused_overrides()
+        if self.override_use is not None and not ends_early():
+            for complaint in self.override_use.describe_unused():
+                logging.get_logger('rcl').warning(complaint)
+        else:
+            self._tell_misspelt_overrides()
         unanswered = self.unspun.unanswered()
         for node in self.unspun.never_spun():
             logging.get_logger(node.logger).warning(node.describe(beside_calls=bool(unanswered)))
         for complaint in unanswered:
             logging.get_logger('rclpy').warning(complaint)
 
-    def _tell_unused_overrides(self) -> None:
-        use = None if ends_early(has_spun=self._has_spun) else self.override_use
-        for complaint in use.describe_unused() if use else ():
+    def _tell_misspelt_overrides(self) -> None:
+        """Log those that are most likely mistakes: a launch file may give a parameter to nodes without it."""
+        may_grow = 'rclpy_components' in sys.modules  # nodes are loaded into it at any time
+        use = None if may_grow or ends_early(has_spun=self._has_spun) else self.override_use
+        for complaint in use.describe_misspelt() if use else ():
             logging.get_logger('rcl').warning(complaint)
 
     def _look_early(self) -> None:
         """Log mistakes that show while one node is spun without end, instead of waiting for that end."""
-        may_grow = 'rclpy_components' in sys.modules  # nodes are loaded into it at any time
-        for complaint in self.override_use.describe_misspelt() if self.override_use and not may_grow else ():
-            logging.get_logger('rcl').warning(complaint)
+        self._tell_misspelt_overrides()
         for node in self.unspun.waiting(self.shutdown_signal.clock.now()):
             node.is_told = True
             logging.get_logger(node.logger).warning(node.describe(beside_others=True))
