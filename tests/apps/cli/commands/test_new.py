@@ -47,6 +47,15 @@ def test_a_new_package_passes_its_own_tests(goalwire: CommandLine, tmp_path: Pat
     assert pass_own_tests(sys.executable, tmp_path, 'my_lamp').startswith(f'{len(programs)} passed')
 
 
+def test_without_pytest_the_next_step_is_to_install_it(goalwire: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / 'sitecustomize.py').write_text("import sys\nsys.modules['pytest'] = None\n")
+    where = ('--destination-directory', str(tmp_path))
+    out = goalwire.ok('new', 'my_lamp', *where, program='goalwire', PYTHONPATH=str(tmp_path))
+    assert out.splitlines()[-1].startswith(
+        f'next: cd {tmp_path}; pip install pytest; python -m pytest my_lamp;'
+    )
+
+
 def install_new(folder: Path) -> None:
     """Make a package of everything, and install it editable, without goalwire, which no index has to have."""
     source = folder / 'ws'

@@ -6,6 +6,7 @@ import keyword
 import re
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -89,6 +90,8 @@ def _run(arguments: Namespace, output: Output) -> None:
     if arguments.interfaces:
         _write_stubs(place / f'{package}_interfaces', output)
     first = '' if str(place) == '.' else f'cd {place}; '
+    if find_spec('pytest') is None:
+        first += 'pip install pytest; '
     output.line(f'next: {first}python -m pytest {package}; ros2 run {package} {package}_{kinds[0].program}')
 
 
