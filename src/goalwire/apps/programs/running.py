@@ -6,9 +6,11 @@ import sys
 from collections.abc import Callable, Sequence
 
 import rclpy
-from rclpy.exceptions import ParameterException
+from rclpy.exceptions import NotInitializedException, ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+
+from goalwire.errors import ShutDownError
 
 
 class UsageError(Exception):
@@ -33,7 +35,12 @@ def spin(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> in
     """
     try:
         with rclpy.init(args=None if args is None else list(args)):
-            rclpy.spin(make_node())
+            try:
+                rclpy.spin(make_node())
+            except (NotInitializedException, ShutDownError):
+                if rclpy.ok():
+                    raise
+                # Otherwise a signal came while the node was made: an end as any other.
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
     except ParameterException as error:
