@@ -18,7 +18,7 @@ from benchmarks import ROOT, stage
 from benchmarks.line import Figures, Line
 from benchmarks.subjects import Subject
 
-TOO_LONG_S = 60.0
+TOO_LONG_S = 90.0
 Say: TypeAlias = Callable[[str], None]
 
 

@@ -39,5 +39,6 @@ ROWS = (
     Row('the same, CPU of both processes', 'topic', 'cpu'),
     Row('action, goal to result, µs', 'action', 'p50'),
     Row('start of a program to its first answer, ms', 'start', 'inside'),
+    Row('of 5 starts got no answer within 10 s', 'start', 'lost'),
     Row('memory of that program, MB', 'start', 'memory'),
 )
