@@ -79,8 +79,8 @@ def _console(arguments: Namespace, output: Output) -> Outcome:
     except ModuleNotFoundError as error:
         raise CommandError(
             Outcome.NOT_FOUND,
-            f"the console needs the package '{error.name}'",
-            "install it: pip install 'goalwire[console]'",
+            f"the console needs packages that are not installed, first of all '{error.name}'",
+            "run: pip install 'goalwire[console]'",
         ) from None
 
     def ready(urls: list[str]) -> None:
