@@ -140,6 +140,8 @@ def report(
 
 
 def _priority() -> str:
+    if hasattr(os, 'sched_getscheduler') and os.sched_getscheduler(0) != os.SCHED_OTHER:
+        return '; the measured processes had real-time priority'
     nice = os.getpriority(os.PRIO_PROCESS, 0) if hasattr(os, 'getpriority') else 0
     return f'; the measured processes had the nice value {nice}' if nice else ''
 
