@@ -76,6 +76,24 @@ def test_a_writer_whose_readers_show_that_they_have_all_never_gets_full() -> Non
     assert writer.is_acknowledged_by_all()
 
 
+def test_packets_that_are_read_together_are_taken_in_order() -> None:
+    network = Network()
+    one, _ = network.participant(same_host=True)
+    other, _ = network.participant(same_host=True)
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, publisher)
+    other.create_reader('t', 'T', KEEP_ALL, collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    network.run(1)
+    network.keeps, network.cut = True, lambda _from, _to: True
+    sizes = [0, 50_000, 100_000, 0]
+    for number, size in enumerate(sizes):
+        writer.write(_payload(number, size))
+    packets = [(packet, source) for _, source, _, packet in network.packets]
+    other.receive_all([(packets[0][0][:-3], packets[0][1]), *packets])
+    assert collector.payloads == [_payload(number, size) for number, size in enumerate(sizes)]
+
+
 def test_a_match_takes_less_than_a_heartbeat_period() -> None:
     network = Network()
     one, _ = network.participant(same_host=True)

@@ -162,16 +162,20 @@ class RtpsSession:
     # ---- what comes
 
     def _read(self, sock: socket.socket, _events: int) -> None:
-        receive, is_local, own_hosts = self.participant.receive, self._is_local, self._own_hosts
         packets = self._sockets.read(sock, PACKETS_A_TURN)  # read them first: that frees the socket's buffer
         if len(packets) > 1 and sock is not self._sockets.discovery:
             # Readers may have been discovered meanwhile, and a listener's reply to a sample needs them.
             self._read(self._sockets.discovery, IN)
-        for packet, source in packets:
-            if is_local and source[0] not in own_hosts:
-                self.rejects.add('packet from another host', source[0])
-            else:
-                receive(packet, source)
+        if self._is_local:
+            own_hosts = self._own_hosts
+            for each in tuple(packets):
+                if each[1][0] not in own_hosts:
+                    packets.remove(each)
+                    self.rejects.add('packet from another host', each[1][0])
+        if len(packets) == 1:
+            self.participant.receive(*packets[0])
+        elif packets:
+            self.participant.receive_all(packets)
 
     def _set_timer(self) -> None:
         """Set the poller's timer to the participant's next timer."""
@@ -190,8 +194,11 @@ class RtpsSession:
         A thread that waits for room also reads the sockets, if no other thread does. A call in a callback of
         the reading thread does not wait: only that thread can make room.
         """
-        self.guard.check('an RTPS writer')
-        number = writer.write(payload, qos=qos, to=to)
+        if self.guard.is_forked:
+            self.guard.check('an RTPS writer')
+        # hot path: `Writer.write`, without its call.
+        otherwise: int | None = 0
+        number = self.participant.run(partial(writer.add, payload, qos, to), otherwise)
         if number is not None or self.wire_poller.leads():
             return number
         deadline = monotonic() + writer.data.qos.max_blocking / NS

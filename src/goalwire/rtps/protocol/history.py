@@ -58,7 +58,7 @@ class HistoryCache:
             self.remove(self._by_key.get(change.key, 0))
             self._by_key[change.key] = change.number
         elif self._depth and len(changes) >= self._depth:
-            self.remove(next(iter(changes)))
+            self.size -= changes.pop(next(iter(changes))).size
         if change.is_key:
             self._gone.append(change.number)
         changes[change.number] = change

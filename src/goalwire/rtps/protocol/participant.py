@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import count
 
@@ -218,6 +218,10 @@ class Participant(Wire):
         The memory of a memoryview may be used again afterwards.
         """
         self.run(partial(self._receiver.receive, packet, source), None)
+
+    def receive_all(self, packets: Sequence[tuple[bytes | memoryview, Address]]) -> None:
+        """Take some packets, each from an address, as `receive` does. Listeners are called after the last."""
+        self.run(partial(self._receiver.receive_all, packets), None)
 
     def refuse(self, kind: str, reason: str) -> None:
         self.tell(self._listener.on_refused, kind, reason)
