@@ -1,9 +1,13 @@
-"""Serves the action `drive`, and writes each execution into the file that it is given."""
+"""Serves the action `drive`, and writes each execution into the file that it is given.
+
+`base.py EXECUTIONS [JOURNAL]`
+"""
 
 from __future__ import annotations
 
 import asyncio
 import sys
+import time
 from pathlib import Path
 
 from example_interfaces.action import Fibonacci
@@ -11,20 +15,23 @@ from example_interfaces.action import Fibonacci
 import goalwire
 
 
-async def main(path: str) -> None:
+async def main(path: str, journal: str | None = None) -> None:
     with Path(path).open('a', encoding='utf-8') as executions:  # noqa: ASYNC230 - it is short
         async with goalwire.Node('base') as node:
 
-            async def drive(goal: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
+            def note(goal_id: bytes, what: str) -> None:
                 refused = server.statistics().goals.refused
-                print(goal.goal_id.hex(), 'begun', refused, file=executions, flush=True)
+                print(goal_id.hex(), what, refused, time.monotonic(), file=executions, flush=True)
+
+            async def drive(goal: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
+                note(goal.goal_id, 'begun')
                 await asyncio.sleep(0.5)
-                print(goal.goal_id.hex(), 'ended', refused, file=executions, flush=True)
+                note(goal.goal_id, 'ended')
                 return Fibonacci.Result(sequence=[goal.request.order])
 
-            server = node.action_server(Fibonacci, 'drive', drive)
+            server = node.action_server(Fibonacci, 'drive', drive, journal=journal)
             print('ready', flush=True)
             await asyncio.Event().wait()
 
 
-asyncio.run(main(sys.argv[1]))
+asyncio.run(main(*sys.argv[1:]))
