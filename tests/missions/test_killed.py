@@ -1,7 +1,8 @@
 """Runner and server are killed by SIGKILL at random moments, on real wires: no goal is executed twice.
 
-`GOALWIRE_TEST_MISSION_KILLS=300 make long` kills that often in each case; pytest's `--junitxml` has the figures.
-The server notes each execution in a file of its own, and on Zenoh a tap notes each goal on the wire.
+`GOALWIRE_TEST_MISSION_KILLS=300 make long` kills that often in each case. The server notes each execution in a
+file of its own, and on Zenoh a tap notes each goal on the wire. Pytest's `--junitxml FILE -o
+junit_family=xunit1` writes the figures down.
 """
 
 from __future__ import annotations
