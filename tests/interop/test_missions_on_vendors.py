@@ -22,7 +22,7 @@ from goalwire.transport.dds import CHOICE, NATIVE
 
 PROGRAMS = Path(__file__).parent / 'programs'
 KILLS = int(os.environ.get('GOALWIRE_TEST_MISSION_KILLS', '5'))
-PLACES = 3 * KILLS
+PLACES = 2 * KILLS
 FAST_DDS = 'rmw_fastrtps_cpp'
 IN_TIME = 120.0
 
@@ -48,10 +48,15 @@ def test_no_goal_runs_twice_at_a_server_of_the_real_rclpy(
         def start() -> Program:
             return stack.enter_context(Program(Path('-m'), 'goalwire', *arguments, env=ours))
 
-        runner, kills = start(), 0
+        runner, kills, last_step = start(), 0, 0
         while kills < KILLS:
-            found = runner.expect('goal drive begins|asks: |^Mission succeeded|^goalwire: ', IN_TIME)[0]
-            assert 'begins' in found, runner.output
+            found = runner.expect(
+                r'step (\d+): goal drive begins|asks: |^Mission succeeded|^goalwire: ', IN_TIME
+            )
+            assert 'begins' in found[0], runner.output
+            if int(found[1] or 0) <= last_step and chance.random() < 0.9:
+                continue  # a runner first repeats what its mission has done
+            last_step = max(last_step, int(found[1] or 0))
             time.sleep(chance.random())  # any moment will do
             runner.kill()
             runner.wait()
