@@ -1,4 +1,4 @@
-"""The gate before each new step: the mission may go on, or a person has to allow it first."""
+"""The gate before each new step: the mission may go on, or waits for its turn or for a person."""
 
 from __future__ import annotations
 
@@ -12,10 +12,14 @@ if TYPE_CHECKING:
 
 
 class Gate:
-    """Closed while a mission is paused, or held after a restart. A stopped mission passes the gate."""
+    """Closed until the mission's turn, and while it is paused or held. A stopped mission passes the gate."""
 
-    def __init__(self, run: Host, held: str, *, must_check: bool) -> None:
-        """`held` says why the mission waits for a person. `must_check`: call `resume_check` first."""
+    def __init__(self, run: Host, held: str, *, must_check: bool, has_turn: bool) -> None:
+        """`held` says why the mission waits for a person. `must_check`: call `resume_check` first.
+
+        Without a turn the mission waits until `give_turn` is called.
+        """
+        self._has_turn = has_turn
         self._run = run
         self._held = held
         self._check = run.definition.resume_check if must_check else None
@@ -28,6 +32,11 @@ class Gate:
         self._held, self.is_paused = '', False
         self.wake()
 
+    def give_turn(self) -> None:
+        """Let the mission begin: no other one has the robot."""
+        self._has_turn = True
+        self.wake()
+
     def wake(self) -> None:
         """Let the gate check its state again."""
         self._opened.set()
@@ -35,16 +44,18 @@ class Gate:
     async def wait(self) -> None:
         """Wait until the mission may go on, or must stop."""
         while self._run.stop is None:
-            if self._held:
-                await self._wait_for_somebody(MissionState.HELD, self._held)
+            if not self._has_turn:
+                await self._wait(MissionState.QUEUED, 'another mission has its turn')
+            elif self._held:
+                await self._wait(MissionState.HELD, self._held)
             elif self.is_paused:
-                await self._wait_for_somebody(MissionState.PAUSED, 'somebody paused it')
+                await self._wait(MissionState.PAUSED, 'somebody paused it')
             elif self._check is not None:
                 await self._ask_world()
             else:
                 return
 
-    async def _wait_for_somebody(self, state: MissionState, why: str) -> None:
+    async def _wait(self, state: MissionState, why: str) -> None:
         run = self._run
         self._opened.clear()
         if run.state is not state:

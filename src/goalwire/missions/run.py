@@ -54,10 +54,12 @@ class MissionRun:
         held: str = '',
         was_restarted: bool = False,
         is_suspicious: bool = False,
+        has_turn: bool = True,
     ) -> None:
         """`held` is the reason why the mission waits for a person. `was_restarted`: another runner began it.
 
-        `is_suspicious`: the machine was restarted, so the disk may have lost the last commit.
+        `is_suspicious`: the machine was restarted, so the disk may have lost the last commit. Without a turn
+        no step begins before `give_turn`.
         """
         self.row = row
         self.definition = definition
@@ -75,7 +77,8 @@ class MissionRun:
         """The error after which the journal cannot be written any more."""
         self._writer = writer
         self._entries = list(entries)
-        self._gate = Gate(self, held, must_check=was_restarted)
+        self._gate = Gate(self, held, must_check=was_restarted, has_turn=has_turn)
+        self.give_turn = self._gate.give_turn
         self._is_suspicious = is_suspicious
         self._answer: tuple[int, asyncio.Future[str]] | None = None
         self._task: asyncio.Task[None] | None = None

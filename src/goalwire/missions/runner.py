@@ -16,7 +16,9 @@ from goalwire.missions.file_lock import FileLock
 from goalwire.missions.machine import Machine
 from goalwire.missions.questions import answer_body
 from goalwire.missions.run import Boundary, MissionRun
+from goalwire.missions.schedule import Missed, Slots, keep_schedule, slot_id
 from goalwire.missions.store import Change, Command, MissionRow, Store, as_json
+from goalwire.missions.turns import Turns, priority_entry
 from goalwire.missions.wakeup import hang_bell, note_port
 from goalwire.missions.writer import Writer
 from goalwire.rules.missions.entries import Entry, Json, MissionState
@@ -45,10 +47,15 @@ class Runner:
         path: str | Path,
         *,
         missions: Iterable[Definition] = (),
+        one_at_a_time: bool = False,
         machine: Machine | None = None,
         boundary: Boundary | None = None,
     ) -> None:
-        """`machine` and `boundary` are for the test kit: other clocks, and places to crash at."""
+        """`missions` may be continued and started from outside. With `one_at_a_time` each of them waits until
+        no other one has the robot.
+
+        `machine` and `boundary` are for the test kit: other clocks, and places to crash at.
+        """
         self._node = node
         self._path = Path(path)
         self._definitions = {each.name: each for each in missions}
@@ -58,6 +65,9 @@ class Runner:
         self._resources = AsyncExitStack()
         self._writer: Writer | None = None
         self._commands: asyncio.Task[None] | None = None
+        self._one_at_a_time = one_at_a_time
+        self._turns: Turns | None = None
+        self._schedules: list[asyncio.Task[None]] = []
         self._rung = asyncio.Event()
         self._alive: asyncio.TimerHandle | None = None
 
@@ -77,6 +87,9 @@ class Runner:
             self._writer = writer
             self._clients = Clients(self._node, self._machine)
             self._lock = lock
+            if self._one_at_a_time:
+                self._turns = Turns()
+                stack.push_async_callback(self._turns.close)
             last = lock.last_seen()
             for row in await writer.run(store.missions):
                 if row.state.is_open:
@@ -97,8 +110,10 @@ class Runner:
         if self._alive is not None:
             self._alive.cancel()
         assert self._commands is not None
-        self._commands.cancel()
-        await asyncio.wait([self._commands])
+        under_way = [self._commands, *self._schedules]
+        for task in under_way:
+            task.cancel()
+        await asyncio.wait(under_way)
         for run in self._runs.values():
             await run.close()
         self._lock.note(self._machine.sighting())
@@ -152,7 +167,10 @@ class Runner:
             held=held,
             was_restarted=was_restarted,
             is_suspicious=is_suspicious,
+            has_turn=self._turns is None,
         )
+        if self._turns is not None:
+            self._turns.add(run)
         return run
 
     def _open_writer(self) -> Writer:
@@ -162,13 +180,16 @@ class Runner:
 
     # -- missions ------------------------------------------------------------------------------------------
 
-    async def start(self, definition: Definition, *arguments: Any, id: str | None = None) -> MissionRun:
+    async def start(
+        self, definition: Definition, *arguments: Any, id: str | None = None, priority: int = 0
+    ) -> MissionRun:
         """Begin a mission, or return the one that was begun with this `id` before.
 
         `arguments` are values that JSON can hold; the mission's function gets them after the steps `m`.
-        Without an `id` the mission gets a new one. Raises MissionIdTaken if the id belongs to another
-        mission, or to other arguments; JournalError; TypeError and ValueError for arguments that the journal
-        cannot keep.
+        Without an `id` the mission gets a new one. If one mission at a time runs, the next one is that of the
+        highest `priority`; the one that runs is not interrupted. Raises MissionIdTaken if the id belongs to
+        another mission, or to other arguments; JournalError; TypeError and ValueError for arguments that the
+        journal cannot keep.
         """
         writer = self._open_writer()
         id_ = id or str(uuid4())
@@ -188,17 +209,53 @@ class Runner:
             definition.version,
             definition.fingerprint,
             tuple(arguments),
-            MissionState.RUNNING,
+            MissionState.RUNNING if self._turns is None else MissionState.QUEUED,
             '',
             now,
             now,
         )
-        await writer.run(lambda: writer.store.add(row))
-        run = self._make_run(row, definition, [])
+        entries = [priority_entry(priority)] if priority else []
+        await writer.run(lambda: writer.store.add(row, *entries))
+        run = self._make_run(row, definition, entries)
         run.begin()
         if self._alive is None:
             self._note_alive()
         return run
+
+    async def schedule(
+        self,
+        definition: Definition,
+        *arguments: Any,
+        daily: str | None = None,
+        every: float | None = None,
+        missed: Missed = 'skip',
+        name: str | None = None,
+        priority: int = 0,
+    ) -> None:
+        """Start a mission `daily` at 'HH:MM' local time, or `every` so many seconds, at full multiples.
+
+        Each slot is started once, also if the runner is restarted or the clock is set back. A slot for which
+        no runner was there is skipped, or the latest one is made up for (`missed='run'`). `name` tells
+        several schedules of one mission apart; the missions' ids are made of it and their slots. Call this
+        in each life of the runner. Raises ValueError for wrong times, JournalError.
+        """
+        slots = Slots(daily, every)
+        if missed not in {'skip', 'run'}:
+            raise ValueError(f"missed is 'skip' or 'run', not {missed!r}")
+        title = name or definition.name
+        writer, now = self._open_writer(), self._machine.wall()
+        since = await writer.run(lambda: writer.store.first_time(f'schedule {title}', now))
+        start = partial(self._start_slot, definition, arguments, title, priority)
+        keeping = keep_schedule(slots, since, missed, self._machine.wall, start)
+        self._schedules.append(asyncio.ensure_future(keeping))
+
+    async def _start_slot(
+        self, definition: Definition, arguments: tuple[Any, ...], title: str, priority: int, slot: float
+    ) -> None:
+        try:
+            await self.start(definition, *arguments, id=slot_id(title, slot), priority=priority)
+        except (JournalError, MissionIdTaken) as error:
+            self._node.logger.error(f"The schedule '{title}' has not started its mission: {error}")
 
     async def _known_run(self, row: MissionRow, definition: Definition) -> MissionRun:
         run = self._runs.get(row.id)

@@ -128,16 +128,24 @@ class Store:
         with self._transaction():
             self._db.execute('INSERT OR REPLACE INTO file VALUES (?, ?)', (key, value))
 
+    def first_time(self, key: str, now: float) -> float:
+        """Return when this was first called with `key`: now, or the time that it keeps."""
+        known = self.fact(key)
+        if not known:
+            self.set_fact(key, repr(now))
+        return float(known or now)
+
     # -- the journal ---------------------------------------------------------------------------------------
 
-    def add(self, row: MissionRow) -> None:
-        """Begin the journal of a mission, whose id must be new."""
+    def add(self, row: MissionRow, *entries: Entry) -> None:
+        """Begin the journal of a mission, whose id must be new, with its first entries."""
         values = (
             row.id, row.name, row.version, row.fingerprint, as_json(row.arguments), row.state, row.why,
             row.begun, row.changed, None,
         )  # fmt: skip
         with self._transaction():
             self._db.execute('INSERT INTO mission VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)', values)
+            self._write(Change(row.id, entries), row.begun)
 
     def commit(self, changes: Iterable[Change], at: float) -> None:
         """Write changes to the disk, all or none of them. Raises JournalError."""

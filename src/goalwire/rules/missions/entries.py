@@ -18,6 +18,8 @@ class MissionState(StrEnum):
     """The state of a mission, as `goalwire mission list` shows it."""
 
     RUNNING = 'running'
+    QUEUED = 'queued'
+    """The mission waits for its turn: its runner carries out one mission at a time."""
     PAUSED = 'paused'
     """Paused: no further step begins until a person resumes the mission. A step that has begun goes on."""
     HELD = 'held'
