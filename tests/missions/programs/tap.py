@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 from goalwire.rules.goals.wire import goal_id_of
 from goalwire.transport import registry
@@ -32,7 +33,7 @@ def main(path: str) -> None:
             )
             query.end()
 
-        session = registry.get('rmw_zenoh_cpp').open(SessionOptions(domain_id=DOMAIN))
+        session: Any = registry.get('rmw_zenoh_cpp').open(SessionOptions(domain_id=DOMAIN))
         session._context.wire.declare_queryable(f'{DOMAIN}/drive/_action/send_goal/**', note)
         print('ready', flush=True)
         threading.Event().wait()
