@@ -10,7 +10,10 @@ from goalwire.errors import NotAllowedError
 from goalwire.records import record
 
 DEFAULT_PORT = 8420
-VIEWS = ('robot', 'actions', 'services', 'topics', 'parameters', 'graph', 'logs', 'record', 'statistics')
+VIEWS = (
+    'robot', 'missions', 'actions', 'services', 'topics', 'parameters', 'graph', 'logs', 'record',
+    'statistics',
+)  # fmt: skip
 """The views that an address may name."""
 
 
@@ -33,6 +36,8 @@ class Settings:
     """The folder in which the page makes bags."""
     view: str = ''
     """The view that opens first; '' leaves the choice to the page."""
+    missions: str = ''
+    """The journal of missions to show; '' shows none."""
 
     @property
     def is_loopback(self) -> bool:

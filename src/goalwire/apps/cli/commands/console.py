@@ -38,6 +38,9 @@ def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         '--record-to', metavar='FOLDER', default='.', help='Folder for new recordings (default: this folder)'
     )
+    parser.add_argument(
+        '--missions', metavar='FILE', default='', help='Show the missions of this journal, and answer them'
+    )
     parser.add_argument('--read-only', action='store_true', help='Only look: send nothing')
     parser.add_argument(
         '--allow',
@@ -69,6 +72,7 @@ def _settings(arguments: Namespace) -> Settings:
         takes_any_port=arguments.prefer_port is not None,
         record_to=arguments.record_to,
         view=arguments.view,
+        missions=arguments.missions,
     )
 
 

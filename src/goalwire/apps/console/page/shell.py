@@ -14,6 +14,7 @@ from goalwire.apps.console.page.actions_view import ActionsView
 from goalwire.apps.console.page.emergency_bar import EmergencyBar
 from goalwire.apps.console.page.graph_view import GraphViewPage
 from goalwire.apps.console.page.logs_view import LogsView
+from goalwire.apps.console.page.missions_view import MissionsView
 from goalwire.apps.console.page.parameters_view import ParametersView
 from goalwire.apps.console.page.record_view import RecordView, time_text
 from goalwire.apps.console.page.robot_view import RobotView
@@ -27,6 +28,7 @@ from goalwire.apps.console.state.session import Session
 
 VIEWS: tuple[type[View], ...] = (
     RobotView,
+    MissionsView,
     ActionsView,
     ServicesView,
     TopicsView,
@@ -72,6 +74,7 @@ class Shell:
         self._page = Page(client, session)
         self._session = session
         self._style = style
+        self._views = [kind for kind in VIEWS if kind.is_offered(session)]
         self._tabs: dict[str, Any] = {}
         self._view = ''
         self._robots: list[str] = []
@@ -91,13 +94,13 @@ class Shell:
             with ui.element('header').classes('gw-top'):
                 self._bar()
             with ui.element('nav').classes('gw-rail'):
-                for kind in VIEWS:
+                for kind in self._views:
                     self._tab(kind)
             self._main = ui.element('main').classes('gw-main')
         self._emergency = EmergencyBar(page)
         page.header = self._refresh_bar
         page.client.on_delete(page.close)
-        names = {kind.name for kind in VIEWS}
+        names = {kind.name for kind in self._views}
         self._show(view if view in names else ('robot' if robots else 'graph'))
         background_tasks.create(self._begin())
 

@@ -47,7 +47,7 @@ export default {
     },
   },
   methods: {
-    show(data) { // {now, span, groups: [{name, rows, goals: [{id, row, began, ended, status, marks, ticks, progress}]}]}
+    show(data) { // {now, span, groups: [{name, rows, goals: [{id, row, began, ended, status, marks, ticks, progress, title?}]}]}
       this.data = data;
       this.received = performance.now();
       const height = AXIS + data.groups.reduce((sum, group) => sum + HEAD + group.rows * ROW + 8, 0);
@@ -208,7 +208,7 @@ export default {
       for (const tick of goal.ticks) pen.rect(x(tick), y + 3, 1, height - 10);
       pen.fill();
       pen.restore();
-      const text = `${goal.id.slice(0, 8)}  ${goal.status.toLowerCase()}` +
+      const text = `${goal.title ?? goal.id.slice(0, 8)}  ${goal.status.toLowerCase()}` +
         (goal.progress !== null ? `  ${Math.round(goal.progress * 100)} %` : "");
       pen.font = "500 11px Roboto, sans-serif";
       const length = pen.measureText(text).width;

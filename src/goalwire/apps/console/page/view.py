@@ -31,6 +31,11 @@ class View:
         self.settings = page.session.settings
         self.node = page.session.node
 
+    @classmethod
+    def is_offered(cls, session: Session) -> bool:  # noqa: ARG003 - others look at the session
+        """Return True if the list of views has it."""
+        return True
+
     def build(self) -> None:
         """Make the view's elements."""
 

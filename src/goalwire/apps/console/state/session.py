@@ -14,6 +14,7 @@ from goalwire.aio.graph import GraphProblem
 from goalwire.apps.console.settings import Settings
 from goalwire.apps.console.state.goal_watch import GoalWatch
 from goalwire.apps.console.state.live_recording import LiveRecording
+from goalwire.apps.console.state.mission_journal import MissionJournal
 from goalwire.apps.console.state.ownership import may_move
 from goalwire.apps.console.state.robot_model import Meshes
 from goalwire.apps.console.state.robot_watch import RobotWatch, namespaces
@@ -45,6 +46,8 @@ class Session:
         self.goal_watch = GoalWatch(node, self.goals, self.sender, self.types)
         self.logs = LogBook()
         self.recording = LiveRecording(node, settings)
+        self.missions = MissionJournal(settings.missions, settings) if settings.missions else None
+        """The journal of missions; None if the console shows none."""
         self.meshes = Meshes()
         self.vitals: dict[str, Vitals] = {}
         """By namespace: the vitals of present robots, and of gone ones that a page has selected.
