@@ -19,9 +19,10 @@ from goalwire.testing import Graph
 
 
 class Robot:
-    """Serves the action `drive`, 30 s a goal, and the service `tare`."""
+    """Serves the action `drive`, 30 s a goal by default, and the service `tare`."""
 
     def __init__(self) -> None:
+        self.takes_s = 30.0
         self.executed: Counter[bytes] = Counter()
         self.places: list[int] = []
         self.cancelled: list[int] = []
@@ -49,7 +50,7 @@ class Robot:
         self._began.set()
         self._began = asyncio.Event()
         try:
-            await asyncio.sleep(30.0)
+            await asyncio.sleep(self.takes_s)
         except asyncio.CancelledError:
             self.cancelled.append(goal.request.order)
             raise

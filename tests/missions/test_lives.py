@@ -10,7 +10,7 @@ from helpers.missions import Base, Rebooted, Robot, play
 from std_msgs.msg import Float32
 
 import goalwire
-from goalwire.errors import JournalError, MissionError, MissionFailed, MissionIdTaken
+from goalwire.errors import DeadlineError, JournalError, MissionError, MissionFailed, MissionIdTaken
 from goalwire.missions import Definition, MissionRun, MissionState, Runner, Steps, mission
 from goalwire.missions.checking import why_stuck
 from goalwire.missions.store import Store
@@ -293,5 +293,63 @@ def test_values_that_a_journal_cannot_keep_fail_their_step(base: Base) -> None:
             await run.ended.wait()
             with pytest.raises(MissionFailed, match='missing 1 required positional argument'):
                 await run.wait()
+
+    play(scenario)
+
+
+@mission(resume='auto')
+async def in_time(m: Steps) -> str:
+    try:
+        await m.action(Fibonacci, 'drive').call(order=7, timeout=60.0)
+    except DeadlineError as error:
+        return str(error)
+    return 'reached'
+
+
+def test_a_goal_that_ended_while_no_runner_was_there_is_reached_though_its_time_is_over(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served():
+            await leave_at(base, in_time, robot, 1)
+            await asyncio.sleep(200.0)
+            async with base.runner(in_time) as runner:
+                assert await runner.missions()[0].wait() == 'reached'
+        assert robot.executed.total() == 1
+
+    play(scenario)
+
+
+def test_a_goal_that_still_runs_when_its_time_is_over_is_cancelled(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        robot.takes_s = 1000.0
+        async with robot.served():
+            await leave_at(base, in_time, robot, 1)
+            await asyncio.sleep(200.0)
+            async with base.runner(in_time) as runner:
+                assert 'its time is over' in await runner.missions()[0].wait()
+        assert robot.cancelled == [7]
+
+    play(scenario)
+
+
+def test_a_goal_that_never_arrived_is_not_sent_after_its_time(base: Base) -> None:
+    def die_before_sending(name: str, _step: str) -> None:
+        if name == 'before send':
+            raise asyncio.CancelledError
+
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served():
+            async with (
+                base.graph.node('runner') as node,
+                Runner(node, base.path, boundary=die_before_sending) as runner,
+            ):
+                await runner.start(in_time, id='m')
+                await asyncio.sleep(5.0)
+            await asyncio.sleep(200.0)
+            async with base.runner(in_time) as runner:
+                assert 'its time is over' in await runner.missions()[0].wait()
+        assert not robot.executed
 
     play(scenario)

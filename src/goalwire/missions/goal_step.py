@@ -213,7 +213,9 @@ class GoalStep:
         """Ask the server for the goal's state until there is a conclusion."""
         while True:
             try:
-                found = await self._step.until_stopped(self._client.probe(self._goal_id))
+                # Also after the step's time: a goal that has reached its end meanwhile has reached it.
+                asking = self._client.probe(self._goal_id)
+                found = await self._step.until_stopped(asking, is_limited=False)
                 conclusion = await self._conclude(found)
                 if conclusion is not None:
                     return conclusion
@@ -290,6 +292,8 @@ class GoalStep:
             return Outcome(error=self._interruption.error)
         if self._refusal is not None:
             return Outcome(error=self._refusal)
+        if self._step.left() == 0.0:
+            return Outcome(error=DeadlineError(f'{self._step.title}: its time is over, and it never began'))
         # A client refuses to send an id twice, as a protection against mistakes: so this needs a new client.
         self._client = self._step.clients.renew_action(self._request.action_type, self._request.name)
         return _Move.SEND

@@ -110,13 +110,18 @@ class LiveStep:
         """Let the step go on although the mission is stopped, so that it can cancel its goal."""
         self._ignores_stop = True
 
-    async def until_stopped(self, awaitable: Awaitable[T]) -> T:
-        """Wait for something; raises Interrupted if the mission is stopped, or the step's time is over."""
+    async def until_stopped(self, awaitable: Awaitable[T], *, is_limited: bool = True) -> T:
+        """Wait for something; raises Interrupted if the mission is stopped, or the step's time is over.
+
+        Unless it `is_limited`, it may take longer than the step has.
+        """
         task = asyncio.ensure_future(awaitable)
         stop = asyncio.ensure_future(self._run.stop_requested.wait())
         waiting: list[asyncio.Future[Any]] = [task] if self._ignores_stop else [task, stop]
         try:
-            await asyncio.wait(waiting, timeout=self.left(), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(
+                waiting, timeout=self.left() if is_limited else None, return_when=asyncio.FIRST_COMPLETED
+            )
             if task.done():
                 return task.result()
             if stop.done() and not self._ignores_stop:
