@@ -60,7 +60,10 @@ def take(browser: Browser, url: str, file: Path) -> Page:
     page.set_default_timeout(PATIENCE_MS)
     page.goto(f'{url}?view=robot')
     page.wait_for_selector('[data-way]:visible')
-    page.wait_for_function('() => (window.goalwireScene?.links?.size ?? 0) > 10')
+    # The camera follows the robot up when its pose comes: before that, a point of the floor is elsewhere.
+    page.wait_for_function(
+        '() => window.goalwireScene?.poses?.().base_link?.[2] > 0.5 && !goalwireScene.moving'
+    )
     x, y = page.evaluate('([x, y]) => goalwireScene.screen_of(x, y, 0)', list(GOAL))
     page.mouse.click(x, y)
     page.click('.q-dialog [data-send]')
