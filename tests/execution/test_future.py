@@ -52,6 +52,15 @@ def test_a_result_may_be_set_again() -> None:
     assert future.result() == 2
 
 
+def test_a_result_does_not_take_an_exception_away() -> None:
+    future = Future[int]()
+    future.set_exception(ArithmeticError('the first'))
+    future.set_result(1)
+    assert isinstance(future.exception(), ArithmeticError)
+    with pytest.raises(ArithmeticError, match='the first'):
+        future.result()
+
+
 def test_result_raises_the_exception_and_exception_returns_it() -> None:
     future: Future[int] = Future()
     error = ValueError('v')

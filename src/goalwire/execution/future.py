@@ -201,11 +201,9 @@ class Future(Generic[T]):
         return self._exception
 
     def set_result(self, result: T) -> None:
-        """Complete the future. Any thread."""
+        """Complete the future. An exception that was set before stays, as in rclpy. Any thread."""
         self._raw = None
-        self._exception = None
         self._result = result
-        self._mark_retrieved()
         self._become(FINISHED)
 
     def set_exception(self, exception: BaseException) -> None:
