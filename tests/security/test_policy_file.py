@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from goalwire.errors import PolicyError
+from goalwire.security.policy import Verb
 from goalwire.security.policy_file import read_policy
 from goalwire.security.policy_text import FIRST_POLICY, add_identity
 from goalwire.security.toml_places import Place, find_places
@@ -36,6 +37,9 @@ from goalwire.security.toml_places import Place, find_places
             '[roles.a]\n[identities]\nann = ["b"]',
             "3:8: there is no role 'b'; add [roles.b], or take one of a",
         ),
+        ('[roles.a]\nstop = true', '2:1: stop is True; leave it out, since everybody may stop'),
+        ('[moving]\nstop = false', '2:1: stop moves nothing; write it into [everyone] or a role'),
+        ('[moving]\npublish = ["x"]', "2:12: 'x' has no slash at its beginning"),
         ('identities = 3', '1:1: identities is not a table; write [identities] in a line of its own'),
     ],
 )
@@ -43,6 +47,25 @@ def test_a_mistake_is_told_with_its_place(text: str, message: str) -> None:
     with pytest.raises(PolicyError) as caught:
         read_policy(text)
     assert str(caught.value).startswith(f'policy.toml:{message}')
+
+
+def test_what_moves_has_a_default_for_each_verb() -> None:
+    policy = read_policy('[moving]\npublish = ["/base/twist_cmd"]\ncall = ["/**/home"]\n')
+    assert policy.moves(Verb.SEND, '/arm/reach')
+    assert policy.moves(Verb.PUBLISH, '/base/twist_cmd')
+    assert policy.moves(Verb.CALL, '/arm/home')
+    assert not policy.moves(Verb.PUBLISH, '/cmd_vel')
+    assert read_policy('').moves(Verb.PUBLISH, '/r1/cmd_vel_unstamped')
+    assert not read_policy('').moves(Verb.PUBLISH, '/camera')
+    assert not read_policy('').moves(Verb.CALL, '/home')
+
+
+def test_a_role_forbids_the_stop_and_says_where() -> None:
+    policy = read_policy('[roles.a]\n[roles.b]\nstop = false\n[identities]\nann = ["a"]\nben = ["a", "b"]\n')
+    assert policy.decide_stop('ann').is_allowed
+    assert policy.decide_stop('ben').reason == 'policy.toml:3: b: stop = false'
+    assert not policy.decide_stop('cy').is_allowed
+    assert not read_policy('[everyone]\nstop = false\n[identities]\nann = []').decide_stop('ann').is_allowed
 
 
 def test_the_first_policy_is_one() -> None:

@@ -10,6 +10,7 @@ import json
 from datetime import datetime
 from pathlib import Path
 
+from goalwire.admission import new_token
 from goalwire.errors import SecurityError
 from goalwire.security import certificates, revocation, storage
 from goalwire.security.keystore import (
@@ -41,8 +42,28 @@ def export(keystore: Keystore, name: str, path: Path, authority: str = '') -> No
     }
     if authority:
         content['authority'] = f'url = "{check_authority(authority, "--authority")}"\n'
+    _create(path, json.dumps(content, indent=1).encode())
+
+
+def export_for_browser(keystore: Keystore, name: str, path: Path) -> str:
+    """Write an identity as PKCS #12, which browsers import, and return the password of the file.
+
+    Raises SecurityError if the file exists, or the identity does not.
+    """
+    from cryptography.hazmat.primitives.serialization import BestAvailableEncryption, pkcs12
+
+    pair, password = keystore.identity(name), new_token()
+    data = pkcs12.serialize_key_and_certificates(
+        name.encode(), pair.key, pair.certificate, pair.chain[1:], BestAvailableEncryption(password.encode())
+    )
+    _create(path, data)
+    return password
+
+
+def _create(path: Path, data: bytes) -> None:
+    """Write a file that is not there yet. Raises SecurityError."""
     try:
-        storage.create(path, json.dumps(content, indent=1).encode())
+        storage.create(path, data)
     except FileExistsError:
         raise SecurityError(f"'{path}' is there already; name another file") from None
     except OSError as error:

@@ -42,6 +42,9 @@ class Verb(Enum):
 
 MODES = ('enforce', 'audit')
 
+STOP = 'stop'
+"""The word for the emergency stop of a console. Everybody may use it whom the policy does not forbid it."""
+
 
 @record
 class Grant:
@@ -69,6 +72,24 @@ class Decision:
     """A sentence, with the line of the policy that decides."""
 
 
+def _grants(verb: Verb, *patterns: str) -> tuple[Grant, ...]:
+    return tuple(Grant(verb, pattern, 'moving') for pattern in patterns)
+
+
+MOVING = (
+    *_grants(Verb.SEND, '/**'),
+    *_grants(
+        Verb.PUBLISH,
+        '/**/cmd_vel*',
+        '/**/*_cmd',
+        '/**/command*',
+        '/**/joint_trajectory',
+        '/**/twist',
+    ),
+)
+"""What moves a robot, if a policy does not say it: goals of all actions, and commands on topics."""
+
+
 @record
 class Policy:
     """The content of a policy.toml."""
@@ -80,6 +101,10 @@ class Policy:
     """The name of its file, as answers show it."""
     lines: Mapping[str, int] = {}
     """The line in which each identity is named."""
+    moving: tuple[Grant, ...] = MOVING
+    """What moves a robot: the audit log has each of these acts, also if it is allowed."""
+    may_not_stop: Mapping[str, tuple[str, int]] = {}
+    """The role, and its line, that forbids an identity the emergency stop of a console."""
 
     @property
     def is_enforced(self) -> bool:
@@ -106,6 +131,25 @@ class Policy:
             f"{self.title}:{self.lines.get(who, 0)}: none of the roles of '{who}' may "
             f"{verb.value} '{name}'{where}",
         )
+
+    def decide_stop(self, who: str) -> Decision:
+        """Decide if an identity may use the emergency stop of a console: yes, unless a role forbids it."""
+        if who not in self.grants:
+            return self.decide(who, Verb.CALL, '/')
+        if who in self.may_not_stop:
+            role, line = self.may_not_stop[who]
+            return Decision(False, f'{self.title}:{line}: {role}: stop = false')
+        line = self.lines.get(who, 0)
+        return Decision(True, f"{self.title}:{line}: no role of '{who}' has stop = false")
+
+    def rights_of(self, who: str) -> object:
+        """Return a value that changes if the rights of an identity do. Lines of the policy do not count."""
+        grants = {(each.verb, each.pattern, each.domains) for each in self.grants.get(who, ())}
+        return self.mode, grants, who in self.may_not_stop
+
+    def moves(self, verb: Verb, name: str, domain: int = 0) -> bool:
+        """Return whether an act moves a robot, as the policy or its default says."""
+        return any(each.covers(verb, name, domain) for each in self.moving)
 
 
 @lru_cache(maxsize=1024)

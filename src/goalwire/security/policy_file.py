@@ -7,6 +7,9 @@ publish = ["/rosout"]
 namespace = "/robot1" # names that do not begin with a slash are below it
 domains = [0, 7]      # where the role holds; all domains if it is left out
 call = ["/reset", "arm/*"]
+stop = false          # no emergency stop of a console; only to forbid it
+[moving]              # what the audit log has also if it is allowed; each verb has a default
+publish = ["/**/cmd_vel"]
 [identities]
 alice = ["operator"]
 """
@@ -23,12 +26,12 @@ from typing import NoReturn
 from goalwire.errors import PolicyError, SecurityError, did_you_mean, with_advice
 from goalwire.files import read_regular
 from goalwire.patterns import Pattern
-from goalwire.security.policy import MODES, Grant, Policy, Verb
+from goalwire.security.policy import MODES, MOVING, STOP, Grant, Policy, Verb
 from goalwire.security.toml_places import Place, find_places
 
 _VERBS = {verb.value: verb for verb in Verb}
-_TABLES = ('mode', 'everyone', 'roles', 'identities')
-_SETTINGS = ('namespace', 'domains')
+_TABLES = ('mode', 'everyone', 'roles', 'moving', 'identities')
+_SETTINGS = ('namespace', 'domains', STOP)
 _NAME = Pattern(r'(?:/(?:\*\*|[A-Za-z0-9_~*]+))+\Z')
 _TOML_PLACE = Pattern(r' \(at (?:line (\d+), column (\d+)|end of document)\)\Z')
 _LARGEST_DOMAIN = 232
@@ -94,18 +97,49 @@ class _Reader:
         if mode not in MODES:
             self._refuse(('mode',), f'mode is {mode!r}', 'write mode = "enforce" or mode = "audit"')
         everyone = tuple(self._grants(('everyone',), 'everyone', self._table(('everyone',), content)))
+        all_roles = self._table(('roles',), content)
         roles = {
             name: tuple(self._grants(('roles', name), name, self._table(('roles', name), all_roles)))
-            for all_roles in (self._table(('roles',), content),)
             for name in all_roles
         }
+        forbidding = list(self._forbidding(content, all_roles))
         identities = self._table(('identities',), content)
         return Policy(
             str(mode),
             {name: (*everyone, *self._of_roles(name, identities[name], roles)) for name in identities},
             self._title,
             {name: self._place(('identities', name)).line for name in identities},
+            self._moving(self._table(('moving',), content)),
+            {
+                name: (role, line)
+                for name, having in identities.items()
+                for role, line in forbidding
+                if role == 'everyone' or (isinstance(having, list) and role in having)
+            },
         )
+
+    def _moving(self, table: dict[str, object]) -> tuple[Grant, ...]:
+        """Return what moves a robot: a verb that the table has not keeps its default."""
+        if STOP in table:
+            self._refuse(('moving', STOP), 'stop moves nothing', 'write it into [everyone] or a role')
+        given = tuple(self._grants(('moving',), 'moving', table))
+        return given + tuple(each for each in MOVING if each.verb.value not in table)
+
+    def _forbidding(self, content: dict[str, object], roles: dict[str, object]) -> Iterator[tuple[str, int]]:
+        """Yield the roles that forbid the emergency stop, with the lines in which they do."""
+        tables: list[tuple[tuple[str, ...], object]] = [(('everyone',), content.get('everyone'))]
+        tables += [(('roles', name), roles[name]) for name in roles]
+        for path, table in tables:
+            if not isinstance(table, dict) or STOP not in table:
+                continue
+            here = (*path, STOP)
+            if table[STOP] is not False:
+                self._refuse(
+                    here,
+                    f'stop is {table[STOP]!r}',
+                    'leave it out, since everybody may stop; or write stop = false to forbid it',
+                )
+            yield path[-1], self._place(here).line
 
     def _table(self, path: tuple[str, ...], parent: dict[str, object]) -> dict[str, object]:
         found = parent.get(path[-1], {})

@@ -16,7 +16,7 @@ FIRST_POLICY = """\
 mode = "enforce"  # or "audit": all is let through, and what would be refused is logged
 
 [everyone]  # what each identity below may do
-publish = ["/rosout", "/parameter_events"]
+publish = ["/rosout", "/parameter_events", "/diagnostics"]
 subscribe = ["/parameter_events", "/clock"]
 
 [roles.robot]
@@ -50,6 +50,19 @@ serve = ["/_ros2cli*/**"]
 subscribe = ["/**"]
 watch = ["/**"]
 read = ["/**"]
+introspect = ["/**"]
+
+[roles.console]  # of goalwire console and of bridges, which ask about each person who signs in there, too
+run = ["/**"]
+serve = ["/goalwire_console*/**", "/rosbridge*/**", "/foxglove*/**"]
+publish = ["/**"]
+subscribe = ["/**"]
+call = ["/**"]
+send = ["/**"]
+cancel = ["/**"]
+watch = ["/**"]
+read = ["/**"]
+set = ["/**"]
 introspect = ["/**"]
 
 [identities]  # who has which of these roles

@@ -12,9 +12,11 @@ import tomllib
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
+from time import time
 
 from goalwire.errors import SecurityError
 from goalwire.files import read_regular
+from goalwire.security.policy import Policy
 
 LARGEST = 1 << 20
 """Bytes that the list may have."""
@@ -55,3 +57,19 @@ def is_revoked(revoked: Mapping[str, datetime], name: str, issued: datetime) -> 
     """Whether a certificate is refused, by its name and the time from which on it is valid."""
     until = revoked.get(name)
     return until is not None and issued <= until
+
+
+def why_refused(
+    what: str, name: str, issued: float, ends: float, policy: Policy, revoked: Mapping[str, datetime]
+) -> str:
+    """Return why a certificate or a token, as `what` says, does not count any more; '' if it counts.
+
+    `issued` and `ends` are in s since the epoch.
+    """
+    if is_revoked(revoked, name, datetime.fromtimestamp(issued, UTC)):
+        return f"the {what} of '{name}' is revoked"
+    if ends < time():
+        return f"the {what} of '{name}' has expired"
+    if not policy.knows(name):
+        return f"'{name}' is not named in {policy.title}"
+    return ''

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 from goalwire.errors import RemoteError
+from goalwire.security.needs import permission_to_offer, permission_to_use, split_action
 from goalwire.security.policy import Verb
 from goalwire.transport.contract import EndpointKind, GraphEntity
 from goalwire.transport.zenoh.tokens import GRAPH_SPACE, dds_type, parse
@@ -23,18 +24,8 @@ HISTORY = '/@adv/'
 _SUBSCRIBER = 'sub'
 """The next part in the token of a subscription with history; a publisher's token has 'pub'."""
 _LEAST_CHUNKS = 4
-_PART = '/_action/'
-_READING = ('get_parameters', 'get_parameter_types', 'list_parameters', 'describe_parameters')
-_SETTING = ('set_parameters', 'set_parameters_atomically')
 _REQUESTS = ('_SendGoal_', '_GetResult_')
 """The endings of an action's own service types. The type of the cancel service is an ordinary one."""
-_OF_ACTIONS = {
-    'send_goal': (Verb.SEND,),
-    'cancel_goal': (Verb.CANCEL,),
-    'get_result': (Verb.SEND, Verb.WATCH),
-    'feedback': (Verb.SEND, Verb.WATCH),
-    'status': (Verb.SEND, Verb.WATCH),
-}
 
 
 class Question(NamedTuple):
@@ -59,8 +50,7 @@ class _Subject(NamedTuple):
     @property
     def action(self) -> tuple[str, str]:
         """The action's name and the part of it that this is; '' and '' if it belongs to no action."""
-        name, found, part = self.name.rpartition(_PART)
-        return (name, part) if found and part in _OF_ACTIONS else ('', '')
+        return split_action(self.name)
 
 
 def _subject_of(key: str) -> _Subject | None:
@@ -76,26 +66,12 @@ def _subject(domain: int, name: str, dds_type: str) -> _Subject:
 
 def _offering(subject: _Subject) -> Question:
     """Return the question whether an identity may publish on a topic, or serve a service."""
-    action, _ = subject.action
-    if action:
-        return Question((Verb.SERVE,), action, subject.domain)
-    verb = Verb.SERVE if subject.is_service else Verb.PUBLISH
-    return Question((verb,), subject.name, subject.domain)
+    return Question(*permission_to_offer(subject.name, is_service=subject.is_service), subject.domain)
 
 
 def _using(subject: _Subject) -> Question:
     """Return the question whether an identity may receive a topic's messages, or call a service."""
-    action, part = subject.action
-    if action:
-        return Question(_OF_ACTIONS[part], action, subject.domain)
-    if not subject.is_service:
-        return Question((Verb.SUBSCRIBE,), subject.name, subject.domain)
-    node, _, service = subject.name.rpartition('/')
-    if node and service in _READING:
-        return Question((Verb.READ,), node, subject.domain)
-    if node and service in _SETTING:
-        return Question((Verb.SET,), node, subject.domain)
-    return Question((Verb.CALL,), subject.name, subject.domain)
+    return Question(*permission_to_use(subject.name, is_service=subject.is_service), subject.domain)
 
 
 _USERS = (EndpointKind.SUBSCRIPTION, EndpointKind.CLIENT)
@@ -166,6 +142,21 @@ def all_of(act: Act, key: str, session: str) -> Questions:
         return (_using(subject) if side == _SUBSCRIBER else _offering(subject),)
     subject = _subject_of(key)
     return None if subject is None else (_DATA[act](subject),)
+
+
+def describe(act: Act, key: str) -> str:
+    """Return an act in a policy's words, such as "call /reset"; the key if no policy has words for it."""
+    if act is Act.DECLARE_TOKEN and key.startswith(f'{GRAPH_SPACE}/'):
+        try:
+            entity = parse(key)
+        except (RemoteError, ValueError):
+            return f'{act.value} that is malformed'
+        if entity.kind is EndpointKind.NODE:
+            return f'{Verb.RUN.value} {entity.node.qualified}'
+        asked: Questions = (need_of(entity),)
+    else:
+        asked = all_of(act, key, '')
+    return f'{asked[0].verbs[0].value} {asked[0].name}' if asked else f'{act.value} {key}'
 
 
 def any_of(act: Act, key: str, session: str) -> Questions:

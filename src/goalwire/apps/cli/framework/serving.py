@@ -8,6 +8,7 @@ from argparse import ArgumentParser, Namespace
 from goalwire.admission import is_loopback, is_usable_token, new_token
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.records import record
+from goalwire.security import is_asked_for
 
 NOT_ENCRYPTED = 'it is not encrypted: give --tls-cert and --tls-key'
 
@@ -48,10 +49,20 @@ def add_access_options(parser: ArgumentParser, clients: str, variable: str, sche
 def read_access(arguments: Namespace, variable: str) -> Access:
     """Return the values of the options; a token is made if one is needed and none is given.
 
-    Raises CommandError for a certificate without its key, and for a token that a URL cannot contain.
+    With an identity there is no shared token: each client has one of its own, from the keystore.
+
+    Raises CommandError for a certificate without its key, for a token that a URL cannot contain, and for a
+    shared token beside an identity.
     """
     token = arguments.token if arguments.token is not None else os.environ.get(variable, '')
-    if not is_loopback(arguments.host):
+    if is_asked_for():
+        if token:
+            raise CommandError(
+                Outcome.USAGE,
+                'with an identity (GOALWIRE_SECURITY) there is no shared token',
+                f'leave out --token and {variable}; make tokens by name: goalwire secure token NAME',
+            )
+    elif not is_loopback(arguments.host):
         token = token or new_token()
     if bool(arguments.tls_cert) != bool(arguments.tls_key):
         raise CommandError(Outcome.USAGE, 'a certificate needs its key', 'give both --tls-cert and --tls-key')

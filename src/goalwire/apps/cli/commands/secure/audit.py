@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.commands.secure.keystores import add_keystore_argument, find_folder
@@ -14,7 +15,8 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `secure audit`."""
-    parser.add_argument('name', metavar='NAME', help='The identity of the program that has refused')
+    parser.add_argument('name', metavar='NAME', help='The identity of the program that keeps the log')
+    parser.add_argument('--by', metavar='WHO', default='', help='Print only what this identity did, or tried')
     add_keystore_argument(parser)
 
 
@@ -27,12 +29,19 @@ def run(arguments: Namespace, output: Output) -> None:
     if aside and min(aside) > 1:
         tell(f'entries before those in {next(iter(aside.values()))} were deleted with the oldest files')
     if not path.exists() and not aside:
-        tell(f"{arguments.name} has refused nothing: there is no '{path}'")
+        tell(f"{arguments.name} has nothing in its log: there is no '{path}'")
         return
     for entry in read(path):
+        if arguments.by and entry.get('who') != arguments.by:
+            continue
         if output.json:
             output.data(entry)
         else:
-            output.line(
-                f'{entry["time"]} {entry["outcome"]}: {entry["who"]}: {entry["act"]}: {entry["reason"]}'
-            )
+            output.line(_in_one_line(entry))
+
+
+def _in_one_line(entry: Mapping[str, str]) -> str:
+    """Return an entry as a line: when, what came of it, who, what, with which values, and why."""
+    parts = [f'{entry["time"]} {entry["outcome"]}: {entry["who"]}: {entry["act"]} {entry["key"]}']
+    parts += [f'{name} {entry[name]}' for name in ('goal', 'what', 'messages', 'via') if entry.get(name)]
+    return f'{", ".join(parts)}: {entry["reason"]}'

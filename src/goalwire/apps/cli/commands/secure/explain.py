@@ -6,8 +6,8 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.commands.secure.keystores import add_keystore_argument, find_folder
-from goalwire.apps.cli.framework.outcome import Outcome
-from goalwire.security.policy import Verb
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.security.policy import STOP, Verb
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -16,9 +16,14 @@ if TYPE_CHECKING:
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `secure explain`."""
     parser.add_argument('who', metavar='WHO', help='An identity')
-    verbs = [verb.value for verb in Verb]
+    verbs = [*(verb.value for verb in Verb), STOP]
     parser.add_argument('verb', metavar='VERB', choices=verbs, help=f'One of {", ".join(verbs)}')
-    parser.add_argument('name', metavar='NAME', help='A topic, service, action or node, like /cmd_vel')
+    parser.add_argument(
+        'name',
+        metavar='NAME',
+        nargs='?',
+        help='A topic, service, action or node, like /cmd_vel; none for stop',
+    )
     parser.add_argument('--domain', metavar='N', type=int, default=0, help='The domain (default: 0)')
     add_keystore_argument(parser)
 
@@ -28,7 +33,12 @@ def run(arguments: Namespace, output: Output) -> Outcome:
     from goalwire.security.policy_file import load_policy
 
     policy = load_policy(find_folder(arguments) / 'policy.toml')
-    decision = policy.decide(arguments.who, Verb(arguments.verb), arguments.name, arguments.domain)
+    if arguments.verb == STOP:
+        decision = policy.decide_stop(arguments.who)
+    elif arguments.name is None:
+        raise CommandError(Outcome.USAGE, f'{arguments.verb} needs a NAME', 'add one, like /cmd_vel')
+    else:
+        decision = policy.decide(arguments.who, Verb(arguments.verb), arguments.name, arguments.domain)
     if output.json:
         output.data({'allowed': decision.is_allowed, 'reason': decision.reason})
     else:

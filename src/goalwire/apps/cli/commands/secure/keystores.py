@@ -59,7 +59,7 @@ def add_life_argument(parser: ArgumentParser) -> None:
         metavar='N',
         type=_days,
         default=timedelta(days=30),
-        help='How long the certificate is valid (default: 30)',
+        help='How long it is valid (default: 30)',
     )
 
 

@@ -21,6 +21,7 @@ NOUN = Noun(
             "Print settings for rmw_zenoh's router and sessions",
             *lazy('secure.config'),
         ),
+        Verb('dds', 'Write a keystore of ROS 2 for DDS Security, with the same policy', *lazy('secure.dds')),
         Verb(
             'explain',
             'Say whether somebody may do something, and which line decides',
@@ -40,6 +41,9 @@ NOUN = Noun(
         ),
         Verb('list', 'List the identities of a keystore', *lazy('secure.list')),
         Verb('renew', 'Give identities new keys and certificates', *lazy('secure.renew')),
-        Verb('revoke', 'Refuse all certificates that a name has now', *lazy('secure.revoke')),
+        Verb('revoke', 'Refuse all certificates and tokens that a name has now', *lazy('secure.revoke')),
+        Verb(
+            'token', 'Make a token with which a name signs in at a console or bridge', *lazy('secure.token')
+        ),
     ),
 )

@@ -1,0 +1,194 @@
+"""Signs people and programs in at a console or a bridge, and asks the policy about them.
+
+Such a server has an identity of its own, and the robots know only that one. So the server asks the same
+policy about each of those who sign in: they may do what the policy allows to both, to them and to the server.
+What they do is in the audit log of the server's identity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+
+from goalwire.errors import SecurityError
+from goalwire.logging import get_logger
+from goalwire.records import record
+from goalwire.security import audit
+from goalwire.security.changes import look_at
+from goalwire.security.environment import Chosen
+from goalwire.security.moving import MOVES, Entry, Streams, write_entry
+from goalwire.security.needs import Permission
+from goalwire.security.policy import STOP, Decision, Policy, Verb
+from goalwire.security.policy_file import load_policy
+from goalwire.security.revocation import load_revoked, why_refused
+from goalwire.security.tokens import Token, find_token, load_tokens, tokens_path
+
+LOGGER = 'goalwire.security'
+PUBLISH = Verb.PUBLISH.value
+MOST_TEXT = 500
+"""Characters of an entry that say what was sent."""
+
+
+@record
+class Principal:
+    """Somebody who has signed in: a name of the policy, and from when until when its token counts."""
+
+    name: str
+    issued: float
+    """In s since the epoch."""
+    ends: float
+    sha256: str = ''
+    """The hash of the token; '' for a certificate."""
+
+
+class Authorizer:
+    """The keystore of a server's identity, as the server uses it. Changes of its files count at once."""
+
+    def __init__(self, chosen: Chosen, domain: int = 0) -> None:
+        """`domain` is the domain in which the server acts. Raises SecurityError if a file cannot be used."""
+        self.identity = chosen
+        self._domain = domain
+        self._paths = (chosen.folder / 'policy.toml', chosen.folder / 'revoked.toml')
+        self._files = (*self._paths, tokens_path(chosen.folder))
+        self._seen = look_at(self._files)
+        self._policy = load_policy(self._paths[0])
+        self._revoked = load_revoked(self._paths[1])
+        self._tokens: tuple[Token, ...] = load_tokens(chosen.folder)
+        self._streams = Streams(self._put)
+        # An act waits for no disk, and a stop least of all.
+        self._disk = ThreadPoolExecutor(1, 'goalwire-audit')
+        self._is_audit_lost = False
+
+    # ---- who is there
+
+    def find_principal(self, token: str) -> Principal:
+        """Return who signs in with a token. Raises SecurityError, which says why nobody does."""
+        self._look()
+        found = find_token(self._tokens, token)
+        if found is None:
+            raise SecurityError('the token is not known here')
+        principal = Principal(found.name, found.issued.timestamp(), found.ends.timestamp(), found.sha256)
+        return self._require(principal)
+
+    def admit(self, name: str, issued: float, ends: float) -> Principal:
+        """Return who signs in with a certificate, which TLS has verified. Raises SecurityError."""
+        self._look()
+        return self._require(Principal(name, issued, ends))
+
+    def _require(self, principal: Principal) -> Principal:
+        problem = self.problem_of(principal)
+        if problem:
+            raise SecurityError(problem)
+        return principal
+
+    def problem_of(self, principal: Principal) -> str:
+        """Return why somebody must sign in again; '' if what was shown still counts."""
+        self._look()
+        if principal.sha256 and all(each.sha256 != principal.sha256 for each in self._tokens):
+            return f"the token of '{principal.name}' was deleted"
+        what = 'token' if principal.sha256 else 'certificate'
+        return why_refused(
+            what, principal.name, principal.issued, principal.ends, self._policy, self._revoked
+        )
+
+    # ---- what each may do
+
+    def decide(self, principal: Principal, permission: Permission) -> Decision:
+        """Decide if the principal may do something, and the server, too. A refusal names the line."""
+        problem = self.problem_of(principal)
+        if problem:
+            return Decision(False, problem)
+        own = self._decide(self.identity.name, permission)
+        return self._decide(principal.name, permission) if own.is_allowed else own
+
+    def _decide(self, who: str, permission: Permission) -> Decision:
+        decisions = [
+            self._policy.decide(who, verb, permission.name, self._domain) for verb in permission.verbs
+        ]
+        return next((each for each in decisions if each.is_allowed), decisions[0])
+
+    def refuses(self, principal: Principal, decision: Decision) -> bool:
+        """Return whether a decision stops an act; with mode = "audit" it is only logged."""
+        return not decision.is_allowed and (self._policy.is_enforced or bool(self.problem_of(principal)))
+
+    def decide_stop(self, principal: Principal) -> Decision:
+        """Decide if somebody may use the emergency stop. The server's own rights are not asked.
+
+        A robot that refuses the server says so itself. To refuse it here could only be wrong.
+        """
+        problem = self.problem_of(principal)
+        return Decision(False, problem) if problem else self._policy.decide_stop(principal.name)
+
+    @property
+    def policy(self) -> Policy:
+        """The policy as its file is now."""
+        self._look()
+        return self._policy
+
+    def moves(self, permission: Permission) -> bool:
+        """Return whether an act moves a robot, as the policy says."""
+        return any(self._policy.moves(verb, permission.name, self._domain) for verb in permission.verbs)
+
+    # ---- what they do
+
+    def note(self, principal: Principal, permission: Permission, decision: Decision, what: str = '') -> None:
+        """Put into the audit log that somebody sends `what`, in one line, or was refused."""
+        act = permission.verbs[0].value
+        who, via = principal.name, self.identity.name
+        if self.refuses(principal, decision):
+            outcome = 'was refused'
+        elif not decision.is_allowed:
+            outcome = 'would be refused'
+        else:
+            outcome = MOVES if self.moves(permission) else 'done'
+        if act == PUBLISH and decision.is_allowed:
+            self._streams.note(outcome, who, act, permission.name, decision.reason)
+            return
+        more = {'what': what[:MOST_TEXT]} if what else {}
+        self._put(write_entry(outcome, who, act, permission.name, decision.reason, via=via, **more))
+
+    def note_done(self, principal: Principal, act: str, name: str, text: str) -> None:
+        """Put into the audit log what somebody has done: signed in, stopped or released a robot."""
+        self._put(write_entry('done', principal.name, act, name, text, via=self.identity.name))
+
+    def note_stop(self, principal: Principal, names: Iterable[str], decision: Decision) -> None:
+        """Put an emergency stop into the audit log."""
+        outcome = 'stops' if decision.is_allowed else 'was refused'
+        for name in names:
+            entry = write_entry(outcome, principal.name, STOP, name, decision.reason, via=self.identity.name)
+            self._put(entry)
+
+    def _put(self, entry: Entry) -> None:
+        self._disk.submit(self._write, entry)
+
+    def _write(self, entry: Entry) -> None:
+        path = audit.log_path(self.identity.folder, self.identity.name)
+        try:
+            audit.append(path, entry)
+        except OSError as error:
+            if not self._is_audit_lost:
+                self._is_audit_lost = True
+                get_logger(LOGGER).error(f"the audit log '{path}' cannot be written: {error}")
+
+    # ---- what changes
+
+    def _look(self) -> None:
+        """Read the files again if they have changed. If that fails, keep the old content, and log it."""
+        seen = look_at(self._files)
+        if seen == self._seen:
+            return
+        self._seen = seen
+        try:
+            self._policy, self._revoked, self._tokens = (
+                load_policy(self._paths[0]),
+                load_revoked(self._paths[1]),
+                load_tokens(self.identity.folder),
+            )
+        except SecurityError as error:
+            get_logger(LOGGER).error(f'the keystore has changed, and the old one holds on: {error}')
+        self._streams.look()
+
+    def close(self) -> None:
+        """Write the last entries of the audit log."""
+        self._streams.close()
+        self._disk.shutdown()
