@@ -21,6 +21,7 @@ from helpers.processes import Program
 
 from goalwire.admission import is_loopback, new_token
 from goalwire.apps.console.addresses import addresses_on_networks
+from goalwire.apps.console.entry import SharedToken
 from goalwire.apps.console.guard import COOKIE, MOST_BYTES, Guard
 from goalwire.apps.console.settings import Settings
 from goalwire.errors import NotAllowedError
@@ -64,7 +65,7 @@ def ask(settings: Settings, headers: dict[str, str], **changes: Any) -> list[dic
     async def send(message: Any) -> None:
         sent.append(dict(message))
 
-    asyncio.run(Guard(application, settings, is_full)(scope, receive, send))
+    asyncio.run(Guard(application, settings, SharedToken(settings.token), is_full)(scope, receive, send))
     return sent
 
 
@@ -299,7 +300,7 @@ def test_a_browser_that_leaves_before_its_answer_is_noted_and_no_failure(has_lef
 
     headers = [(b'host', b'localhost:8420')]
     scope = {'type': 'http', 'method': 'GET', 'path': '/file', 'query_string': b'', 'headers': headers}
-    guard = Guard(base.BaseHTTPMiddleware(silent, pass_on), Settings(), note=noted.append)
+    guard = Guard(base.BaseHTTPMiddleware(silent, pass_on), Settings(), SharedToken(''), note=noted.append)
     if has_left:
         asyncio.run(guard(scope, receive, send))
     else:

@@ -2,9 +2,9 @@
 
 A page on another site can make a browser send requests to this server with this site's cookies, and open web
 sockets, to which the same-origin policy does not apply. If that site points its own host name at this machine
-(DNS rebinding), its requests even look like requests of this site. So three rules hold: without a token,
-`Host` must be a name of this machine; `Origin` must be the requested address; with a token, a cookie must
-contain it.
+(DNS rebinding), its requests even look like requests of this site. So three rules hold: if nobody needs a
+token, `Host` must be a name of this machine; `Origin` must be the requested address; if one is needed, a
+cookie must contain it. `entry` decides which tokens count.
 
 The cookie is `SameSite=Strict`: a browser never sends it with a request that another site has begun, nor with
 the redirects of such a request. So the answer to a link in a mail or a chat cannot be a redirect that sets
@@ -18,13 +18,15 @@ import hashlib
 import re
 from base64 import b64encode
 from collections.abc import Awaitable, Callable, MutableMapping
+from html import escape
 from http.cookies import CookieError, SimpleCookie
 from typing import Any, TypeAlias
 from urllib.parse import parse_qsl
 
-from goalwire.admission import host_name, is_loopback, is_same_token
+from goalwire.admission import host_name, is_loopback
+from goalwire.apps.console.entry import CERTIFICATE, PRINCIPAL, SIGN_OUT, Entry, Visitor
 from goalwire.apps.console.settings import Settings
-from goalwire.errors import peer_text
+from goalwire.errors import SecurityError, peer_text
 
 Scope: TypeAlias = MutableMapping[str, Any]
 Message: TypeAlias = MutableMapping[str, Any]
@@ -66,6 +68,29 @@ _ENTRANCE_POLICY = (
 )
 
 
+_SIGN_IN = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Sign in · goalwire console</title>
+<meta name="viewport" content="width=device-width">
+<style>
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 26rem; margin: 12vh auto; padding: 0 1rem; }
+input, button { font: inherit; padding: .5rem .7rem; width: 100%; box-sizing: border-box; margin-top: .6rem; }
+p { color: #555; } .bad { color: #b3261e; }
+@media (prefers-color-scheme: dark) { body { background: #121417; color: #e8e8e8; } p { color: #aaa; } }
+</style>
+<h1>goalwire console</h1>
+<form method="get" action="/">
+<label for="token">Your token</label>
+<input id="token" name="token" type="password" autocomplete="current-password" autofocus required>
+<button>Sign in</button>
+</form>
+<p class="bad" role="alert" data-why>{why}</p>
+<p>A token is made with <code>goalwire secure token NAME</code>.</p></html>
+"""
+_SIGN_IN_POLICY = (
+    "default-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'; "
+    "style-src 'unsafe-inline'"
+)
+
+
 class TooLargeError(Exception):
     """A request's body is larger than MOST_BYTES: it is answered with 413."""
 
@@ -77,6 +102,7 @@ class Guard:
         self,
         application: Application,
         settings: Settings,
+        entry: Entry,
         is_full: Callable[[], bool] = lambda: False,
         note: Callable[[str], object] = lambda _text: None,
     ) -> None:
@@ -86,6 +112,7 @@ class Guard:
         """
         self._application = application
         self._settings = settings
+        self._entry = entry
         self._is_full = is_full
         self._note = note
 
@@ -98,22 +125,50 @@ class Guard:
             name.decode('latin-1').lower(): value.decode('latin-1') for name, value in scope['headers']
         }
         reason = self._refusal(headers)
-        in_address = _token_in_address(scope)
-        if not reason and not self._shows_token(headers, in_address):
-            reason = 'open the address that the console printed: it has the token'
         if reason:
             await _refuse(scope, send, 403, reason)
+            return
+        in_address = _token_in_address(scope)
+        try:
+            visitor = self._entry.admit(_tokens(headers, in_address), scope.get('state', {}).get(CERTIFICATE))
+        except SecurityError as error:
+            await self._turn_away(scope, send, str(error))
+            return
+        if scope['path'] == SIGN_OUT:
+            await _send_to_the_page(send, self._cookie('', '; Max-Age=0'))
         elif in_address is not None:
-            await _send_entrance(send, self._cookie())
-        elif scope['type'] == 'http':
+            await _send_entrance(send, self._cookie(visitor.token) if visitor.token else '')
+        else:
+            await self._admit(scope, headers, receive, send, visitor)
+
+    async def _admit(
+        self, scope: Scope, headers: dict[str, str], receive: Receive, send: Send, visitor: Visitor
+    ) -> None:
+        scope.setdefault('state', {})[PRINCIPAL] = visitor.principal
+        if scope['type'] == 'http':
             await self._serve(scope, headers, receive, send)
         else:
             await self._application(scope, receive, send)
 
+    async def _turn_away(self, scope: Scope, send: Send, reason: str) -> None:
+        """Answer somebody who has shown no token that counts: with a form for it, if names have tokens."""
+        if scope['type'] != 'http' or not self._entry.has_names:
+            await _refuse(scope, send, 403, reason)
+            return
+        page = _SIGN_IN.replace('{why}', escape(reason)).encode()
+        headers = [
+            (b'content-type', b'text/html; charset=utf-8'),
+            (b'content-security-policy', _SIGN_IN_POLICY.encode()),
+            (b'cache-control', b'no-store'),
+            *_HEADERS,
+        ]
+        await send({'type': 'http.response.start', 'status': 401, 'headers': headers})
+        await send({'type': 'http.response.body', 'body': page})
+
     def _refusal(self, headers: dict[str, str]) -> str:
         """Return the reason to refuse a request; '' if it is allowed."""
         host = headers.get('host', '')
-        if not self._settings.token and not is_loopback(host_name(host)):
+        if self._entry.is_open and not is_loopback(host_name(host)):
             return 'this page is served to this machine alone, under the name localhost'
         origin = headers.get('origin')
         if origin is not None and origin.lower() != f'{self._settings.scheme}://{host}'.lower():
@@ -122,23 +177,9 @@ class Guard:
             return 'another site may not talk to this page'
         return ''
 
-    def _shows_token(self, headers: dict[str, str], in_address: str | None) -> bool:
-        token = self._settings.token
-        if not token:
-            return True
-        authorization = headers.get('authorization', '').removeprefix('Bearer ')
-        try:
-            morsel = SimpleCookie(headers.get('cookie', '')).get(COOKIE)
-        except CookieError:
-            morsel = None
-        in_cookie = morsel.value if morsel else ''
-        return any(is_same_token(shown, token) for shown in (authorization, in_cookie, in_address or ''))
-
-    def _cookie(self) -> str:
-        if not self._settings.token:
-            return ''
+    def _cookie(self, token: str, more: str = '') -> str:
         secure = '; Secure' if self._settings.tls_cert else ''
-        return f'{COOKIE}={self._settings.token}; HttpOnly; SameSite=Strict; Path=/{secure}'
+        return f'{COOKIE}={token}; HttpOnly; SameSite=Strict; Path=/{secure}{more}'
 
     def _headers(self, asked: dict[str, str]) -> list[tuple[bytes, bytes]]:
         """Return the headers that bind a browser to this origin, which the request's headers name."""
@@ -198,6 +239,16 @@ def _is_followed_link(headers: dict[str, str]) -> bool:
     return headers.get('sec-fetch-mode') == 'navigate' and headers.get('sec-fetch-dest') == 'document'
 
 
+def _tokens(headers: dict[str, str], in_address: str | None) -> tuple[str, ...]:
+    """Return the tokens that a request shows: a new one in the address comes before that of the cookie."""
+    authorization = headers.get('authorization', '').removeprefix('Bearer ')
+    try:
+        morsel = SimpleCookie(headers.get('cookie', '')).get(COOKIE)
+    except CookieError:
+        morsel = None
+    return in_address or '', authorization, morsel.value if morsel else ''
+
+
 def _token_in_address(scope: Scope) -> str | None:
     """Return the token in a page's address; None if it has none."""
     if scope['type'] != 'http' or scope['method'] != 'GET':
@@ -217,6 +268,18 @@ async def _send_entrance(send: Send, cookie: str) -> None:
     ]
     await send({'type': 'http.response.start', 'status': 200, 'headers': headers})
     await send({'type': 'http.response.body', 'body': _ENTRANCE})
+
+
+async def _send_to_the_page(send: Send, cookie: str) -> None:
+    """Send the browser to the page with another cookie."""
+    headers = [
+        (b'location', b'/'),
+        (b'cache-control', b'no-store'),
+        (b'set-cookie', cookie.encode('latin-1')),
+        *_HEADERS,
+    ]
+    await send({'type': 'http.response.start', 'status': 303, 'headers': headers})
+    await send({'type': 'http.response.body', 'body': b''})
 
 
 async def _refuse(scope: Scope, send: Send, status: int, reason: str) -> None:

@@ -8,10 +8,11 @@ import logging
 import os
 import re
 import socket
+import ssl
 import sys
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 import h11
 import uvicorn
@@ -20,6 +21,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 import goalwire
 from goalwire.apps.console.addresses import is_every_interface
+from goalwire.apps.console.entry import CERTIFICATE, SharedToken, SignIn
 from goalwire.apps.console.guard import MOST_BYTES, Guard
 from goalwire.apps.console.page import recording_page
 from goalwire.apps.console.page.shell import install
@@ -31,6 +33,8 @@ from goalwire.errors import TransportError, peer_text
 from goalwire.execution.asyncio.waiting import in_thread
 from goalwire.listening import cannot_listen, listen, unusable_tls_files
 from goalwire.logging import RcutilsLogger, get_logger
+from goalwire.security.authorizer import Authorizer
+from goalwire.security.environment import Chosen, choose_identity
 
 _GRACE_S = 2
 """Seconds that browsers have to disconnect when the console ends."""
@@ -43,6 +47,7 @@ MOST_HEAD_BYTES = 64 << 10
 _END_OF_HEAD = re.compile(rb'\n\r?\n')
 _FAREWELL_S = 1.0
 """Seconds that a client has to read the refusal of its request before its connection is closed."""
+_CERTIFICATE = re.compile(r'-----BEGIN CERTIFICATE-----.*?-----END CERTIFICATE-----', re.DOTALL)
 _LOGGERS = ('uvicorn', 'nicegui', 'engineio', 'socketio', 'asyncio')
 
 
@@ -116,6 +121,9 @@ class _Http(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
         self.conn = _Connection()
+        tls = transport.get_extra_info('ssl_object')
+        if tls is not None:
+            self.app_state = {**self.app_state, CERTIFICATE: tls.getpeercert()}
         self._await_head()
 
     def data_received(self, data: bytes) -> None:
@@ -180,11 +188,15 @@ async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[list[s
     Only once in a process, because the page's routes are global. Raises TransportError if the port is taken
     or the TLS files cannot be read.
     """
-    with _listen(settings) as listener, _logged_by(node.logger):
-        async with Session(node, settings) as session:
+    with (
+        _authorizer(node.context.get_domain_id()) as authorizer,
+        _listen(settings) as listener,
+        _logged_by(node.logger),
+    ):
+        async with Session(node, settings, authorizer) as session:
             application = _application()
             install(application, session)
-            await _serve(application, listener, settings, node.logger, ready)
+            await _serve(application, listener, settings, authorizer, node.logger, ready)
 
 
 async def serve_recording(path: str, settings: Settings, ready: Callable[[list[str]], object]) -> None:
@@ -192,10 +204,24 @@ async def serve_recording(path: str, settings: Settings, ready: Callable[[list[s
     logger = get_logger('goalwire_console')
     recording = await in_thread(lambda: Recording(path))
     goals = await in_thread(recording.read_goals)
-    with _listen(settings) as listener, _logged_by(logger):
+    with _authorizer(0) as authorizer, _listen(settings) as listener, _logged_by(logger):
         application = _application()
         with recording_page.install(application, recording, goals):
-            await _serve(application, listener, settings, logger, ready)
+            await _serve(application, listener, settings, authorizer, logger, ready)
+
+
+@contextmanager
+def _authorizer(domain: int) -> Iterator[Authorizer | None]:
+    """Open the keystore of this program's identity for the block; None if it has no identity.
+
+    Raises SecurityError if the environment names one that cannot be used.
+    """
+    chosen = choose_identity()
+    if chosen is None:
+        yield None
+        return
+    with closing(Authorizer(chosen, domain)) as authorizer:
+        yield authorizer
 
 
 def _application() -> FastAPI:
@@ -206,10 +232,11 @@ async def _serve(
     application: FastAPI,
     listener: socket.socket,
     settings: Settings,
+    authorizer: Authorizer | None,
     logger: RcutilsLogger,
     ready: Callable[[list[str]], object],
 ) -> None:
-    server = _Server(_config(application, settings, logger))
+    server = _Server(_config(application, settings, authorizer, logger))
     serving = asyncio.get_running_loop().create_task(server.serve(sockets=[listener]))
     try:
         taking = asyncio.get_running_loop().create_task(server.taking.wait())
@@ -238,9 +265,12 @@ def _listen(settings: Settings) -> socket.socket:
         raise cannot_listen(host, settings.port, error) from None
 
 
-def _config(application: FastAPI, settings: Settings, logger: RcutilsLogger) -> uvicorn.Config:
+def _config(
+    application: FastAPI, settings: Settings, authorizer: Authorizer | None, logger: RcutilsLogger
+) -> uvicorn.Config:
+    entry = SharedToken(settings.token) if authorizer is None else SignIn(authorizer)
     config = uvicorn.Config(
-        Guard(application, settings, is_full, logger.debug),  # type: ignore[arg-type, unused-ignore] # the same thing, typed alike
+        Guard(application, settings, entry, is_full, logger.debug),  # type: ignore[arg-type, unused-ignore] # the same thing, typed alike
         log_config=None,
         log_level='warning',
         access_log=False,
@@ -261,4 +291,15 @@ def _config(application: FastAPI, settings: Settings, logger: RcutilsLogger) -> 
         config.load()
     except OSError as error:
         raise unusable_tls_files(error) from None
+    if authorizer is not None and config.ssl is not None:
+        _ask_for_certificates(config.ssl, authorizer.identity)
     return config
+
+
+def _ask_for_certificates(context: ssl.SSLContext, identity: Chosen) -> None:
+    """Let browsers show a certificate of the keystore, of people who sign in without a token."""
+    context.verify_mode = ssl.CERT_OPTIONAL
+    context.load_verify_locations(identity.folder / 'trust.pem')
+    # A browser may show its own certificate alone. The identity's file has the one of the site's authority.
+    for certificate in _CERTIFICATE.findall(identity.identity_path.read_text())[1:]:
+        context.load_verify_locations(cadata=certificate)

@@ -12,6 +12,7 @@ from goalwire.apps.cli.framework.numbers import port
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.serving import NOT_ENCRYPTED, add_access_options, read_access
 from goalwire.apps.cli.framework.verbs import Noun, Verb
+from goalwire.security import is_asked_for
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -118,6 +119,8 @@ def _tell_where(urls: list[str], settings: Settings, output: Output) -> None:
     if settings.takes_any_port and settings.port != urlsplit(urls[0]).port:
         output.line(f'port {settings.port} is taken: the address is another one this time')
     output.line(f'the console is at {urls[0]}; Ctrl-C ends it')
+    if is_asked_for():
+        output.line('people sign in with tokens of their own: goalwire secure token NAME')
     for url in urls[1:]:
         output.line(f'from other machines it is at {url}')
     if is_every_interface(settings.host) and not urls[1:]:

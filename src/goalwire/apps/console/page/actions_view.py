@@ -7,13 +7,21 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.apps.console.page.parts import LiveTable, SwimLanes, ValueTree, head, lane_groups
+from goalwire.apps.console.page.parts import (
+    LiveTable,
+    SwimLanes,
+    ValueTree,
+    forbid,
+    head,
+    lane_groups,
+)
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View, duration
 from goalwire.errors import GoalwireError, peer_text
 from goalwire.observe.clock import time_of_day
 from goalwire.observe.goals import Goal
 from goalwire.observe.messages import as_data
+from goalwire.security.policy import Verb
 
 TONES = {
     'EXECUTING': 'info',
@@ -106,16 +114,25 @@ class ActionsView(View):
         if goals.version == self._version and now - self._put_at < 1.0:
             return
         self._version, self._put_at = goals.version, now
-        shown = [goal for goal in goals if goal.ended is None or goal.ended > now - self._span]
+        seen = {action for action in {goal.action for goal in goals} if self.rights.may_look_at_goals(action)}
+        active = [goal for goal in active if goal.action in seen]
+        ended = sum(1 for goal in goals if goal.action in seen) - len(active)
+        shown = [
+            goal
+            for goal in goals
+            if goal.action in seen and (goal.ended is None or goal.ended > now - self._span)
+        ]
         self._lanes.set_visibility(bool(shown))
         self._no_goals.set_visibility(not shown)
-        self._count.set_text(f'{len(active)} active, {len(goals) - len(active)} ended')
+        self._count.set_text(f'{len(active)} active, {ended} ended')
         if shown:
             self._lanes.put(
                 {'now': now, 'span': self._span, 'groups': lane_groups(shown, now, self._span * _LABEL)}
             )
         rows = []
         for name, type_name in self.session.goal_watch.served.items():
+            if not self.rights.may_see('action', name):
+                continue
             count = sum(1 for goal in active if goal.action == name)
             cell: Any = {'text': str(count), 'tone': 'info', 'sort': count} if count else ''
             rows.append({'key': name, 'cells': [{'text': name, 'title': type_name}, cell]})
@@ -129,7 +146,7 @@ class ActionsView(View):
 
     def _put_goal(self) -> None:
         goal = self.session.goals.get(*self._goal) if self._goal is not None else None
-        if goal is None:
+        if goal is None or not self.rights.may_look_at_goals(goal.action):
             return
         state = (goal.goal_id, goal.status, goal.problem, goal.result is not None)
         if state != self._goal_state:
@@ -166,12 +183,15 @@ class ActionsView(View):
                 ui.label('sent from here' if goal.is_mine else "another client's").classes('gw-chip')
                 ui.element('div').classes('gw-spread')
                 if goal.is_active and self.settings.may_send(goal.action):
-                    ui.button('Cancel', icon='cancel', on_click=lambda: self._cancel(goal)).props(
+                    cancel = ui.button('Cancel', icon='cancel', on_click=lambda: self._cancel(goal)).props(
                         'flat dense no-caps color=negative data-cancel'
                     )
-                    ui.button(icon='history', on_click=lambda: self._cancel_before(goal)).props(
+                    before = ui.button(icon='history', on_click=lambda: self._cancel_before(goal)).props(
                         'flat dense round size=sm data-cancel-before'
-                    ).tooltip('Cancel this goal and those accepted before it')
+                    )
+                    before.tooltip('Cancel this goal and those accepted before it')
+                    for each in (cancel, before):
+                        forbid(each, self.rights.why_not(Verb.CANCEL, goal.action))
             ui.label(goal.action).classes('gw-mono gw-dim')
             self._times = ui.label('').classes('gw-small gw-dim')
             with ui.element('div').classes('gw-bar') as self._bar:
@@ -196,7 +216,7 @@ class ActionsView(View):
     # -- cancelling ------------------------------------------------------------------------------------------
 
     async def _cancel(self, goal: Goal) -> None:
-        found = await self.page.attempt(self.session.sender.cancel(goal.action, goal.goal_id))
+        found = await self.page.attempt(self.session.sender.cancel(goal.action, self.rights, goal.goal_id))
         if found is not None:
             self.page.tell('The goal is being cancelled' if found else 'The server cancels no such goal')
 
@@ -205,7 +225,9 @@ class ActionsView(View):
         if not before:
             self.page.tell('The server has not said when it accepted the goal', 'warning')
             return
-        found = await self.page.attempt(self.session.sender.cancel(goal.action, before=before + 1e-6))
+        found = await self.page.attempt(
+            self.session.sender.cancel(goal.action, self.rights, before=before + 1e-6)
+        )
         if found is not None:
             self.page.tell(f'{len(found)} goals are being cancelled')
 
@@ -224,7 +246,7 @@ class ActionsView(View):
             return
         count = 0
         for action in actions:
-            found = await self.page.attempt(self.session.sender.cancel(action))
+            found = await self.page.attempt(self.session.sender.cancel(action, self.rights))
             count += len(found or ())
         self.page.tell(f'{count} goals are being cancelled')
 
@@ -269,7 +291,7 @@ class ActionsView(View):
         if form is None or sending is None:
             return
         ends = bool(self._ends.value)
-        goal = await self.page.attempt(self.session.sender.send_goal(form.target, sending))
+        goal = await self.page.attempt(self.session.sender.send_goal(form.target, sending, self.rights))
         form.put_history()
         if goal is None:
             return

@@ -69,7 +69,7 @@ class BalanceCard:
         self._get_up.set_visibility(bool(fallen) and self._may_call(self._balance.get_up))
 
     def _may_call(self, service: Service | None) -> bool:
-        return service is not None and self._session.settings.may_send(service.name)
+        return service is not None and not self._page.rights.why_not_send('service', service.name)
 
     async def _put_up(self) -> None:
         await self._call(self._balance.get_up, {}, 'Put the robot back on its feet?', '', 'Get up')
@@ -96,7 +96,7 @@ class BalanceCard:
     async def _send(self, service: Service, values: dict[str, Any]) -> None:
         sender = self._session.sender
         target = sender.target('service', service.name, service.type_name)
-        sent = await sender.call(target, target.sending(values, timeout=_ANSWER_S))
+        sent = await sender.call(target, target.sending(values, timeout=_ANSWER_S), self._page.rights)
         answer = sent.answer or {}
         is_done = bool(answer.get('success', False))
         self._page.tell(

@@ -44,6 +44,7 @@ class EmergencyBar(Element, component='emergency_bar.js'):
             return dict(_NOTHING)
         is_one = len(robots) == 1
         read_only = self._session.settings.read_only
+        refused = '' if read_only else self._page.rights.why_not_stop()
         everyone = [
             {'name': name or '/', 'services': [each.name for each in robots[name].emergency.known]}
             for name in sorted(robots)
@@ -51,13 +52,18 @@ class EmergencyBar(Element, component='emergency_bar.js'):
         servers, known = vitals.emergency.servers, vitals.emergency.known
         names = [each.name for each in known]
         stop = 'read-only' if read_only else 'ready' if servers else 'gone' if known else 'none'
+        if refused and known:
+            stop = 'gone'
         return {
             'key': self._page.robot,
             'name': '' if is_one else self._page.robot or '/',
             'stop': stop,
             'services': names,
-            'why': f'no server of {", ".join(names)} is there' if known else 'it has no emergency stop',
-            'all': [] if is_one or read_only or not any(each['services'] for each in everyone) else everyone,
+            'why': refused
+            or (f'no server of {", ".join(names)} is there' if known else 'it has no emergency stop'),
+            'all': []
+            if is_one or read_only or refused or not any(each['services'] for each in everyone)
+            else everyone,
             'banner': self._banner(vitals, is_one=is_one),
         }
 
@@ -67,8 +73,10 @@ class EmergencyBar(Element, component='emergency_bar.js'):
         whom = 'The robot' if is_one else vitals.namespace or '/'
         if standing is Standing.STOPPED:
             by = f' (by {emergency.by})' if emergency.by else ''
-            may = emergency.can_release and self._may_release(vitals.namespace)
-            release = ', '.join(each.name for each in emergency.can_release) if may else ''
+            why = self._session.why_not_release(vitals.namespace, self._page.rights)
+            release = '' if why else ', '.join(each.name for each in emergency.can_release)
+            if why and self._page.rights.who:
+                by += f'. You may not release it: {why}'
             return {
                 'tone': 'stopped',
                 'title': f'{whom} is stopped',
@@ -79,13 +87,6 @@ class EmergencyBar(Element, component='emergency_bar.js'):
             title = f'{whom}: not known whether it is stopped'
             return {'tone': 'unknown', 'title': title, 'text': emergency.reason, 'release': ''}
         return None
-
-    def _may_release(self, robot: str) -> bool:
-        try:
-            self._session.check_may_release(robot)
-        except GoalwireError:
-            return False
-        return True
 
     # -- what is pressed -------------------------------------------------------------------------------------
 
@@ -102,7 +103,7 @@ class EmergencyBar(Element, component='emergency_bar.js'):
                 self.run_method('answered', {**told, 'text': answer.text, 'ok': answer.is_done})
 
         try:
-            await self._session.stop(robots, tell)
+            await self._session.stop(robots, tell, self._page.rights)
         except GoalwireError as error:
             tell(Answer(robot, '', peer_text(error), is_done=False))
 
@@ -122,5 +123,5 @@ class EmergencyBar(Element, component='emergency_bar.js'):
             may_trust=False,
         ):
             return
-        for answer in await self._page.attempt(self._session.release(robot)) or ():
+        for answer in await self._page.attempt(self._session.release(robot, self._page.rights)) or ():
             self._page.tell(f'{answer.service}: {answer.text}', 'positive' if answer.is_done else 'negative')

@@ -12,6 +12,7 @@ from goalwire.apps.console.page.parts import LiveTable, head
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.graph_layout import Place, arrange
 from goalwire.observe.parameters import STANDARD_SERVICES
+from goalwire.security.policy import Verb
 
 _MOST_DRAWN = 150
 """The most nodes and topics of a drawing; more would be unreadable."""
@@ -117,8 +118,12 @@ class GraphViewPage(View):
         if graph.version == self._version:
             return
         self._version = graph.version
-        endpoints = [each for each in graph.endpoints() if self._hidden or self._is_shown(each)]
-        problems = self.session.problems()
+        endpoints = [
+            each
+            for each in graph.endpoints()
+            if (self._hidden or self._is_shown(each)) and self._may_see(each)
+        ]
+        problems = [each for each in self.session.problems() if all(map(self._may_see, each.endpoints))]
         self._problem_card.set_visibility(bool(problems))
         self._problems.put(
             [
@@ -134,6 +139,9 @@ class GraphViewPage(View):
         if each.node.name.startswith('_') or each.node.qualified == self.node.name:
             return False
         return each.name not in _QUIET and not each.name.endswith(STANDARD_SERVICES)
+
+    def _may_see(self, each: GraphEntity) -> bool:
+        return self.rights.may(Verb.INTROSPECT, each.node.qualified)
 
     def _passes(self, each: GraphEntity) -> bool:
         text = f'{each.node.qualified} {each.name} {each.type_name} {_KINDS[each.kind]}'

@@ -58,7 +58,7 @@ class JointSliders:
 
     def look(self) -> None:
         """Find the topics and actions that take commands for joints."""
-        node, settings = self._view.node, self._view.settings
+        node, rights = self._view.node, self._view.rights
         session, robot = self._view.session, self._view.page.robot
         ways = {
             name: ('action', TRAJECTORY_ACTION)
@@ -73,7 +73,7 @@ class JointSliders:
         ways = {
             name: way
             for name, way in ways.items()
-            if settings.may_send(name) and session.may_move(name, robot)
+            if not rights.why_not_send(way[0], name) and session.may_move(name, robot)
         }
         if ways != self._ways:
             self._ways = ways
@@ -123,8 +123,8 @@ class JointSliders:
                 return
             view.page.trusted.add(('joints', way))
         if kind == 'action':
-            goal = await view.page.attempt(view.session.sender.send_goal(target, sending))
+            goal = await view.page.attempt(view.session.sender.send_goal(target, sending, view.rights))
             if goal is not None and goal.problem:
                 view.page.tell(goal.problem, 'negative')
         else:
-            await view.page.attempt(view.session.sender.publish_once(target, sending, 1.0))
+            await view.page.attempt(view.session.sender.publish_once(target, sending, view.rights, 1.0))

@@ -9,11 +9,13 @@ from nicegui import ui
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.state.layer_watch import LayerWatch
 from goalwire.apps.console.state.layers import place_frames
+from goalwire.security.policy import Verb
 
 if TYPE_CHECKING:
     from nicegui.element import Element
 
     from goalwire.apps.console.state.layer_watch import Layer
+    from goalwire.apps.console.state.rights import Rights
     from goalwire.apps.console.state.robot_watch import RobotWatch
     from goalwire.apps.console.state.session import Session
 
@@ -21,11 +23,13 @@ if TYPE_CHECKING:
 class LayersCard:
     """Switches of layers, each with a note on the drawn layer or its problem. Sends only changes."""
 
-    def __init__(self, session: Session, scene: Element) -> None:
-        """`scene` is a RobotScene."""
+    def __init__(self, session: Session, scene: Element, rights: Rights) -> None:
+        """`scene` is a RobotScene. Only topics are drawn that the visitor may subscribe to."""
         self._session = session
         self._scene = scene
-        self._watch = LayerWatch(session.node, session.topics)
+        self._watch = LayerWatch(
+            session.node, session.topics, lambda topic: rights.may(Verb.SUBSCRIBE, topic)
+        )
         self._notes: dict[str, ui.label] = {}
         self._sent: dict[str, object] = {}
         self._placed: dict[str, object] = {}

@@ -10,6 +10,7 @@ from goalwire.apps.console.page.parts import LiveTable, head
 from goalwire.apps.console.page.view import Page, View
 from goalwire.observe.clock import local_time
 from goalwire.observe.log import LEVELS, LogLine
+from goalwire.security.policy import Verb
 
 _SHOWN = 300
 _TONES = {'DEBUG': '', 'INFO': 'info', 'WARN': 'warn', 'ERROR': 'bad', 'FATAL': 'bad'}
@@ -35,6 +36,9 @@ class LogsView(View):
         self._version = -1
         self._paused = False
         self._nodes: list[str] = []
+
+    def why_not_shown(self) -> str:
+        return self.rights.why_not(Verb.SUBSCRIBE, '/rosout')
 
     def build(self) -> None:
         with ui.element('div').classes('gw-card flush gw-fill'):

@@ -17,6 +17,7 @@ from goalwire.observe.parameters import (
     nodes_with_parameters,
 )
 from goalwire.rules.parameters.parameter import Type, value_message
+from goalwire.security.policy import Verb
 
 _ANSWER_S = 10.0
 """How long a node may take for each answer."""
@@ -52,8 +53,15 @@ class ParametersView(View):
 
     def refresh(self) -> None:
         own = self.node.name
-        names = [name for name in nodes_with_parameters(self.node.graph.served()) if name != own]
+        names = [
+            name
+            for name in nodes_with_parameters(self.node.graph.served())
+            if name != own and self._may_see(name)
+        ]
         self._table.put([{'key': name, 'cells': [name]} for name in names])
+
+    def _may_see(self, name: str) -> bool:
+        return self.rights.may_see('node', name) or self.rights.may(Verb.READ, name)
 
     async def _choose(self, name: str) -> None:
         self._chosen = name
@@ -62,6 +70,7 @@ class ParametersView(View):
         with self._detail:
             ui.spinner(size='24px')
         try:
+            self.rights.check_to_read(name)
             with NodeParameters(self.node, name, _ANSWER_S) as parameters:
                 found = await parameters.read()
         except GoalwireError as error:
@@ -95,7 +104,8 @@ class ParametersView(View):
                 self._editor(node, parameter)
 
     def _editor(self, node: str, parameter: RemoteParameter) -> None:
-        locked = parameter.read_only or parameter.number == 0 or not self.settings.may_send(node)
+        reason = self.rights.why_not(Verb.SET, node)
+        locked = parameter.read_only or parameter.number == 0 or bool(reason)
         field: Any
         if parameter.number == 1:
             field = ui.switch(value=bool(parameter.value)).props('dense')
@@ -104,7 +114,10 @@ class ParametersView(View):
         field.props['data-parameter'] = parameter.name
         if locked:
             field.disable()
-            ui.label('read-only' if parameter.read_only else parameter.kind).classes('gw-chip')
+            kind = ui.label('read-only' if parameter.read_only else parameter.kind).classes('gw-chip')
+            if reason:
+                kind.tooltip(reason)
+                kind.props['data-why'] = reason
             return
         ui.label(parameter.kind).classes('gw-chip')
 
@@ -130,7 +143,7 @@ class ParametersView(View):
 
     async def _put(self, node: str, parameter: RemoteParameter, value: Any) -> bool:
         """Set a parameter; raises NotAllowedError, and RemoteError if the node says no."""
-        self.settings.check_may_send(node)
+        self.rights.check(Verb.SET, node, f'{parameter.name}: {_in_one_line(value)}')
         message = value_message(Type(parameter.number), value)
         with NodeParameters(self.node, node, _ANSWER_S) as parameters:
             [(_, result)] = await parameters.set([(parameter.name, message)])

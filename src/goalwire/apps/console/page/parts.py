@@ -132,6 +132,15 @@ def head(title: str, icon: str = '') -> None:
     ui.label(title).classes('gw-title')
 
 
+def forbid(button: ui.button, reason: str) -> None:
+    """Disable a button that the visitor may not press, and say why; with '' it stays as it is."""
+    if reason:
+        button.disable()
+        button.tooltip(reason)
+        button.props['data-why'] = reason
+        button.props['aria-description'] = reason
+
+
 def copy_buttons(python: Callable[[], str | None], command: Callable[[], str | None]) -> None:
     """Add two buttons that copy the texts of `python` and `command`; None if there is nothing to copy."""
 

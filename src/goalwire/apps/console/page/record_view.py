@@ -6,7 +6,7 @@ from shlex import quote
 
 from nicegui import ui
 
-from goalwire.apps.console.page.parts import LiveTable, head
+from goalwire.apps.console.page.parts import LiveTable, forbid, head
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.live_recording import LiveRecording, Wanted
 from goalwire.observe.sizes import size_text
@@ -62,9 +62,8 @@ class RecordView(View):
             self._next = ui.label('').classes('gw-code').props('data-record-next')
         with ui.element('div').classes('gw-card flush gw-fill'):
             self._table = LiveTable(_COLUMNS, empty='Nothing is recorded yet.')
-        if self.settings.read_only:
-            self._start.disable()
-            self._start.tooltip('This console is read-only')
+        for button in (self._start, self._stop):
+            forbid(button, self.rights.why_not_record())
 
     @staticmethod
     def _globs(label: str, placeholder: str, mark: str) -> ui.input:
@@ -76,12 +75,22 @@ class RecordView(View):
 
     async def _begin(self) -> None:
         wanted = Wanted(_words(self._names.value), _words(self._out.value), str(self._preset.value))
-        await self.page.attempt(self._recording.start(wanted))
+        await self.page.attempt(self._start_as_visitor(wanted))
         self.page.refresh_soon()
 
+    async def _start_as_visitor(self, wanted: Wanted) -> None:
+        self.rights.check_to_record()
+        await self._recording.start(wanted)
+        self.rights.note('record', self._recording.path, 'began')
+
     async def _end(self) -> None:
-        await self.page.attempt(self._recording.stop())
+        await self.page.attempt(self._end_as_visitor())
         self.page.refresh_soon()
+
+    async def _end_as_visitor(self) -> None:
+        self.rights.check_to_record()
+        await self._recording.stop()
+        self.rights.note('record', self._recording.path, 'ended')
 
     def refresh(self) -> None:
         recording = self._recording

@@ -24,9 +24,11 @@ from goalwire.errors import GoalwireError, UnknownInterfaceError
 if TYPE_CHECKING:
     from goalwire.apps.console.state.robot_model import RobotModel
     from goalwire.apps.console.state.robot_watch import RobotWatch
+    from goalwire.observe.goals import Goal
 
 _THREE = Path(nicegui.__file__).parent / 'elements' / 'scene' / 'dist'
 _TIMES = ('timeout', 'time_allowance', 'max_duration', 'time_limit')
+_NO_ROBOT = 'No robot yet: there is neither a robot_description nor joint states.'
 _PATIENCE_S = 60.0
 """The form's default for a goal's time limit in s, if its definition has none."""
 
@@ -63,6 +65,7 @@ class RobotView(View):
         self._sent: object = None
         self._seen: object = None
         self._targets: dict[str, NavigationTarget] = {}
+        self._refused = ''
         self._joints: JointSliders | None = None
 
     def build(self) -> None:
@@ -75,7 +78,7 @@ class RobotView(View):
             with ui.element('div').classes('gw-stack').style('overflow: auto'):
                 self._build_state()
                 self._balance = BalanceCard(self.page)
-                self._layers = LayersCard(self.session, self._scene)
+                self._layers = LayersCard(self.session, self._scene, self.rights)
                 with ui.element('div').classes('gw-card').props('data-joints') as self._joint_card:
                     pass
                 self._joint_card.set_visibility(False)
@@ -143,6 +146,10 @@ class RobotView(View):
     def _follow(self, namespace: str) -> None:
         if self._watch is not None:
             self.session.leave_robot(self._watch)
+            self._watch = None
+        self._refused = self.rights.why_not_watch(namespace)
+        if self._refused:
+            return
         self._watch = self.session.watch_robot(namespace)
         self._version = -1
         self._place = None
@@ -157,7 +164,7 @@ class RobotView(View):
             except (UnknownInterfaceError, GoalwireError):
                 continue
             way = navigation_target(name, type_name, target.fields)
-            if way is not None and self.settings.may_send(name):
+            if way is not None and not self.rights.why_not_send('action', name):
                 found[name] = way
         if found.keys() != self._targets.keys():
             self._targets = found
@@ -173,7 +180,7 @@ class RobotView(View):
         self._look_at_graph()
         watch = self._watch
         if watch is None:
-            self._about.set_text('No robot yet: there is neither a robot_description nor joint states.')
+            self._about.set_text(self._refused or _NO_ROBOT)
             self._fresh.set_visibility(False)
             self._foot.set_visibility(False)
             return
@@ -247,23 +254,18 @@ class RobotView(View):
 
     def _marks(self) -> list[dict[str, Any]]:
         marks = []
-        for goal in self.session.goals.active():
+        for goal in self.rights.of_seen_actions(self.session.goals.active()):
             way = self._targets.get(goal.action)
             place = None if way is None or goal.request is None else _place_in(goal.request, way)
             if place is not None:
-                text = f'{goal.status.lower()}' + (
-                    f' {goal.progress * 100:.0f} %' if goal.progress is not None else ''
-                )
-                marks.append(
-                    {'id': goal.goal_id, 'x': place[0], 'y': place[1], 'yaw': place[2], 'text': text}
-                )
+                marks.append(_mark_of(goal, place))
         if self._place is not None:
             x, y, yaw = self._place
             marks.append({'id': 'new', 'x': x, 'y': y, 'yaw': yaw, 'text': 'here?'})
         return marks
 
     def _put_goals(self) -> None:
-        goals = [goal for goal in self.session.goals.active() if goal.is_mine][-3:]
+        goals = self.rights.of_seen_actions(goal for goal in self.session.goals.active() if goal.is_mine)[-3:]
         state = [goal.goal_id for goal in goals]
         if state != getattr(self, '_goal_state', None):
             self._goal_state = state
@@ -284,7 +286,7 @@ class RobotView(View):
             self._goal_bars[goal.goal_id].style(f'width: {(goal.progress or 0.0) * 100:.0f}%')
 
     async def _cancel(self, action: str, goal_id: str) -> None:
-        if await self.page.attempt(self.session.sender.cancel(action, goal_id)) is not None:
+        if await self.page.attempt(self.session.sender.cancel(action, self.rights, goal_id)) is not None:
             self.page.tell('The goal is being cancelled')
 
     # -- where it is to go -----------------------------------------------------------------------------------
@@ -333,7 +335,7 @@ class RobotView(View):
         sending = form.sending() if answer else None
         dialog.delete()
         if sending is not None:
-            goal = await self.page.attempt(self.session.sender.send_goal(target, sending))
+            goal = await self.page.attempt(self.session.sender.send_goal(target, sending, self.rights))
             if goal is not None and goal.problem:
                 self.page.tell(goal.problem, 'negative')
 
@@ -343,6 +345,13 @@ class RobotView(View):
         if self._watch is not None:
             self.session.leave_robot(self._watch)
             self._watch = None
+
+
+def _mark_of(goal: Goal, place: tuple[float, float, float]) -> dict[str, Any]:
+    """Return the mark of a goal in the scene, with its status and progress."""
+    progress = '' if goal.progress is None else f' {goal.progress * 100:.0f} %'
+    x, y, yaw = place
+    return {'id': goal.goal_id, 'x': x, 'y': y, 'yaw': yaw, 'text': f'{goal.status.lower()}{progress}'}
 
 
 def _place_in(request: Any, way: NavigationTarget) -> tuple[float, float, float] | None:

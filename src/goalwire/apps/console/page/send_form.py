@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from goalwire.apps.console.page.forms import Form
-from goalwire.apps.console.page.parts import LiveTable, copy_buttons
+from goalwire.apps.console.page.parts import LiveTable, copy_buttons, forbid
 from goalwire.apps.console.page.view import duration
 from goalwire.apps.console.state.form_model import in_one_line
 from goalwire.apps.console.state.snippets import Sending, as_command, as_python
@@ -39,13 +39,14 @@ class SendForm:
     # -- its buttons -----------------------------------------------------------------------------------------
 
     def send_button(self, text: str, mark: str, press: Callable[[], Awaitable[None]]) -> None:
-        """Add the button that sends; it does nothing if the console may not send to that name."""
+        """Add the button that sends; it is disabled and says why if the visitor may not send there."""
         button = ui.button(text, icon='send', on_click=press).props(
             f'unelevated dense no-caps color=primary {mark} padding="4px 14px"'
         )
-        if not self._page.session.settings.may_send(self.target.name):
-            button.disable()
-            button.tooltip('This console may not send to it')
+        reason = self._page.rights.why_not_send(self.target.kind, self.target.name)
+        forbid(button, reason)
+        if reason:
+            ui.label(reason).classes('gw-note').props('data-refused')
 
     def deadline_field(self, seconds: float | None) -> None:
         """Add the field for the deadline; `seconds` is its first value."""
@@ -87,6 +88,7 @@ class SendForm:
         self._history = LiveTable(
             [
                 {'name': 'at', 'label': 'At', 'width': '84px'},
+                *([{'name': 'who', 'label': 'Who', 'width': '84px'}] if self._page.rights.who else []),
                 *([took] if kind == 'service' else []),
                 {'name': 'what', 'label': 'Request' if kind == 'service' else 'Goal', 'mono': True},
             ],
@@ -103,7 +105,9 @@ class SendForm:
     def put_history(self) -> None:
         """Show the messages that were sent since the last call."""
         if self._history is not None:
-            self._history.put([_history_row(sent) for sent in reversed(self.sent)])
+            self._history.put(
+                [_history_row(sent, bool(self._page.rights.who)) for sent in reversed(self.sent)]
+            )
 
     def _use_again(self, key: str) -> None:
         for sent in self.sent:
@@ -155,9 +159,10 @@ class SendForm:
         return sending if asked else None
 
 
-def _history_row(sent: Sent) -> dict[str, Any]:
+def _history_row(sent: Sent, has_names: bool) -> dict[str, Any]:
     values = in_one_line(sent.sending.values)
     what = f'{sent.problem} · {values}' if sent.problem else values
     took = [duration(sent.seconds)] if sent.sending.kind == 'service' else []
-    cells = [time_of_day(sent.at), *took, {'text': what, 'title': what}]
+    who = [{'text': sent.who, 'title': sent.who}] if has_names else []
+    cells = [time_of_day(sent.at), *who, *took, {'text': what, 'title': what}]
     return {'key': f'{sent.at}', 'cells': cells, **({'tone': 'bad'} if sent.problem else {})}

@@ -20,6 +20,7 @@ from goalwire.observe.clock import time_of_day
 from goalwire.observe.messages import as_data
 from goalwire.observe.parameters import STANDARD_SERVICES
 from goalwire.observe.service_calls import POSTFIX, SeenCall, ServiceCalls
+from goalwire.security.policy import Verb
 
 _CALLS_SHOWN = 100
 _TIMEOUT_S = 10.0
@@ -89,6 +90,8 @@ class ServicesView(View):
             if '/_action/' in name or self._filter not in f'{name} {types[0]}'.lower():
                 continue
             if not self._all and name.endswith(STANDARD_SERVICES):
+                continue
+            if not self.rights.may_see('service', name):
                 continue
             is_served = bool(self.node.graph.servers(name))
             if not is_served and name not in called:
@@ -169,7 +172,7 @@ class ServicesView(View):
         sending = None if form is None else await form.confirmed('Call this service?', 'Call')
         if form is None or sending is None:
             return
-        sent = await self.page.attempt(self.session.sender.call(form.target, sending))
+        sent = await self.page.attempt(self.session.sender.call(form.target, sending, self.rights))
         if sent is not None and self._form is form:
             self._show(sent)
 
@@ -180,7 +183,7 @@ class ServicesView(View):
             return
         target = self._form.target
         topic = target.name + POSTFIX
-        there = bool(self.node.graph.publishers(topic))
+        there = bool(self.node.graph.publishers(topic)) and self.rights.may(Verb.SUBSCRIBE, topic)
         if there and self._event_reading is None:
             qos = goalwire.QoS(depth=1000)
             self._event_reading = self.session.topics.read(

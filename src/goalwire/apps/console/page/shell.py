@@ -10,6 +10,7 @@ from urllib.parse import quote
 from fastapi import FastAPI
 from nicegui import Client, background_tasks, ui
 
+from goalwire.apps.console.entry import SIGN_OUT
 from goalwire.apps.console.page.actions_view import ActionsView
 from goalwire.apps.console.page.emergency_bar import EmergencyBar
 from goalwire.apps.console.page.graph_view import GraphViewPage
@@ -23,7 +24,7 @@ from goalwire.apps.console.page.site import install_site
 from goalwire.apps.console.page.statistics_view import StatisticsView
 from goalwire.apps.console.page.theme import ask_for_dark, keep_dark, set_colours
 from goalwire.apps.console.page.topics_view import TopicsView
-from goalwire.apps.console.page.view import Page, View
+from goalwire.apps.console.page.view import Page, RefusedView, View
 from goalwire.apps.console.state.session import Session
 
 VIEWS: tuple[type[View], ...] = (
@@ -82,6 +83,7 @@ class Shell:
     def build(self, view: str, robot: str) -> None:
         """Make the page and begin to refresh it. `robot` is selected if it is there."""
         page = self._page
+        page.rights.note('open', 'the console', 'signed in')
         page.follow_robots()
         robots = self._session.robot_names()
         if robots:
@@ -131,6 +133,8 @@ class Shell:
         self._problems.on('click', lambda: self._show('graph'))
         if self._session.settings.read_only:
             ui.label('read-only').classes('gw-chip warn')
+        if self._page.rights.who:
+            self._who(self._page.rights.who)
         ui.element('div').classes('gw-spread')
         self._recording = (
             ui.label('').classes('gw-chip bad').style('cursor: pointer').props('data-record-chip')
@@ -144,6 +148,15 @@ class Shell:
         )
         self._theme.classes('gw-quiet').tooltip('Dark or light')
         self._seen_version = -1
+
+    @staticmethod
+    def _who(name: str) -> None:
+        """Show who has signed in, with a button to sign out."""
+        ui.label(name).classes('gw-chip').props('data-who').tooltip('You have signed in under this name')
+        out = ui.button(icon='logout', on_click=lambda: ui.navigate.to(SIGN_OUT)).props(
+            'flat dense round size=sm data-sign-out'
+        )
+        out.classes('gw-quiet').tooltip('Sign out')
 
     def _refresh_bar(self) -> None:
         session = self._session
@@ -227,7 +240,9 @@ class Shell:
             tab.classes(add='chosen') if each == name else tab.classes(remove='chosen')
         kind = next(kind for kind in VIEWS if kind.name == name)
         with self._page.client:
-            self._page.show(kind(self._page), self._main)
+            view = kind(self._page)
+            reason = view.why_not_shown()
+            self._page.show(RefusedView(self._page, reason) if reason else view, self._main)
             self._put_address()
 
     def _put_address(self) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from goalwire.apps.console.page.charts import PALETTE, background, plot_line, plot_options
-from goalwire.apps.console.page.parts import LiveTable, ValueTree, head
+from goalwire.apps.console.page.parts import LiveTable, ValueTree, forbid, head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.series import Series, as_csv, numbers_in
@@ -121,7 +121,7 @@ class TopicsView(View):
         rates = self.session.topics.rates
         rows = []
         for name, types in self.node.graph.topics():
-            if self._filter not in f'{name} {types[0]}'.lower():
+            if self._filter not in f'{name} {types[0]}'.lower() or not self.rights.may_see('topic', name):
                 continue
             rate = rates.get(name)
             text = '' if rate is None else f'{rate:.1f} Hz' if rate < 1000 else f'{rate / 1000:.1f} kHz'
@@ -154,14 +154,16 @@ class TopicsView(View):
                 ui.element('div').classes('gw-spread')
                 self._info = ui.label('').classes('gw-dim gw-small')
                 if self.settings.may_send(name):
-                    ui.button('Publish', icon='send', on_click=self._open_form).props(
+                    publish = ui.button('Publish', icon='send', on_click=self._open_form).props(
                         'flat dense no-caps data-open-publish'
                     )
+                    forbid(publish, self.rights.why_not_send('topic', name))
             self._picture = ui.image().classes('gw-picture').props('no-spinner no-transition fit=contain')
             self._picture.set_visibility(self._type in {IMAGE, COMPRESSED})
             self._tree = ValueTree(empty='No message has come yet.', on_plot=self._plot)
             self._form_box = ui.element('div').classes('gw-stack')
             try:
+                self.rights.check_to_look('topic', name)
                 self._reading = self.session.topics.read(name, self._type)
             except GoalwireError as error:
                 ui.label(peer_text(error, 400)).classes('gw-problem')
@@ -203,7 +205,7 @@ class TopicsView(View):
         sending = None if form is None else await form.confirmed('Publish this message?', 'Publish')
         if form is None or sending is None:
             return
-        sent = await self.page.attempt(self.session.sender.publish_once(form.target, sending))
+        sent = await self.page.attempt(self.session.sender.publish_once(form.target, sending, self.rights))
         if sent is not None:
             self.page.tell(sent.problem or 'Published', 'warning' if sent.problem else 'positive')
 

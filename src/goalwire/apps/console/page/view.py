@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from nicegui import Client, background_tasks, ui
 
+from goalwire.apps.console.entry import PRINCIPAL
 from goalwire.apps.console.page.pacing import Pacer
 from goalwire.errors import FieldValueError, GoalwireError, peer_text
 
@@ -27,6 +28,7 @@ class View:
 
     def __init__(self, page: Page) -> None:
         self.page = page
+        self.rights = page.rights
         self.session: Session = page.session
         self.settings = page.session.settings
         self.node = page.session.node
@@ -45,8 +47,24 @@ class View:
     def set_dark(self, dark: bool) -> None:
         """Choose colours, if an element has its own."""
 
+    def why_not_shown(self) -> str:
+        """Return why the visitor may not see this view; '' if it may."""
+        return ''
+
     def close(self) -> None:
         """End the view's subscriptions."""
+
+
+class RefusedView(View):
+    """Stands in for a view that the visitor may not see, and says why."""
+
+    def __init__(self, page: Page, reason: str) -> None:
+        super().__init__(page)
+        self._reason = reason
+
+    def build(self) -> None:
+        with ui.element('div').classes('gw-card'):
+            ui.label(self._reason).classes('gw-note').props('data-refused')
 
 
 class Page:
@@ -55,6 +73,9 @@ class Page:
     def __init__(self, client: Client, session: Session) -> None:
         self.client = client
         self.session = session
+        request = client.request
+        self.rights = session.rights_of(request.scope.get('state', {}).get(PRINCIPAL) if request else None)
+        """What the visitor who has opened this page may do."""
         self.robot = ''
         """The namespace of the selected robot, which views show and STOP stops."""
         self.is_dark = False
@@ -98,6 +119,10 @@ class Page:
 
     def _refresh(self) -> float:
         view = self.view
+        if self.rights.problem():  # the name was revoked, or its token has ended
+            ui.run_javascript('location.reload()')
+            self.close()
+            return 0.5
         try:
             self.header()
             if view is not None:
@@ -128,7 +153,7 @@ class Page:
 
     async def _cancel(self, action: str, goal_id: str) -> None:
         try:
-            await self.session.sender.cancel(action, goal_id)
+            await self.session.sender.cancel_as_asked(action, goal_id)
         except GoalwireError as error:
             self.session.node.logger.warning(f"a goal of '{action}' was not cancelled: {peer_text(error)}")
 

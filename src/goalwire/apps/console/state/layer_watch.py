@@ -124,10 +124,12 @@ class Layer:
 class LayerWatch:
     """The layers of one robot, for one page."""
 
-    def __init__(self, node: goalwire.Node, topics: Topics) -> None:
+    def __init__(self, node: goalwire.Node, topics: Topics, may_read: Callable[[str], bool]) -> None:
+        """`may_read` returns True for a topic whose messages may be drawn."""
         self.layers: dict[str, Layer] = {}
         self._node = node
         self._topics = topics
+        self._may_read = may_read
 
     def look(self, robot: str, robots: Collection[str]) -> None:
         """Find the layers of a robot in the graph. New ones are on, but for costmaps and _OFF_AT_FIRST."""
@@ -136,7 +138,10 @@ class LayerWatch:
             (topic, type_name)
             for topic, types in graph.topics()
             for type_name in types[:1]
-            if type_name in KINDS and graph.publishers(topic) and may_stop(topic, robot, robots)
+            if type_name in KINDS
+            and graph.publishers(topic)
+            and may_stop(topic, robot, robots)
+            and self._may_read(topic)
         ][:MOST_LAYERS]
         for topic in self.layers.keys() - {topic for topic, _ in wanted}:
             self.layers.pop(topic).switch_off()

@@ -1,4 +1,4 @@
-"""Sends calls, messages, goals and cancel requests of the console, to names that `Settings` allows.
+"""Sends calls, messages, goals and cancel requests of the console, as far as the rights of a visitor allow.
 
 Goals are sent by the three services of an action, not by `Node.action`: a run of `Node.action` ends with its
 block, but a goal of the console must outlive the browser, and even the console.
@@ -14,22 +14,24 @@ from time import monotonic, perf_counter
 from typing import Any
 
 import goalwire
-from goalwire.apps.console.settings import Settings
 from goalwire.apps.console.state.form_model import (
     FormField,
     check,
     defaults_of,
     filled,
     form_of,
+    in_one_line,
     without_defaults,
 )
+from goalwire.apps.console.state.rights import Rights
 from goalwire.apps.console.state.snippets import Sending
-from goalwire.errors import peer_text
+from goalwire.errors import NotAllowedError, peer_text
 from goalwire.observe.goal_topics import cancel_request, goal_request, goals_canceling, result_request
 from goalwire.observe.goals import ACTIVE, Goal, GoalTable, status_name
 from goalwire.observe.latencies import Latencies
 from goalwire.observe.messages import as_data, as_dict, interface_class
 from goalwire.records import record
+from goalwire.security.policy import Verb
 
 HISTORY = 50
 RESULT_S = 10.0
@@ -48,6 +50,8 @@ class Sent:
     answer: Mapping[str, Any] | None = None
     problem: str = ''
     seconds: float = 0.0
+    who: str = ''
+    """Who has sent it; '' if the console knows no names."""
 
 
 class Target:
@@ -78,9 +82,8 @@ class Target:
 class Sender:
     """Sends, for all browsers."""
 
-    def __init__(self, node: goalwire.Node, settings: Settings, goals: GoalTable) -> None:
+    def __init__(self, node: goalwire.Node, goals: GoalTable) -> None:
         self._node = node
-        self._settings = settings
         self._goals = goals
         self._clients: dict[tuple[str, str, goalwire.Retry | None], goalwire.Client[Any, Any]] = {}
         self._publishers: dict[tuple[str, str], goalwire.Publisher[Any]] = {}
@@ -105,21 +108,27 @@ class Sender:
 
     # -- services --------------------------------------------------------------------------------------------
 
-    async def call(self, target: Target, sending: Sending) -> Sent:
+    async def call(self, target: Target, sending: Sending, by: Rights) -> Sent:
         """Call a service; the answer includes any failure. Raises NotAllowedError and FieldValueError."""
-        self._settings.check_may_send(target.name)
         request = target.message(sending, self._now())
+        by.check_to_send('service', target.name, in_one_line(sending.values))
         client = self.client(target.cls, target.name, target.type_name, sending.retry)
         began, at = perf_counter(), monotonic()
         try:
             response = await client.call(request, timeout=sending.timeout)
         except goalwire.GoalwireError as error:
             return self._note(
-                Sent(at, sending, problem=peer_text(_told(error)), seconds=perf_counter() - began)
+                Sent(
+                    at,
+                    sending,
+                    problem=peer_text(_told(error)),
+                    seconds=perf_counter() - began,
+                    who=by.who,
+                )
             )
         seconds = perf_counter() - began
         self.latencies.setdefault(target.name, Latencies()).note(seconds)
-        return self._note(Sent(at, sending, as_data(response), seconds=seconds))
+        return self._note(Sent(at, sending, as_data(response), seconds=seconds, who=by.who))
 
     def client(
         self, cls: Any, name: str, type_name: str, retry: goalwire.Retry | None = None
@@ -135,26 +144,30 @@ class Sender:
 
     # -- topics ----------------------------------------------------------------------------------------------
 
-    def publish(self, target: Target, sending: Sending) -> Sent:
+    def publish(self, target: Target, sending: Sending, by: Rights) -> Sent:
         """Publish a message. Raises NotAllowedError, FieldValueError, EncodeError."""
-        self._settings.check_may_send(target.name)
         message = target.message(sending, self._now())
-        self.publisher(target).publish(message)
-        return self._note(Sent(monotonic(), sending))
+        by.check_to_send('topic', target.name, in_one_line(sending.values))
+        self._publisher(target).publish(message)
+        return self._note(Sent(monotonic(), sending, who=by.who))
 
-    async def publish_once(self, target: Target, sending: Sending, patience: float = 2.0) -> Sent:
+    async def publish_once(self, target: Target, sending: Sending, by: Rights, patience: float = 2.0) -> Sent:
         """Publish when a subscription has been found, or after `patience` s; raises as `publish`."""
-        self._settings.check_may_send(target.name)
         try:
-            await self.publisher(target).wait_for_subscribers(timeout=patience)
+            await self.publisher(target, by).wait_for_subscribers(timeout=patience)
         except goalwire.DeadlineError:
-            sent = self.publish(target, sending)
-            return Sent(sent.at, sent.sending, problem='published, and nobody subscribes to it')
-        return self.publish(target, sending)
+            sent = self.publish(target, sending, by)
+            return Sent(sent.at, sent.sending, problem='published, and nobody subscribes to it', who=by.who)
+        return self.publish(target, sending, by)
 
-    def publisher(self, target: Target) -> goalwire.Publisher[Any]:
+    def publisher(self, target: Target, by: Rights) -> goalwire.Publisher[Any]:
         """Return the console's publisher of a topic; raises NotAllowedError."""
-        self._settings.check_may_send(target.name)
+        reason = by.why_not_send('topic', target.name)
+        if reason:
+            raise NotAllowedError(reason)
+        return self._publisher(target)
+
+    def _publisher(self, target: Target) -> goalwire.Publisher[Any]:
         key = (target.name, target.type_name)
         if key not in self._publishers:
             self._publishers[key] = self._node.publisher(target.cls, target.name)
@@ -162,13 +175,13 @@ class Sender:
 
     # -- actions ---------------------------------------------------------------------------------------------
 
-    async def send_goal(self, target: Target, sending: Sending) -> Goal:
+    async def send_goal(self, target: Target, sending: Sending, by: Rights) -> Goal:
         """Send a goal and return it after the server has answered; its `problem` says why it was refused.
 
         With a timeout the goal is cancelled after that time. Raises NotAllowedError, FieldValueError.
         """
-        self._settings.check_may_send(target.name)
         message = target.message(sending, self._now())
+        by.check_to_send('action', target.name, in_one_line(sending.values))
         service = target.cls.Impl.SendGoalService
         goal_id = os.urandom(16)
         request = goal_request(target.cls, goal_id, message)
@@ -178,7 +191,7 @@ class Sender:
             answer = await client.call(request, timeout=min(sending.timeout or 10.0, 10.0))
         except goalwire.GoalwireError as error:
             self._goals.end(goal, 'UNKNOWN', peer_text(_told(error)), monotonic())
-            self._note(Sent(monotonic(), sending, problem=goal.problem))
+            self._note(Sent(monotonic(), sending, problem=goal.problem, who=by.who))
             return goal
         if not answer.accepted:
             self._goals.end(goal, 'ABORTED', 'the server refused the goal', monotonic())
@@ -186,7 +199,7 @@ class Sender:
             goal.move('ACCEPTED', monotonic())
             self._goals.note_change()
             self._in_background(self._await_result(target.cls, target.type_name, goal, sending.timeout))
-        self._note(Sent(monotonic(), sending, problem=goal.problem))
+        self._note(Sent(monotonic(), sending, problem=goal.problem, who=by.who))
         return goal
 
     async def _await_result(self, cls: Any, type_name: str, goal: Goal, limit: float | None) -> None:
@@ -199,7 +212,7 @@ class Sender:
         except TimeoutError:
             goal.problem = f'it did not end within {limit} s: it is cancelled'
             self._goals.note_change()
-            await self.cancel(goal.action, goal.goal_id)
+            await self.cancel_as_asked(goal.action, goal.goal_id)
             await self._take_result(cls, type_name, goal, RESULT_S)
         finally:
             self._awaited.discard(key)
@@ -228,14 +241,18 @@ class Sender:
         if goal.result is None and (goal.action, goal.goal_id) not in self._awaited:
             self._in_background(self._take_result(interface_class(type_name), type_name, goal, RESULT_S))
 
-    async def cancel(self, action: str, goal_id: str = '', before: float = 0.0) -> list[str]:
+    async def cancel(self, action: str, by: Rights, goal_id: str = '', before: float = 0.0) -> list[str]:
         """Cancel one goal, or the goals accepted up to a time, or all goals; return their ids.
 
         Raises NotAllowedError, and goalwire's own errors if nobody answers.
         """
+        by.check(Verb.CANCEL, action)
+        return await self.cancel_as_asked(action, goal_id, before)
+
+    async def cancel_as_asked(self, action: str, goal_id: str = '', before: float = 0.0) -> list[str]:
+        """Cancel as `cancel` does, without asking for rights: it was asked for when the goal was sent."""
         from action_msgs.srv import CancelGoal
 
-        self._settings.check_may_send(action)
         client = self.client(CancelGoal, f'{action}/_action/cancel_goal', 'action_msgs/srv/CancelGoal')
         answer = await client.call(cancel_request(goal_id, before), timeout=CANCEL_S)
         return goals_canceling(answer)

@@ -16,6 +16,7 @@ from goalwire.apps.console.state.goal_watch import GoalWatch
 from goalwire.apps.console.state.live_recording import LiveRecording
 from goalwire.apps.console.state.mission_journal import MissionJournal
 from goalwire.apps.console.state.ownership import may_move
+from goalwire.apps.console.state.rights import Rights
 from goalwire.apps.console.state.robot_model import Meshes
 from goalwire.apps.console.state.robot_watch import RobotWatch, namespaces
 from goalwire.apps.console.state.sending import Sender
@@ -25,6 +26,8 @@ from goalwire.apps.console.state.type_watch import TypeWatch
 from goalwire.apps.console.state.vitals import Vitals
 from goalwire.observe.goals import GoalTable
 from goalwire.observe.log import LogBook
+from goalwire.security.authorizer import Authorizer, Principal
+from goalwire.security.signed_in import SignedIn
 
 _TICK_S = 0.2
 _TICKS_OF_RATES = 5
@@ -36,13 +39,14 @@ class Session:
     In its `async with` block it follows goals and logs. It follows other data only when a browser needs it.
     """
 
-    def __init__(self, node: goalwire.Node, settings: Settings) -> None:
+    def __init__(self, node: goalwire.Node, settings: Settings, authorizer: Authorizer | None = None) -> None:
         self.node = node
         self.settings = settings
+        self._authorizer = authorizer
         self.topics = Topics(node)
         self.types = TypeWatch(node, self._look)
         self.goals = GoalTable()
-        self.sender = Sender(node, settings, self.goals)
+        self.sender = Sender(node, self.goals)
         self.goal_watch = GoalWatch(node, self.goals, self.sender, self.types)
         self.logs = LogBook()
         self.recording = LiveRecording(node, settings)
@@ -169,23 +173,35 @@ class Session:
             del self._robots[watch.namespace]
             watch.close()
 
+    # -- people ----------------------------------------------------------------------------------------------
+
+    def rights_of(self, principal: Principal | None) -> Rights:
+        """Return what a visitor may do; None is anybody, where nobody signs in."""
+        visitor = None
+        if self._authorizer is not None and principal is not None:
+            visitor = SignedIn(self._authorizer, principal)
+        return Rights(self.settings, self.node.logger, visitor)
+
     # -- stopping --------------------------------------------------------------------------------------------
 
-    async def stop(self, robots: Iterable[str], tell: Listener) -> None:
+    async def stop(self, robots: Iterable[str], tell: Listener, by: Rights) -> None:
         """Call every emergency stop of robots, all at once, without a question, and report each answer.
 
-        Raises NotAllowedError if the console is read-only. The allow-list does not apply.
+        Raises NotAllowedError if the console is read-only, or the policy says that the visitor may not stop.
+        The allow-list does not apply.
         """
-        if self.settings.read_only:
-            self.settings.check_may_send('')
-        await stop(self.node, [self.vitals[name] for name in robots if name in self.vitals], tell)
+        stopped = [self.vitals[name] for name in robots if name in self.vitals]
+        by.check_to_stop([service.name for each in stopped for service in each.emergency.known])
+        await stop(self.node, stopped, tell)
 
-    def check_may_release(self, robot: str) -> None:
-        """Raise NotAllowedError if this console may not release a robot: that lets it move."""
-        for service in self.vitals[robot].emergency.can_release:
-            self.settings.check_may_send(service.name)
+    def why_not_release(self, robot: str, by: Rights) -> str:
+        """Return why a visitor may not release a robot, which lets it move; '' if it may."""
+        services = self.vitals[robot].emergency.can_release
+        return next(filter(None, (by.why_not_send('service', each.name) for each in services)), '')
 
-    async def release(self, robot: str) -> list[Answer]:
+    async def release(self, robot: str, by: Rights) -> list[Answer]:
         """Call the services that release a robot, and return the answers. Raises NotAllowedError."""
-        self.check_may_release(robot)
+        for service in self.vitals[robot].emergency.can_release:
+            by.check_to_send('service', service.name, 'release')
+            by.note('release', service.name, 'the emergency stop is released')
         return await release(self.node, self.vitals[robot])

@@ -1,0 +1,90 @@
+"""Who may open the page: whoever shows the token of this console, or somebody whom its keystore knows.
+
+With an identity (GOALWIRE_SECURITY) each visitor signs in under a name of the policy, by a token or by a
+client certificate. Without one there is a single token for all, or none on this machine alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Protocol
+
+from goalwire.admission import is_same_token
+from goalwire.errors import SecurityError
+from goalwire.records import record
+from goalwire.security.authorizer import Authorizer, Principal
+from goalwire.zenoh.io.identities import read_peer_certificate
+
+CERTIFICATE = 'certificate'
+"""The key of the browser's certificate in the state of a request, in the form of `ssl`."""
+SIGN_OUT = '/console/sign-out'
+"""The path that takes the cookie away."""
+PRINCIPAL = 'principal'
+"""The key of the visitor in the state of a request."""
+
+
+@record
+class Visitor:
+    """Somebody who may open the page."""
+
+    principal: Principal | None = None
+    """None if this console knows no names."""
+    token: str = ''
+    """The token that was shown; '' for a certificate, and where none is needed."""
+
+
+class Entry(Protocol):
+    """Decides who may open the page."""
+
+    @property
+    def has_names(self) -> bool:
+        """True if each visitor signs in under a name."""
+
+    @property
+    def is_open(self) -> bool:
+        """True if whoever reaches the port may open the page."""
+
+    def admit(self, shown: Iterable[str], certificate: Mapping[str, Any] | None) -> Visitor:
+        """Return the visitor who shows these tokens. Raises SecurityError, which says why none counts."""
+
+
+class SharedToken:
+    """An Entry for all who know one token; '' is for all."""
+
+    has_names = False
+
+    def __init__(self, token: str) -> None:
+        self._token = token
+
+    @property
+    def is_open(self) -> bool:
+        """True if there is no token."""
+        return not self._token
+
+    def admit(self, shown: Iterable[str], certificate: Mapping[str, Any] | None) -> Visitor:  # noqa: ARG002
+        """Compare the tokens with this console's. Raises SecurityError."""
+        if self._token and not any(is_same_token(each, self._token) for each in shown):
+            raise SecurityError('open the address that the console printed: it has the token')
+        return Visitor(token=self._token)
+
+
+class SignIn:
+    """An Entry for people and programs whom a keystore knows."""
+
+    has_names = True
+    is_open = False
+
+    def __init__(self, authorizer: Authorizer) -> None:
+        self._authorizer = authorizer
+
+    def admit(self, shown: Iterable[str], certificate: Mapping[str, Any] | None) -> Visitor:
+        """Find the name of the first token that is not empty; without any, of the certificate.
+
+        Raises SecurityError.
+        """
+        for token in filter(None, shown):
+            return Visitor(self._authorizer.find_principal(token), token)
+        if not certificate:
+            raise SecurityError('')
+        found = read_peer_certificate(certificate)
+        return Visitor(self._authorizer.admit(found.name, found.begins, found.ends))

@@ -1,0 +1,225 @@
+"""People who sign in at a console with an identity, in a real browser, beside a robot that keeps a policy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from helpers.console import Stage, picture
+from helpers.page import confirm, new_context, row, view
+from helpers.patience import wait_for
+from helpers.processes import Program
+
+from goalwire.security import audit
+from goalwire.security.keystore import Keystore
+from goalwire.security.policy import Verb
+from goalwire.security.tokens import delete_tokens, make_token
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
+
+ALL = ''.join(f'{verb.value} = ["/**"]\n' for verb in Verb)
+POLICY = f"""\
+[everyone]
+publish = ["/rosout", "/parameter_events"]
+[roles.robot]
+{ALL}
+[roles.operator]
+call = ["/lamp"]
+send = ["/go_to"]
+cancel = ["/**"]
+subscribe = ["/**"]
+watch = ["/**"]
+read = ["/**"]
+introspect = ["/**"]
+[roles.narrow]
+stop = false
+subscribe = ["/load"]
+[identities]
+robby = ["robot"]
+console = ["robot"]
+ann = ["operator"]
+ben = ["narrow"]
+"""
+SignedIn = Callable[[str], Any]
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_behind() -> None:
+    """The browser's driver and the world live until the module's end; robot and console are processes."""
+
+
+@pytest.fixture(scope='module')
+def keystore(tmp_path_factory: pytest.TempPathFactory) -> Keystore:
+    made = Keystore.create(tmp_path_factory.mktemp('site') / 'keys')
+    made.add('robby', 'robot', ())
+    made.add('console', 'program', ())
+    made.add('ann', 'person', ())
+    made.policy_path.write_text(POLICY)
+    return made
+
+
+@pytest.fixture(scope='module')
+def world(keystore: Keystore) -> Iterator[tuple[Program, str]]:
+    """The robot, and the address of a console beside it."""
+    pytest.importorskip('nicegui')
+    stage = Stage('rmw_zenoh_cpp')
+    stage.env['GOALWIRE_SECURITY'] = f'{keystore.path}:robby'
+    robot = stage.robot()
+    stage.env['GOALWIRE_SECURITY'] = f'{keystore.path}:console'
+    yield robot, stage.console()[1]
+    stage.close()
+
+
+@pytest.fixture
+def sign_in(chromium: Any, world: tuple[Program, str], keystore: Keystore) -> Iterator[SignedIn]:
+    """`sign_in('ann')` opens the page in a browser of her own, and types her token."""
+    contexts = []
+
+    def open_one(name: str) -> Any:
+        context = new_context(chromium, 1280, 800)
+        contexts.append(context)
+        page = context.new_page()
+        page.goto(f'{world[1]}?view=services')
+        page.fill('#token', make_token(keystore.path, name))
+        page.click('button')
+        page.wait_for_selector(f'[data-who]:text-is("{name}")')
+        assert 'token' not in page.url
+        return page
+
+    yield open_one
+    for context in contexts:
+        context.close()
+
+
+def _entries(keystore: Keystore) -> list[dict[str, str]]:
+    path = audit.log_path(keystore.path, 'console')
+    return list(audit.read(path)) if path.exists() else []
+
+
+def _wait_for_entry(keystore: Keystore, **fields: str) -> None:
+    wait_for(
+        lambda: any(fields.items() <= entry.items() for entry in _entries(keystore)),
+        f'an entry of the audit log with {fields}',
+    )
+
+
+def test_nobody_gets_in_without_a_token_that_counts(world: tuple[Program, str], window: Any) -> None:
+    page = window.new_page()
+    answer = page.goto(world[1])
+    assert answer.status == 401
+    page.fill('#token', 'guessed')
+    page.click('button')
+    page.wait_for_selector('[data-why]:has-text("the token is not known here")')
+    picture(page, 'sign-in')
+    page.close()
+
+
+def test_each_person_does_what_the_policy_allows_and_the_log_has_the_name(
+    world: tuple[Program, str], sign_in: SignedIn, keystore: Keystore
+) -> None:
+    robot, _ = world
+    page = sign_in('ann')
+    view(page, 'services')
+    row(page, '/lamp')
+    page.click('[data-call]:not([disabled])')
+    confirm(page)
+    robot.expect('lamp False')
+    page.wait_for_selector('.gw-live-table td:has-text("ann"), td:has-text("ann")')
+    _wait_for_entry(keystore, who='ann', act='call', key='/lamp', outcome='done', via='console')
+
+    # What she may not do is there, and says why.
+    row(page, '/shy')
+    page.wait_for_selector('[data-call][disabled]')
+    page.wait_for_selector("[data-refused]:has-text(\"none of the roles of 'ann' may call '/shy'\")")
+    picture(page, 'refused')
+    view(page, 'topics')
+    row(page, '/say')
+    page.wait_for_selector('[data-open-publish][disabled][data-why*="may publish \'/say\'"]')
+    view(page, 'parameters')
+    row(page, '/robot')
+    page.wait_for_selector('[data-parameter=speed][disabled]')
+
+    # Everybody sees on /rosout who does what.
+    view(page, 'logs')
+    page.wait_for_selector('td:has-text("ann: call /lamp")')
+
+    # Goals move: they are in the log with what was sent.
+    view(page, 'actions')
+    row(page, '/go_to')
+    page.click('[data-send-goal]:not([disabled])')
+    confirm(page)
+    _wait_for_entry(keystore, who='ann', act='send', key='/go_to', outcome='moves')
+
+
+def test_who_may_see_little_sees_little_and_cannot_stop(sign_in: SignedIn, keystore: Keystore) -> None:
+    page = sign_in('ben')
+    view(page, 'topics')
+    page.wait_for_selector('tr[data-key="/load"]')
+    assert page.locator('tr[data-key="/battery"]').count() == 0
+    view(page, 'logs')
+    page.wait_for_selector('[data-refused]:has-text("may subscribe \'/rosout\'")')
+    page.wait_for_selector('[data-no-estop][title*="narrow: stop = false"]')
+    page.keyboard.press('Pause')
+    page.wait_for_selector('[data-stop-report=failed]:has-text("stop = false")')
+    _wait_for_entry(keystore, who='ben', act='stop', outcome='was refused', key='/estop')
+
+
+def test_a_page_ends_with_its_token(sign_in: SignedIn, keystore: Keystore) -> None:
+    page = sign_in('ben')
+    delete_tokens(keystore.path, 'ben')
+    page.wait_for_selector('#token')
+
+
+def test_signing_out_forgets_the_token(sign_in: SignedIn) -> None:
+    page = sign_in('ann')
+    page.click('[data-sign-out]')
+    page.wait_for_selector('#token')
+    page.reload()
+    page.wait_for_selector('#token')
+
+
+def test_who_has_signed_in_may_stop_without_any_right_to_call_it(
+    world: tuple[Program, str], sign_in: SignedIn, keystore: Keystore
+) -> None:
+    robot, _ = world
+    page = sign_in('ann')
+    page.click('[data-estop]')
+    robot.expect('^stopped')
+    page.wait_for_selector('[data-stop-report=stopped]')
+    _wait_for_entry(keystore, who='ann', act='stop', outcome='stops', key='/estop')
+
+
+def test_a_certificate_of_the_keystore_signs_in_without_a_token(
+    chromium: Any, keystore: Keystore, tmp_path: Path
+) -> None:
+    own = keystore.identity_path('console')
+    stage = Stage('rmw_zenoh_cpp')
+    stage.env['GOALWIRE_SECURITY'] = f'{keystore.path}:console'
+    try:
+        _, url = stage.console('--tls-cert', str(own), '--tls-key', str(own))
+        origin = url.rstrip('/')
+        shown = [
+            {
+                'origin': origin,
+                'cert': b''.join(each.public_bytes(_pem()) for each in keystore.identity('ann').chain[:1]),
+                'key': keystore.identity_path('ann').read_bytes(),
+            }
+        ]
+        for certificates, found in (([], '#token'), (shown, '[data-who]:text-is("ann")')):
+            context = new_context(
+                chromium, 1280, 800, ignore_https_errors=True, client_certificates=certificates
+            )
+            page = context.new_page()
+            page.goto(url)
+            page.wait_for_selector(found)
+            context.close()
+    finally:
+        stage.close()
+
+
+def _pem() -> Any:
+    from cryptography.hazmat.primitives.serialization import Encoding
+
+    return Encoding.PEM
