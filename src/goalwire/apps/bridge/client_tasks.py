@@ -7,6 +7,7 @@ from collections.abc import Coroutine
 from typing import Any
 
 from goalwire.apps.bridge.hub import Hub
+from goalwire.apps.bridge.settings import Permissions
 from goalwire.errors import NotAllowedError
 
 MOST_UNDER_WAY = 1000
@@ -16,9 +17,9 @@ MOST_UNDER_WAY = 1000
 class ClientWork:
     """The base of each protocol's client."""
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: Hub, permissions: Permissions) -> None:
         self.hub = hub
-        self.permissions = hub.settings.permissions
+        self.permissions = permissions
         self._tasks: set[asyncio.Task[None]] = set()
 
     def start(self, work: Coroutine[Any, Any, None], *, outlives: bool = False) -> None:

@@ -9,23 +9,31 @@ import ssl
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from http import HTTPStatus
-from typing import Protocol
+from typing import Protocol, Self
 from urllib.parse import parse_qsl, urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
+from websockets.protocol import State
 from websockets.typing import Subprotocol
 
 import goalwire
 from goalwire.admission import host_name, is_loopback, is_of_this_machine, is_same_token
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Frame, Outbox
-from goalwire.apps.bridge.settings import Settings
-from goalwire.errors import peer_text
+from goalwire.apps.bridge.settings import Permissions, Settings
+from goalwire.errors import SecurityError, peer_text
 from goalwire.listening import cannot_listen, listen, unusable_tls_files
+from goalwire.records import replace
+from goalwire.security.authorizer import Authorizer
+from goalwire.security.environment import choose_identity
+from goalwire.security.signed_in import SignedIn
 
 _QUIET = logging.getLogger('goalwire.bridge.websockets')
+_MOST_REASON = 100
+"""Characters of the reason with which a client is disconnected; a web socket has room for 123 bytes."""
 # Silence the library, which logs tracebacks; this module logs the important errors itself.
 _QUIET.addHandler(logging.NullHandler())
 _QUIET.propagate = False
@@ -41,7 +49,9 @@ class Session(Protocol):
         """End the calls and subscriptions of the client, which has disconnected."""
 
 
-OpenSession = Callable[[Hub, Outbox], Session]
+OpenSession = Callable[[Hub, Outbox, Permissions], Session]
+LOOK_S = 1.0
+"""The seconds between two looks at the rights of clients that have signed in, as between sessions."""
 
 
 async def serve_clients(
@@ -57,9 +67,10 @@ async def serve_clients(
     """
     with _listen(settings) as listener:
         encryption = _encryption(settings)
-        async with Hub(node, settings) as hub:
-            door = _Door(hub, open_session)
-            async with serve(
+        async with (
+            Hub(node, settings) as hub,
+            _Door(hub, open_session) as door,
+            serve(
                 door.attend,
                 sock=listener,
                 ssl=encryption,
@@ -70,35 +81,78 @@ async def serve_clients(
                 compression=None,
                 logger=_QUIET,
                 server_header=None,
-            ) as server:
-                ready(settings.url(_port(server)))
-                await server.wait_closed()
+            ) as server,
+        ):
+            ready(settings.url(_port(server)))
+            await server.wait_closed()
 
 
 class _Door:
-    """Admits or refuses clients, and runs the session of each."""
+    """Admits or refuses clients, and runs the session of each.
+
+    With an identity (GOALWIRE_SECURITY) each client signs in under a name of the policy.
+    """
 
     def __init__(self, hub: Hub, open_session: OpenSession) -> None:
+        """Raises SecurityError if the identity that the environment names cannot be used."""
         self._hub = hub
         self._open_session = open_session
         self._count = 0
+        chosen = choose_identity()
+        domain = hub.node.context.get_domain_id()
+        self._authorizer = None if chosen is None else Authorizer(chosen, domain)
+        self._signed_in: dict[ServerConnection, SignedIn] = {}
+        self._look: asyncio.Task[None] | None = None
+
+    async def __aenter__(self) -> Self:
+        if self._authorizer is not None:
+            self._look = asyncio.get_running_loop().create_task(self._look_at_rights())
+        return self
+
+    async def __aexit__(self, *_error: object) -> None:
+        if self._look is not None:
+            self._look.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._look
+        if self._authorizer is not None:
+            self._authorizer.close()
+
+    async def _look_at_rights(self) -> None:
+        """Disconnect clients whose tokens count no more, or whose rights have changed."""
+        while True:
+            await asyncio.sleep(LOOK_S)
+            closing = []
+            for connection, client in list(self._signed_in.items()):
+                problem = client.problem()
+                if problem or connection.state is State.CLOSED:
+                    del self._signed_in[connection]
+                    closing.append(connection.close(CloseCode.POLICY_VIOLATION, problem[:_MOST_REASON]))
+            await asyncio.gather(*closing)
 
     def judge(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return the response that refuses a request; None if the request is allowed."""
-        reason = self._refusal(request)
+        try:
+            reason = self._refusal(request)
+            if not reason and self._authorizer is not None:
+                principal = self._authorizer.find_principal(_token(request))
+                self._signed_in[connection] = SignedIn(self._authorizer, principal)
+        except SecurityError as error:
+            reason = f'{error}: goalwire secure token NAME makes one'
         if reason:
             return connection.respond(HTTPStatus.FORBIDDEN, f'{reason}\n')
         if self._count >= self._hub.settings.most_clients:
+            self._signed_in.pop(connection, None)
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, 'too many clients are connected\n')
         return None
 
     def _refusal(self, request: Request) -> str:
         settings = self._hub.settings
         headers = request.headers
+        if self._authorizer is not None:
+            return '' if _token(request) else 'a token is missing: ?token=…'
         if settings.token:
-            query = dict(parse_qsl(urlsplit(request.path).query))
-            shown = query.get('token') or ''.join(headers.get_all('Authorization')).removeprefix('Bearer ')
-            return '' if is_same_token(shown, settings.token) else 'the token is missing or wrong: ?token=…'
+            is_right = is_same_token(_token(request), settings.token)
+            return '' if is_right else 'the token is missing or wrong: ?token=…'
         if not all(is_loopback(host_name(host)) for host in headers.get_all('Host')):
             return 'this bridge serves this machine alone, under the name localhost'
         for origin in headers.get_all('Origin'):
@@ -112,7 +166,12 @@ class _Door:
         log = self._hub.node.logger
         peer = peer_text(str(connection.remote_address[:2] if connection.remote_address else 'a client'), 80)
         outbox = Outbox(self._hub.settings.backlog, connection.transport.abort)
-        session = self._open_session(self._hub, outbox)
+        client = self._signed_in.get(connection)
+        if client is not None:
+            client.note_done('connect', 'the bridge', f'signed in from {peer}')
+        session = self._open_session(
+            self._hub, outbox, replace(self._hub.settings.permissions, client=client)
+        )
         sending = asyncio.get_running_loop().create_task(_send(outbox, connection))
         try:
             with suppress(ConnectionClosed):
@@ -120,10 +179,17 @@ class _Door:
                     await session.receive(frame)
         finally:
             self._count -= 1
+            self._signed_in.pop(connection, None)
             sending.cancel()
             await session.close()
             for topic, count in outbox.dropped.most_common(10):
                 log.warning(f"client {peer} read too slowly: it missed {count} messages of '{topic}'")
+
+
+def _token(request: Request) -> str:
+    """Return the token that a client shows, in its address or in a header."""
+    query = dict(parse_qsl(urlsplit(request.path).query))
+    return query.get('token') or ''.join(request.headers.get_all('Authorization')).removeprefix('Bearer ')
 
 
 async def _send(outbox: Outbox, connection: ServerConnection) -> None:

@@ -8,6 +8,9 @@ from fnmatch import translate
 from goalwire.admission import is_loopback
 from goalwire.errors import NotAllowedError
 from goalwire.records import record
+from goalwire.security.needs import Permission, permission_to_offer, permission_to_use
+from goalwire.security.policy import Verb
+from goalwire.security.signed_in import SignedIn
 
 REGULAR = 're:'
 """The prefix of a pattern that is a regular expression. Other patterns are globs such as '/arm/*'."""
@@ -74,11 +77,22 @@ class Permissions:
     parameters: Patterns = Patterns('--parameters')
     """Patterns for parameters, matched with '/node:parameter'."""
     read_only: bool = False
+    client: SignedIn | None = None
+    """Who the client is, if clients sign in: then the policy must allow each act, too."""
 
     def check_publish(self, topic: str) -> None:
-        """Raise NotAllowedError if clients may not publish on a topic."""
+        """Raise NotAllowedError if the client may not publish on a topic."""
         self._check_change()
         self._check(topic, self.publish)
+        self._ask(permission_to_offer(topic, is_service=False))
+
+    def check_message(self, topic: str) -> None:
+        """Raise NotAllowedError if the client may not publish a message; else it is logged as done.
+
+        The options were asked by `check_publish`.
+        """
+        if self.client is not None:
+            self.client.check_to_send(permission_to_offer(topic, is_service=False))
 
     def check_subscribe(self, topic: str) -> None:
         """Raise NotAllowedError if clients may not subscribe to a topic.
@@ -88,9 +102,21 @@ class Permissions:
         if self.parameters.patterns and _tells_of_parameters(topic):
             raise self._limited(topic)
         self._check(topic, self.subscribe)
+        self._ask(permission_to_use(topic, is_service=False))
 
-    def check_service(self, service: str) -> None:
-        """Raise NotAllowedError if clients may neither call nor serve a service.
+    def check_call(self, service: str) -> None:
+        """Raise NotAllowedError if the client may not call a service; else the call is logged as done."""
+        self._check_service(service)
+        if self.client is not None:
+            self.client.check_to_send(permission_to_use(service, is_service=True))
+
+    def check_serve(self, service: str) -> None:
+        """Raise NotAllowedError if the client may not serve a service."""
+        self._check_service(service)
+        self._ask(permission_to_offer(service, is_service=True))
+
+    def _check_service(self, service: str) -> None:
+        """Ask the options.
 
         If there is an allow list of parameters, the parameter services of nodes are refused, because they
         would bypass it.
@@ -100,19 +126,52 @@ class Permissions:
             raise self._limited(service)
         self._check(service, self.services)
 
-    def check_action(self, action: str) -> None:
-        """Raise NotAllowedError if clients may neither send goals to an action nor serve it."""
+    def check_goal(self, action: str) -> None:
+        """Raise NotAllowedError if the client may not send goals to an action; else it is logged as done."""
         self._check_change()
         self.actions.check(action)
+        if self.client is not None:
+            self.client.check_to_send(Permission((Verb.SEND,), action))
+
+    def check_serve_action(self, action: str) -> None:
+        """Raise NotAllowedError if the client may not serve an action."""
+        self._check_change()
+        self.actions.check(action)
+        self._ask(Permission((Verb.SERVE,), action))
 
     def check_parameter(self, name: str, *, to_set: bool) -> None:
         """Raise NotAllowedError if clients may not read, or not set, '/node:parameter'."""
         if to_set:
             self._check_change()
         self.parameters.check(name)
+        node = name.partition(':')[0]
+        if to_set and self.client is not None:
+            self.client.check_to_send(Permission((Verb.SET,), node), name)
+        elif not to_set:
+            self._ask(Permission((Verb.READ,), node))
+
+    def shows_parameter(self, name: str) -> bool:
+        """Return whether the client may know of '/node:parameter'."""
+        return self.parameters.allow(name) and self._is_granted(
+            Permission((Verb.READ,), name.partition(':')[0])
+        )
+
+    def shows_node(self, node: str) -> bool:
+        """Return whether the client may know of a node."""
+        return self._is_granted(Permission((Verb.INTROSPECT,), node))
+
+    def shows_action(self, action: str) -> bool:
+        """Return whether the client may know of an action."""
+        return self.actions.allow(action) and self._is_granted(
+            Permission((Verb.SEND, Verb.WATCH, Verb.INTROSPECT), action)
+        )
 
     def shows_topic(self, topic: str) -> bool:
-        """Return whether clients may know of a topic."""
+        """Return whether the client may know of a topic."""
+        if not self._is_granted(permission_to_use(topic, is_service=False)) and not self._is_granted(
+            permission_to_offer(topic, is_service=False)
+        ):
+            return False
         if _HIDDEN in topic:
             return self.actions.allow(topic.partition(_HIDDEN)[0])
         if self.parameters.patterns and _tells_of_parameters(topic):
@@ -120,9 +179,19 @@ class Permissions:
         return self.subscribe.allow(topic) or (not self.read_only and self.publish.allow(topic))
 
     def shows_service(self, service: str) -> bool:
-        """Return whether clients may know of a service."""
+        """Return whether the client may know of a service."""
+        if not self._is_granted(permission_to_use(service, is_service=True)):
+            return False
         patterns = self.actions if _HIDDEN in service else self.services
         return patterns.allow(service.partition(_HIDDEN)[0])
+
+    def _ask(self, permission: Permission) -> None:
+        """Raise NotAllowedError if the policy does not allow the client something."""
+        if self.client is not None:
+            self.client.check_to_look(permission)
+
+    def _is_granted(self, permission: Permission) -> bool:
+        return self.client is None or not self.client.why_not(permission)
 
     @staticmethod
     def _limited(name: str) -> NotAllowedError:

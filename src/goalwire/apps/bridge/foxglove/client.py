@@ -10,6 +10,7 @@ from goalwire.apps.bridge.client_tasks import ClientWork
 from goalwire.apps.bridge.foxglove.frames import ERROR
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Outbox
+from goalwire.apps.bridge.settings import Permissions
 
 Fields = Mapping[str, Any]
 
@@ -21,8 +22,8 @@ class BadFieldError(ValueError):
 class Client(ClientWork):
     """A client, as the parts of its session use it."""
 
-    def __init__(self, hub: Hub, outbox: Outbox) -> None:
-        super().__init__(hub)
+    def __init__(self, hub: Hub, outbox: Outbox, permissions: Permissions) -> None:
+        super().__init__(hub, permissions)
         self.outbox = outbox
 
     def send(self, op: str, **fields: Any) -> None:

@@ -46,7 +46,7 @@ class Parameters:
         self._client.send('parameterValues', parameters=found, **about)
 
     def _allows(self, node: str, name: str) -> bool:
-        return self._client.permissions.parameters.allow(f'{node}:{name}')
+        return self._client.permissions.shows_parameter(f'{node}:{name}')
 
     def _by_node(self, names: Iterable[str]) -> dict[str, list[str]]:
         """Return the names of parameters by node; without names, all nodes."""

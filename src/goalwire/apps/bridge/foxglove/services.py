@@ -114,7 +114,7 @@ class Services:
             raise UnknownInterfaceError(f'there is no service {request.service}')
         if request.encoding != frames.ENCODING:
             raise UnknownInterfaceError(f"the encoding must be '{frames.ENCODING}', not '{request.encoding}'")
-        self._client.permissions.check_service(service.name)
+        self._client.permissions.check_call(service.name)
         cls = interface_class(service.type_name)
         message = codec.decode(request.data, cls.Request)
         if service.name.endswith(_SEND):

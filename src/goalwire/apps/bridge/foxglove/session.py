@@ -19,6 +19,7 @@ from goalwire.apps.bridge.foxglove.services import Services
 from goalwire.apps.bridge.foxglove.topics import PublishedTopics, ShownTopics
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Frame, Outbox
+from goalwire.apps.bridge.settings import Permissions
 from goalwire.errors import GoalwireError, peer_text
 
 _TOGETHER_S = 0.1
@@ -28,8 +29,8 @@ _TOGETHER_S = 0.1
 class FoxgloveSession:
     """One client of the Foxglove protocol; a Session for the server."""
 
-    def __init__(self, hub: Hub, outbox: Outbox) -> None:
-        self._client = client = Client(hub, outbox)
+    def __init__(self, hub: Hub, outbox: Outbox, permissions: Permissions) -> None:
+        self._client = client = Client(hub, outbox, permissions)
         self._topics = topics = ShownTopics(client)
         self._published = published = PublishedTopics(client)
         self._services = Services(client)
@@ -54,7 +55,7 @@ class FoxgloveSession:
 
     def _greet(self) -> None:
         hub = self._client.hub
-        may_change = not hub.settings.permissions.read_only
+        may_change = not self._client.permissions.read_only
         capabilities = ['parameters', 'parametersSubscribe', 'connectionGraph', 'assets']
         if may_change:
             capabilities += ['clientPublish', 'services']

@@ -170,6 +170,7 @@ class PublishedTopics:
         channel = self._channels.get(message.channel)
         if channel is None:
             raise BadFieldError(f'there is no channel {message.channel} of this client')
+        self._client.permissions.check_message(channel.topic)
         codec.decode(message.data, channel.cls)  # Nothing else checks the bytes of a client.
         channel.port.publish(message.data)
 

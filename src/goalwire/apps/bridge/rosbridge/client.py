@@ -12,6 +12,7 @@ from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Outbox
 from goalwire.apps.bridge.rosbridge.encoding import COMPRESSIONS, cbor, frames, json_text
 from goalwire.apps.bridge.rosbridge.values import from_values
+from goalwire.apps.bridge.settings import Permissions
 
 Operation = Mapping[str, Any]
 LEVELS = ('none', 'error', 'warning', 'info')
@@ -25,8 +26,8 @@ class BadOperationError(ValueError):
 class Client(ClientWork):
     """A client, as the operations use it."""
 
-    def __init__(self, hub: Hub, outbox: Outbox) -> None:
-        super().__init__(hub)
+    def __init__(self, hub: Hub, outbox: Outbox, permissions: Permissions) -> None:
+        super().__init__(hub, permissions)
         self.outbox = outbox
         self.level = 'error'
 

@@ -78,6 +78,7 @@ class Publishing:
             self._client.permissions.check_publish(topic)
             found = operation.get('type') or await self._client.hub.type_of_topic(topic)
             publisher = await self._open(topic, str(found), operation)
+        self._client.permissions.check_message(topic)
         values = operation.get('msg', {})
         publisher.port.publish(self._client.message(publisher.cls, values, has_auto_header=True))
 

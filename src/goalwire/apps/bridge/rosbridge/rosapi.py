@@ -14,6 +14,7 @@ from goalwire.apps.bridge.hub import Hub, full_name
 from goalwire.apps.bridge.interfaces import full_type_name
 from goalwire.apps.bridge.rosbridge.rosapi_parameters import ParameterServices
 from goalwire.apps.bridge.rosbridge.typedefs import typedefs
+from goalwire.apps.bridge.settings import Permissions
 from goalwire.errors import FieldValueError
 from goalwire.graph.names import NamesAndTypes, is_part_of_action
 from goalwire.rosbag2.definitions import schema_of
@@ -30,10 +31,10 @@ Handler = Callable[[Fields], Awaitable[dict[str, Any]]]
 class RosApi:
     """Answers calls of `/rosapi/…`."""
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: Hub, permissions: Permissions) -> None:
         self._hub = hub
-        self._permissions = hub.settings.permissions
-        parameters = ParameterServices(hub)
+        self._permissions = permissions
+        parameters = ParameterServices(hub, permissions)
         self._services: dict[str, tuple[Handler, tuple[str, ...]]] = {
             'topics': (self._topics, ()),
             'topics_for_type': (self._topics_for_type, ('type',)),
@@ -143,12 +144,14 @@ class RosApi:
     async def _action_servers(self, _args: Fields) -> dict[str, Any]:
         end = '/_action/send_goal'
         served = (name.removesuffix(end) for name, _ in self._hub.node.graph.served() if name.endswith(end))
-        return {'action_servers': [name for name in served if self._permissions.actions.allow(name)]}
+        return {'action_servers': [name for name in served if self._permissions.shows_action(name)]}
 
     # -- nodes and types -------------------------------------------------------------------------------------
 
     async def _nodes(self, _args: Fields) -> dict[str, Any]:
-        return {'nodes': self._hub.node.graph.nodes()}
+        return {
+            'nodes': [each for each in self._hub.node.graph.nodes() if self._permissions.shows_node(each)]
+        }
 
     async def _node_details(self, args: Fields) -> dict[str, Any]:
         node = full_name(args['node'])

@@ -9,6 +9,7 @@ from typing import Any
 from rcl_interfaces.msg import ParameterValue
 
 from goalwire.apps.bridge.hub import Hub, full_name
+from goalwire.apps.bridge.settings import Permissions
 from goalwire.errors import CallError, FieldValueError, NotAllowedError
 from goalwire.observe.parameters import NodeParameters, nodes_with_parameters, plain_value
 from goalwire.rules.parameters.parameter import Parameter
@@ -21,9 +22,9 @@ Fields = Mapping[str, Any]
 class ParameterServices:
     """Reads and sets parameters for clients. As in rosapi, reading a missing parameter succeeds."""
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: Hub, permissions: Permissions) -> None:
         self._hub = hub
-        self._permissions = hub.settings.permissions
+        self._permissions = permissions
 
     async def get(self, args: Fields) -> dict[str, Any]:
         """Return the value as JSON; for a missing parameter return the default, which may be any text."""
@@ -62,7 +63,7 @@ class ParameterServices:
                 names = await self._names(node)
             except CallError:
                 continue
-            allows = self._permissions.parameters.allow
+            allows = self._permissions.shows_parameter
             found += [full for name in names if allows(full := f'{node}:{name}')]
         return {'names': found}
 

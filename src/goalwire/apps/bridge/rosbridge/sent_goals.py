@@ -48,7 +48,7 @@ class SendingGoals:
 
     async def _run(self, action: str, operation: Operation) -> GoalEnd:
         hub = self._client.hub
-        self._client.permissions.check_action(action)
+        self._client.permissions.check_goal(action)
         type_name, cls = await hub.interfaces.find(text_of(operation, 'action_type'), 'action')
         goal = self._client.message(cls.Goal, operation.get('args'))
         with hub.actions.borrow(action, type_name, lambda: hub.node.action(cls, action)) as client:

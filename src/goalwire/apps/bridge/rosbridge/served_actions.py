@@ -59,7 +59,7 @@ class ServingActions:
         given = text_of(operation, 'action')
         action = full_name(given)
         hub = self._client.hub
-        self._client.permissions.check_action(action)
+        self._client.permissions.check_serve_action(action)
         type_name, cls = await hub.interfaces.find(text_of(operation, 'type'), 'action')
         self._end(action)
 

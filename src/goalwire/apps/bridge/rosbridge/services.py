@@ -20,7 +20,7 @@ class Calling:
 
     def __init__(self, client: Client) -> None:
         self._client = client
-        self._api = RosApi(client.hub)
+        self._api = RosApi(client.hub, client.permissions)
         self.operations = {'call_service': self.call}
 
     async def call(self, operation: Operation) -> None:
@@ -44,7 +44,7 @@ class Calling:
         if self._api.has(service):
             return await self._api.call(service, operation.get('args'))
         hub = self._client.hub
-        self._client.permissions.check_service(service)
+        self._client.permissions.check_call(service)
         limit = number_of(operation, 'timeout') or hub.settings.call_timeout
         type_name, cls = await hub.interfaces.find(await hub.type_of_service(service), 'srv')
         request = self._client.message(cls.Request, operation.get('args'))
@@ -82,7 +82,7 @@ class ServingServices:
         given = text_of(operation, 'service')
         service = full_name(given)
         hub = self._client.hub
-        self._client.permissions.check_service(service)
+        self._client.permissions.check_serve(service)
         type_name, cls = await hub.interfaces.find(text_of(operation, 'type'), 'srv')
         self._end(service)
 

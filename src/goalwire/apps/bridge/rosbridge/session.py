@@ -14,6 +14,7 @@ from goalwire.apps.bridge.rosbridge.sent_goals import SendingGoals
 from goalwire.apps.bridge.rosbridge.served_actions import ServingActions
 from goalwire.apps.bridge.rosbridge.services import Calling, ServingServices
 from goalwire.apps.bridge.rosbridge.subscribing import Subscribing
+from goalwire.apps.bridge.settings import Permissions
 from goalwire.errors import GoalwireError, did_you_mean
 
 Carry = Callable[[Operation], Awaitable[None]]
@@ -22,8 +23,8 @@ Carry = Callable[[Operation], Awaitable[None]]
 class RosbridgeSession:
     """One client of the rosbridge protocol; a Session for the server."""
 
-    def __init__(self, hub: Hub, outbox: Outbox) -> None:
-        self._client = client = Client(hub, outbox)
+    def __init__(self, hub: Hub, outbox: Outbox, permissions: Permissions) -> None:
+        self._client = client = Client(hub, outbox, permissions)
         self._assembler = Assembler(hub.settings.most_bytes)
         self._parts = (
             Publishing(client),

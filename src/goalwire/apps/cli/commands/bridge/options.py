@@ -95,7 +95,9 @@ def _time(text: str) -> float:
 def settings_of(arguments: Namespace) -> Settings:
     """Return the settings of the options. Raises CommandError."""
     access = read_access(arguments, TOKEN)
-    lists = {name: _patterns(name, getattr(arguments, name)) for name in _LISTS}
+    publish, subscribe, services, actions, parameters = (
+        _patterns(name, getattr(arguments, name)) for name in _LISTS
+    )
     return Settings(
         arguments.port,
         access.host,
@@ -103,7 +105,7 @@ def settings_of(arguments: Namespace) -> Settings:
         access.tls_cert,
         access.tls_key,
         tuple(arguments.origin),
-        Permissions(**lists, read_only=arguments.read_only),
+        Permissions(publish, subscribe, services, actions, parameters, arguments.read_only),
         arguments.backlog,
         arguments.max_message_size,
         arguments.max_clients,
