@@ -73,6 +73,10 @@ class NodeCore:
         self._finalizer = finalize(self, self.remains.close_soon)
         self._finalizer.atexit = False
         self._owned: dict[int, Owned] = {}
+        if context.session.refusals is not None:
+            from goalwire.entities.refusal_diagnostics import publish_through  # most programs have no policy
+
+            publish_through(self, context.session.refusals, context.sends, context.ok)
         self.place = caller_place()
         """The line of the program that made the node."""
         self._unspun: UnspunNode | None = None

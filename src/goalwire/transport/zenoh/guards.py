@@ -8,9 +8,8 @@ its certificate has expired or was revoked.
 from __future__ import annotations
 
 from collections import deque
-from datetime import UTC, datetime
+from functools import partial
 from threading import Lock
-from time import time
 from typing import TYPE_CHECKING
 
 from goalwire.errors import SecurityError
@@ -19,16 +18,18 @@ from goalwire.rules import reasons
 from goalwire.security import audit
 from goalwire.security.changes import look_at
 from goalwire.security.environment import Chosen
-from goalwire.security.policy import Policy
+from goalwire.security.moving import MOVES, Streams, write_entry
+from goalwire.security.policy import Policy, Verb
 from goalwire.security.policy_file import load_policy
+from goalwire.security.refusals import Refusals
 from goalwire.security.renewal_thread import RenewalThread, is_possible
-from goalwire.security.revocation import is_revoked, load_revoked
+from goalwire.security.revocation import load_revoked, why_refused
 from goalwire.transport.zenoh import questions
 from goalwire.transport.zenoh.link_guard import LinkGuard
 from goalwire.transport.zenoh.questions import Question
 from goalwire.transport.zenoh.succession import Succession
 from goalwire.zenoh.io.identities import PeerCertificate
-from goalwire.zenoh.protocol.guard import Act
+from goalwire.zenoh.protocol.guard import Act, Witness
 from goalwire.zenoh.protocol.primitives import GENERIC
 
 if TYPE_CHECKING:
@@ -39,6 +40,8 @@ LOOK_S = 1.0
 
 inotify would need no checks, but it reports no changes in network folders.
 """
+GOAL_ID = slice(4, 20)
+"""The place of a goal's id in a serialized request: right behind the header of CDR."""
 MOST_TOLD = 4096
 """How many different refusals are logged, since a peer could invent names without limit."""
 
@@ -59,6 +62,8 @@ class SessionSecurity:
         self._audit_path = audit.log_path(chosen.folder, chosen.name)
         self._is_audit_lost = False
         self._unwritten: deque[dict[str, str]] = deque()
+        self._streams = Streams(self._unwritten.append)
+        self.refusals = Refusals(chosen.name)
         self._told: set[tuple[str, Act, str]] = set()
         self._lock = Lock()
         self._succession = Succession(chosen)
@@ -77,13 +82,9 @@ class SessionSecurity:
         name = certificate.name
         if not name:
             return 'the certificate of the other side names nobody'
-        if is_revoked(self._revoked, name, datetime.fromtimestamp(certificate.begins, UTC)):
-            return f"the certificate of '{name}' is revoked"
-        if certificate.ends < time():
-            return f"the certificate of '{name}' has expired"
-        if not self._policy.knows(name):
-            return f"'{name}' is not named in {self._policy.title}"
-        return ''
+        return why_refused(
+            'certificate', name, certificate.begins, certificate.ends, self._policy, self._revoked
+        )
 
     # ---- what it may do
 
@@ -107,7 +108,11 @@ class SessionSecurity:
             self._tell(policy, who, act, key, reason)
         if not policy.is_enforced:
             return ''
-        return reasons.denied(reason.replace(policy.title, self._policy_path.name))
+        return reasons.denied(self._in_short(policy, reason))
+
+    def _in_short(self, policy: Policy, reason: str) -> str:
+        """Return a reason without the path of the policy."""
+        return reason.replace(policy.title, self._policy_path.name)
 
     def _tell(self, policy: Policy, who: str, act: Act, key: str, reason: str) -> None:
         """Log the first refusal of each identity, act and key, and queue it for the audit log."""
@@ -119,12 +124,42 @@ class SessionSecurity:
 
         what = 'was refused' if policy.is_enforced else 'would be refused'
         get_logger(LOGGER).warning(f"'{who}': a {act.value} {what}: {reason}")
-        time = datetime.now(UTC).isoformat(timespec='milliseconds')
-        entry = {'time': time, 'outcome': what, 'who': who, 'act': act.value, 'key': key, 'reason': reason}
-        self._unwritten.append(entry)  # written later: the session's section must not wait for a disk
+        # Written later: the session's section must not wait for a disk
+        self._unwritten.append(write_entry(what, who, act.value, key, reason))
+        self.refusals.note(who, questions.describe(act, key), self._in_short(policy, reason))
+
+    def count(self, who: str, act: Act, key: str) -> None:
+        """Count an act that was refused."""
+        self.refused.count(f'refused {act.value}', who)
+        self.refusals.count(who, questions.describe(act, key))
+
+    # ---- what moves
+
+    def witness(self, who: str, act: Act, key: str) -> Witness | None:
+        """Return who writes each act of an identity's into the audit log; None if it moves nothing."""
+        policy = self._policy
+        for question in questions.all_of(act, key, '') or ():
+            verb = question.verbs[0]
+            if len(question.verbs) == 1 and policy.moves(verb, question.name, question.domain):
+                reason = policy.decide(who, verb, question.name, question.domain).reason
+                return partial(self._tell_of_move, who, verb, question.name, reason)
+        return None
+
+    def _tell_of_move(
+        self, who: str, verb: Verb, name: str, reason: str, payload: bytes | memoryview | None
+    ) -> None:
+        """Queue an entry about an act that moves the robot, with the id of the goal if it is one."""
+        if verb is Verb.PUBLISH:
+            self._streams.note(MOVES, who, verb.value, name, reason)
+            return
+        more = {}
+        if verb is Verb.SEND and payload is not None:
+            more['goal'] = bytes(payload[GOAL_ID]).hex()
+        self._unwritten.append(write_entry(MOVES, who, verb.value, name, reason, **more))
 
     def write_audit(self) -> None:
-        """Write the queued refusals into the audit log. A failure is logged once."""
+        """Write the queued entries into the audit log. A failure is logged once."""
+        self._streams.look()
         entries = [self._unwritten.popleft() for _ in range(len(self._unwritten))]
         if not entries:
             return
@@ -138,9 +173,11 @@ class SessionSecurity:
                 get_logger(LOGGER).error(f"the audit log '{self._audit_path}' cannot be written: {error}")
 
     def close(self) -> None:
-        """Write the queued refusals, and stop the renewal of the certificate."""
+        """Write the queued entries, and stop the renewal of the certificate."""
         if self._renewal is not None:
             self._renewal.close()
+        self._streams.close()
+        self.refusals.close()
         self.write_audit()
 
     # ---- what changes
@@ -153,6 +190,7 @@ class SessionSecurity:
         def look() -> None:
             session.call_later(LOOK_S, look)
             self.write_audit()
+            self.refusals.tell()
             if self._renewal is not None:
                 self._renewal.begin_if_due()
             before = self._policy
@@ -163,6 +201,8 @@ class SessionSecurity:
                     self._reload()
                 self._seen = seen
             self._succession.show_to_all(session)
+            if self._policy.moving != before.moving:
+                session.protocol.section.run(session.protocol.routes.forget)  # the witnesses are found anew
             self._close_links(session, before)
 
         session.call_later(LOOK_S, look)
@@ -189,7 +229,7 @@ class SessionSecurity:
             if not isinstance(guard, LinkGuard):
                 continue
             why = self._why_refused(guard.certificate)
-            if not why and after is not before and _rights(after, guard.who) != _rights(before, guard.who):
+            if not why and after is not before and after.rights_of(guard.who) != before.rights_of(guard.who):
                 why = f"what '{guard.who}' may do has changed"
             if why:
                 session.close_link(link, why, GENERIC)
@@ -199,12 +239,6 @@ def _log_error(text: str) -> None:
     from goalwire.logging import get_logger
 
     get_logger(LOGGER).error(text)
-
-
-def _rights(policy: Policy, who: str) -> object:
-    """Return the rights of an identity, without the lines of the policy in which they stand."""
-    grants = {(each.verb, each.pattern, each.domains) for each in policy.grants.get(who, ())}
-    return policy.mode, grants
 
 
 def _why_not(policy: Policy, who: str, question: Question) -> str:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from goalwire.reports import RejectCounters
 from goalwire.zenoh.io.identities import PeerCertificate
-from goalwire.zenoh.protocol.guard import Act
+from goalwire.zenoh.protocol.guard import Act, Witness
 
 ROUTER = 'router'
 """The kind of a router's certificate. Links to routers are not checked here: a router has its own rules."""
@@ -15,12 +14,14 @@ ROUTER = 'router'
 class Judge(Protocol):
     """Decides by the policy."""
 
-    @property
-    def refused(self) -> RejectCounters:
-        """The counters of refused acts."""
-
     def refusal(self, who: str, act: Act, key: str, session: str) -> str:
         """Return why an identity may not do something; '' if it may."""
+
+    def count(self, who: str, act: Act, key: str) -> None:
+        """Count an act that was refused."""
+
+    def witness(self, who: str, act: Act, key: str) -> Witness | None:
+        """Return who is told of each allowed act of an identity's; None if nobody is."""
 
 
 class LinkGuard:
@@ -41,6 +42,10 @@ class LinkGuard:
             return ''
         return self._judge.refusal(self.who, act, key, session)
 
-    def count(self, act: Act) -> None:
+    def count(self, act: Act, key: str) -> None:
         """Count an act that was refused."""
-        self._judge.refused.count(f'refused {act.value}', self.who)
+        self._judge.count(self.who, act, key)
+
+    def witness(self, act: Act, key: str) -> Witness | None:
+        """Return who is told of each allowed act of the peer's, of a router's too; None if nobody is."""
+        return self._judge.witness(self.who, act, key)

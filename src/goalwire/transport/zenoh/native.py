@@ -212,6 +212,7 @@ class NativeWire(wire.Wire):
         self.session = NativeSession(settings)
         if security is not None:
             security.watch(self.session)
+            self.refusals = security.refusals
         self.id = self.session.id
         self.wire_poller = self.session.wire_poller
         self._protocol = self.session.protocol

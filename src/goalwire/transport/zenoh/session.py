@@ -345,6 +345,7 @@ class ZenohSession(OpenSession):
         super().__init__(context.domain_id, context.guard)
         self.id = context.id
         self.wire_poller = context.wire.wire_poller
+        self.refusals = context.wire.refusals
         self.discovers_at_once = context.wire.discovers_at_once
         self._context = context
         self._scope = scope

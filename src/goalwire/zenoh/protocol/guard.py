@@ -6,8 +6,9 @@ no more with a guard than without one.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 
 class Act(Enum):
@@ -26,6 +27,10 @@ class Act(Enum):
     LEARN_TOKEN = 'learn of a token'  # noqa: S105 - as above
 
 
+Witness: TypeAlias = Callable[[bytes | memoryview | None], object]
+"""Is told of each message or query on a key: it gets the payload, None for a deletion. It must not wait."""
+
+
 class Guard(Protocol):
     """The permissions of a link's other side. Any thread that holds the session's section may ask it."""
 
@@ -40,5 +45,8 @@ class Guard(Protocol):
     def refusal(self, act: Act, key: str, session: str) -> str:
         """Return why the other side, with the id `session`, may not do `act` on `key`; '' if it may."""
 
-    def count(self, act: Act) -> None:
+    def count(self, act: Act, key: str) -> None:
         """Count an act that was refused."""
+
+    def witness(self, act: Act, key: str) -> Witness | None:
+        """Return who is told of each allowed `act` on `key`; None if nobody is. Asked once for each key."""

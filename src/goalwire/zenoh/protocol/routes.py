@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.zenoh.protocol import bounds
-from goalwire.zenoh.protocol.guard import Act
+from goalwire.zenoh.protocol.guard import Act, Witness
 from goalwire.zenoh.protocol.incoming_queries import Query, RemoteQuery
 from goalwire.zenoh.protocol.key_index import KeyIndex
 from goalwire.zenoh.protocol.link import Link, Receivers
@@ -48,10 +48,31 @@ class Answerers(NamedTuple):
 _NOBODY = Receivers('', ())
 
 
-def _count_refused(link: Link, _sample: Sample) -> None:
+def _count_refused(link: Link, sample: Sample) -> None:
     """Count a refused message. Replaces the subscribers if the other side may not publish on the key."""
     if link.guard is not None:
-        link.guard.count(Act.PUT)
+        link.guard.count(Act.PUT, sample.key)
+
+
+def _witness_of(link: Link, act: Act, key: str) -> Witness | None:
+    """Return who is told of each `act` of the other side on `key`; None if nobody is."""
+    return None if link.guard is None else link.guard.witness(act, key)
+
+
+def _tell_of_message(witness: Witness, sample: Sample) -> None:
+    """Stands before the subscribers of a key whose messages a witness is told of."""
+    witness(sample.payload)
+
+
+def _told_of(queryable: Queryable, witness: Witness) -> Queryable:
+    """Return a stand-in for a queryable, which tells a witness of each query first."""
+    answer = queryable.callback
+
+    def tell(query: Query) -> None:
+        witness(query.payload)
+        answer(query)
+
+    return queryable._replace(callback=tell)
 
 
 def _refuser(link: Link, refusal: str, queryable: Queryable) -> Queryable:
@@ -59,7 +80,7 @@ def _refuser(link: Link, refusal: str, queryable: Queryable) -> Queryable:
 
     def refuse(query: Query) -> None:
         if link.guard is not None:
-            link.guard.count(Act.QUERY)
+            link.guard.count(Act.QUERY, query.key)
         query.reply_error(refusal.encode())
         query.end()
 
@@ -114,6 +135,8 @@ class Routes:
             # The permission is looked up once for each key, not for each message.
             if found and link.refusal(Act.PUT, key):
                 found = (partial(_count_refused, link),)
+            elif found and (witness := _witness_of(link, Act.PUT, key)):
+                found = (partial(_tell_of_message, witness), *found)
             receivers = Receivers(key, found, any(each.takes_views for each in subscribers))
             # Remembered within the section, so that no change of the subscribers can come between.
             link.remember_receivers(scope, suffix, is_senders, receivers)
@@ -174,7 +197,11 @@ class Routes:
             found = tuple(each for _, each in self.queryables.meeting(key))
             # Without a queryable the answer is not a refusal, so the asking side can look for another server.
             refusal = found and link.refusal(Act.QUERY, key)
-            answerers = Answerers(key, (_refuser(link, refusal, found[0]),) if refusal else found)
+            if refusal:
+                found = (_refuser(link, refusal, found[0]),)
+            elif found and (witness := _witness_of(link, Act.QUERY, key)):
+                found = (_told_of(found[0], witness), *found[1:])
+            answerers = Answerers(key, found)
             if len(suffix) > bounds.KEPT_KEY:
                 return
             if len(self._answerers) >= bounds.ROUTES_LIMIT:
