@@ -14,14 +14,15 @@ from typing import Any
 
 import pytest
 import zenoh
-from helpers.isolation import free_port
+from helpers.command_line import CommandLine
+from helpers.isolation import free_port, isolated_env
 from helpers.patience import wait_for
 from helpers.secured_site import SERVICES, TOPIC, key_of
 
 from goalwire.security.environment import Chosen
 from goalwire.security.keystore import Keystore
 from goalwire.security.policy import Verb
-from goalwire.security.policy_file import read_policy
+from goalwire.security.policy_file import load_policy, read_policy
 from goalwire.transport.zenoh.router import router
 from goalwire.transport.zenoh.router_rules import inexpressible
 
@@ -52,6 +53,16 @@ class Site:
         """Start the router."""
         self.keystore.policy_path.write_text(policy)
         self._stack.enter_context(router(self._port, [], [], Chosen(self.keystore.path, 'site')))
+
+    def start_printed(self, policy: str, folder: Path) -> None:
+        """Start a stock router of eclipse-zenoh with the file that `goalwire secure config` prints."""
+        self.keystore.policy_path.write_text(policy)
+        line = CommandLine(isolated_env('rmw_zenoh_cpp'), folder)
+        keys = str(self.keystore.path)
+        printed = line.ok('secure', 'config', 'router', 'site', '-k', keys, '--port', str(self._port))
+        (folder / 'router.json5').write_text(printed)
+        config = zenoh.Config.from_file(str(folder / 'router.json5'))
+        self._stack.enter_context(zenoh.open(config))
 
     def client(self, name: str, **tls: Any) -> zenoh.Session:
         """Connect with an identity's certificate. Raises zenoh.ZError."""
@@ -104,6 +115,23 @@ def _answered(asker: zenoh.Session, answerer: zenoh.Session, key: str) -> bool:
     with answerer.declare_queryable(key, lambda query: query.reply(query.key_expr, b'done'), complete=True):
         assert _heard(answerer, asker, OPEN)  # what was declared before has come to the router
         return any(reply.ok is not None for reply in asker.get(key, timeout=2.0))
+
+
+@pytest.mark.parametrize(
+    'granted', [(), (Verb.PUBLISH, Verb.CALL, Verb.SET), (Verb.SUBSCRIBE, Verb.SEND, Verb.CANCEL)], ids=str
+)
+def test_a_stock_router_with_the_printed_file_keeps_the_policy(
+    site: Site, tmp_path: Path, granted: tuple[Verb, ...]
+) -> None:
+    site.start_printed(_policy(*granted), tmp_path)
+    mallory, robot = site.client('mallory'), site.client('robby')
+    policy = load_policy(site.keystore.policy_path)
+    found = {
+        Verb.PUBLISH: _heard(mallory, robot, TOPIC),
+        Verb.SUBSCRIBE: _heard(robot, mallory, TOPIC),
+        **{verb: _answered(mallory, robot, key) for verb, key in SERVICES.items()},
+    }
+    assert found == {verb: policy.decide('mallory', verb, '/secret').is_allowed for verb in found}
 
 
 @pytest.mark.parametrize('verb', [Verb.CANCEL, Verb.READ, Verb.SET], ids=lambda verb: verb.value)
