@@ -62,7 +62,8 @@ def take(browser: Browser, url: str, file: Path) -> Page:
     page.wait_for_selector('[data-way]:visible')
     # The camera follows the robot up when its pose comes: before that, a point of the floor is elsewhere.
     page.wait_for_function(
-        '() => window.goalwireScene?.poses?.().base_link?.[2] > 0.5 && !goalwireScene.moving'
+        '() => window.goalwireScene?.poses?.().base_link?.[2] > 0.5'
+        ' && Math.abs(goalwireScene.controls.target.z - 0.6) < 0.001'
     )
     x, y = page.evaluate('([x, y]) => goalwireScene.screen_of(x, y, 0)', list(GOAL))
     page.mouse.click(x, y)

@@ -272,7 +272,7 @@ export default {
       for (const [name, pose] of update.links || []) {
         const link = this.link(name);
         link.position.set(pose[0], pose[1], pose[2]);
-        link.turn.set(pose[3], pose[4], pose[5], pose[6]);
+        link.turn.set(pose[3], pose[4], pose[5], pose[6]).normalize(); // rounded numbers: an angle would stay, and the scene never rest
         if (link.fresh) {
           link.group.position.copy(link.position);
           link.group.quaternion.copy(link.turn);
