@@ -36,7 +36,7 @@ class Script:
             self._unused[each] = None
 
     def take(self, request: Any) -> Any:
-        """Return the next recorded call of a request, each one once; raises BagError if none is left."""
+        """Return the recording that answers a request. Raises BagError if no recording is left."""
         equal = self._by_content.get(content_of(request))
         if equal:
             found = equal.popleft() if len(equal) > 1 else equal[0]
@@ -53,7 +53,7 @@ def _asked(each: Recorded) -> Any:
 
 
 class Answers:
-    """Serves the services and actions of a bag by a node, for the life of the node."""
+    """Serves the services and actions of a bag with a node's servers, which end with the node."""
 
     def __init__(
         self, node: Node, bag: Reader, selection: Selection | None = None, *, rate: float = 1.0
@@ -107,7 +107,7 @@ class Answers:
                 goal.feedback(feedback)
                 now = max(now, time)
             if not recorded.ended or recorded.status == GoalStatus.CANCELED:
-                await asyncio.Event().wait()  # runs until its client cancels it
+                await asyncio.Event().wait()  # the goal runs until its client cancels it
             await self._pass(now, recorded.ended)
         except asyncio.CancelledError:
             if recorded.status != GoalStatus.CANCELED:
@@ -118,5 +118,5 @@ class Answers:
         return recorded.result
 
     async def _pass(self, start: int, end: int) -> None:
-        """Wait for as long as in the recording, divided by the rate."""
+        """Wait for the time between two recorded times in ns, divided by the rate."""
         await asyncio.sleep(max(end - start, 0) / _S / self._rate)

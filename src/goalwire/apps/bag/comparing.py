@@ -14,24 +14,24 @@ from goalwire.records import record
 _INDEX = re.compile(r'\[\d+\]')
 _STAMP = 'builtin_interfaces/msg/Time'
 SHOWN = 20
-"""The most differences of one message that are shown."""
+"""The largest number of differences that are shown for one message."""
 
 
 @record
 class Tolerance:
-    """The differences that are allowed."""
+    """The differences that are allowed between live messages and recorded ones."""
 
     number: float = 0.0
     """The greatest allowed difference between floating-point fields."""
     feedback: int = 0
-    """The greatest allowed difference between the numbers of a goal's feedback messages."""
+    """How many feedback messages a live goal may have more or fewer than the recorded goal."""
     stamps: bool = False
     """Whether fields of the type builtin_interfaces/msg/Time may differ."""
     fields: tuple[str, ...] = ()
     """Patterns of fields that may differ: 'pose.position.*', or just a field's name for all such fields."""
 
     def ignores(self, path: str) -> bool:
-        """Return whether a field, as 'poses[3].position.x', may differ."""
+        """Return whether a field, such as 'poses[3].position.x', may differ."""
         plain = _INDEX.sub('', path)
         last = plain.rpartition('.')[2]
         return any(fnmatchcase(plain, pattern) or pattern == last for pattern in self.fields)
@@ -42,7 +42,7 @@ class Difference:
     """One field that differs from the recording."""
 
     where: str
-    """The call or goal, in words."""
+    """The call or goal whose message has the field, in words."""
     field: str
     now: str
     was: str

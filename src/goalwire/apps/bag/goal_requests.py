@@ -26,7 +26,7 @@ class GoalRequests:
     """
 
     def __init__(self, node: Node, topics: Collection[Topic], source: str) -> None:
-        """Make the clients; raises InterfaceError for an action that is unknown here."""
+        """Make the clients; raises InterfaceError for an action whose type is unknown here."""
         self._node = node
         self._step = STEPS[source]
         self._decoders: dict[str, Any] = {}
@@ -47,10 +47,13 @@ class GoalRequests:
                 self._clients[action] = node.action(kind, action)
 
     def send(self, message: Message) -> None:
-        """Send the goal or cancel request of an event that is from the chosen side and has contents."""
+        """Send the goal or cancel request in an event.
+
+        Events of the side (server or client) that was not chosen, and events without contents, are ignored.
+        """
         decode = self._decoders.get(message.topic)
         if decode is None:
-            return  # The client requests each result itself; feedback and status come from the server.
+            return  # Of an action's events only goals and cancel requests are sent again.
         try:
             event = decode(message.data)
         except DecodeError as error:
@@ -75,7 +78,7 @@ class GoalRequests:
             self._node.logger.warning(str(error))
 
     def _cancel(self, action: str, goal_id: bytes) -> None:
-        """Cancel one goal, or all of the action, as it was recorded."""
+        """Repeat a recorded cancel request: cancel one goal, or all goals of the action."""
         for recorded, (name, task, run) in self._runs.items():
             if name == action and goal_id in {recorded, _ALL_GOALS} and not task.done():
                 cancel = asyncio.create_task(self._cancel_run(run))
@@ -83,7 +86,7 @@ class GoalRequests:
                 cancel.add_done_callback(self._cancels.discard)
 
     async def _cancel_run(self, run: Run[Any, Any]) -> None:
-        with suppress(CallError):  # the goal's result tells how it ended
+        with suppress(CallError):  # `_follow` reports how the goal ended
             await run.cancel()
 
     async def finish(self) -> None:
@@ -96,6 +99,6 @@ class GoalRequests:
                 task.cancel()
 
     async def wait_for_servers(self, limit: float) -> None:
-        """Wait until the servers are there, or some time has passed."""
+        """Wait until all action servers have appeared, or `limit` s have passed."""
         waits = [client.wait_for_server(timeout=limit) for client in self._clients.values()]
         await asyncio.gather(*waits, return_exceptions=True)

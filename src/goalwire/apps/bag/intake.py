@@ -24,7 +24,7 @@ _BATCH_BYTES = 2**20
 
 
 class Sink(Protocol):
-    """Where messages go: a bag, or a snapshot that becomes one."""
+    """The destination of messages: a bag, or a snapshot that is written to a bag on request."""
 
     def put(self, message: Message) -> None:
         """Take one message; raises BagError."""
@@ -37,16 +37,16 @@ class Sink(Protocol):
 
 
 _Work: TypeAlias = 'tuple[Message, bytes] | Callable[[], None]'
-"""A message with its publisher's gid, or a job: both are done in the order in which they came."""
+"""A message with its publisher's gid, or a job: both are handled in the order in which they came."""
 
 
 class Losses(NamedTuple):
     """Messages that are missing in the file, by topic."""
 
     dropped: Counter[str]
-    """They arrived, but the queue was full."""
+    """Messages that arrived while the queue was full."""
     missed: Counter[str]
-    """They never arrived: the sequence numbers have gaps. Only Zenoh numbers messages."""
+    """Messages that never arrived: the sequence numbers have gaps. Only Zenoh numbers messages."""
 
 
 class Intake:
@@ -55,7 +55,7 @@ class Intake:
     def __init__(
         self, sink: Sink, limit: int, repeats: Repeats, *, failed: Callable[[BagError], object]
     ) -> None:
-        """Up to `limit` bytes may wait. The writing thread calls `failed` once if the sink raises."""
+        """The queue holds up to `limit` bytes. The writing thread calls `failed` once if the sink raises."""
         self._sink = sink
         self._repeats = repeats
         self._limit = limit
@@ -65,7 +65,7 @@ class Intake:
         self._held = 0
         self._is_closing = self._has_failed = False
         self._numbers: dict[bytes, tuple[int, int]] = {}
-        """The first and the latest number of each publisher."""
+        """The first and the latest sequence number from each publisher, by its gid."""
         self.is_paused = False
         """While True, arriving messages are left out, and do not count as lost."""
         self.losses = Losses(Counter(), Counter())
@@ -80,10 +80,10 @@ class Intake:
         self._writer.start()
         self._syncer.start()
 
-    # -- any thread ------------------------------------------------------------------------------------------
+    # -- called on any thread --------------------------------------------------------------------------------
 
     def put(self, topic: str, sample: Sample, time: int) -> None:
-        """Take one message that was received at `time`, in ns; it is dropped if too many wait."""
+        """Take one message that was received at `time`, in ns; drop it if the queue is full."""
         if self.is_paused:
             return
         payload, sequence, sent, _, gid = sample
@@ -108,13 +108,14 @@ class Intake:
             return self._counts.copy()
 
     def drop(self, topic: str) -> None:
-        """Count a message as dropped that had no room in an earlier queue."""
+        """Count a message that was dropped before it reached this queue, because another queue was full."""
         with self._condition:
             self.losses.dropped[topic] += not self._is_closing
 
     def _note_gap(self, topic: str, sequence: int, gid: bytes) -> None:
-        """Count the missing numbers between a publisher's latest message and this one; a late message is
-        not missing.
+        """Count as missed the numbers between a publisher's latest message and this one.
+
+        A message that arrives late is no longer counted as missed.
         """
         first, last = self._numbers.get(gid, (sequence, sequence - 1))
         if sequence > last:
@@ -140,7 +141,7 @@ class Intake:
             self._unsynced.notify()
         self._syncer.join()
 
-    # -- the writing thread ----------------------------------------------------------------------------------
+    # -- run by the writing thread ---------------------------------------------------------------------------
 
     def _write(self) -> None:
         try:
@@ -156,7 +157,7 @@ class Intake:
 
     def _write_until_closed(self) -> None:
         due: float | None = None
-        """When the next flush is due; None if everything is flushed."""
+        """The time of the next flush, by the monotonic clock; None if everything is flushed."""
         while True:
             with self._condition:
                 while not (self._waiting or self._is_closing):
@@ -182,7 +183,7 @@ class Intake:
                 return
 
     def _put_all(self, batch: deque[_Work]) -> None:
-        """Write messages and run jobs, which frees room for waiting threads."""
+        """Write messages and run jobs; room in the queue is freed after each _BATCH_BYTES."""
         written = 0
         while batch:
             work = batch[0]
@@ -199,7 +200,7 @@ class Intake:
                     self._held -= written
                 written = 0
 
-    # -- the thread that waits for the disk ------------------------------------------------------------------
+    # -- run by the thread that syncs the disk ---------------------------------------------------------------
 
     def _ask_for_sync(self) -> None:
         with self._unsynced:

@@ -16,9 +16,9 @@ class RecordOptions:
 
     cache_bytes: int = CACHE_BYTES
     snapshot: bool = False
-    """Whether messages stay in memory until `Recorder.snapshot`."""
+    """True to keep messages in memory until `Recorder.snapshot` is called."""
     snapshot_s: float = 0.0
-    """The seconds of messages that a snapshot keeps; 0: as many as the cache holds."""
+    """How many seconds of messages a snapshot keeps; 0: as many messages as the cache holds."""
     repeat: tuple[tuple[str, int], ...] = ()
     """Topics besides /tf_static whose latest messages begin each file, and the number for each publisher."""
     discovery: bool = True
@@ -46,15 +46,15 @@ class PlayOptions:
     until: int | None = None
     loop: bool = False
     delay: float = 0.0
-    """How long each round waits before it begins."""
+    """Seconds to wait before each pass through the bag."""
     remaps: tuple[tuple[str, str], ...] = ()
-    """Other names for topics."""
+    """The recorded names of topics, each with the name under which its messages are published."""
     qos: tuple[tuple[str, QoS], ...] = ()
     """The QoS to publish with, by topic; other topics use the recorded QoS."""
     clock_hz: float = 0.0
     """How many times a second the bag's time is published on /clock; 0: never."""
     clock_topics: frozenset[str] = frozenset()
-    """Topics; the bag's time is published before each of their messages."""
+    """The bag's time is published before each message of these topics."""
     clock_always: bool = False
     """True to publish the bag's time before every message."""
     paused: bool = False

@@ -23,9 +23,9 @@ from goalwire.rules.time import Time
 
 _S = 1_000_000_000
 _PUBLISHED_AT_A_TIME = 100
-"""The most due messages that are published before the event loop runs other tasks."""
+"""At most this many messages are published before the event loop runs other tasks."""
 DISCOVERY_S = 1.0
-"""Seconds that playing waits at most for the subscriptions in the graph to match."""
+"""Seconds that a player waits at most until the subscriptions in the graph match its publishers."""
 
 
 class Player:
@@ -56,7 +56,7 @@ class Player:
         """The time on the loop's clock at which the bag's time was `_position`."""
         self._messages: Iterator[Message] = iter(())
         self._senders: dict[str, ServiceRequests | GoalRequests] = {}
-        """The senders of recorded requests, by the topics of the events, which are not published."""
+        """By event topic: the sender of its recorded requests. The events themselves are not published."""
         self._requests: ServiceRequests | None = None
         self._goals: GoalRequests | None = None
         called = [t for t in self.topics if options.requests_from and service_of(t.name)]
@@ -270,7 +270,7 @@ class Player:
                     while not self._are_matched():
                         await anext(changes)
         except TimeoutError:
-            return  # They never match if type or QoS differ.
+            return  # Endpoints with another type or QoS never match.
 
     def _are_matched(self) -> bool:
         waiting = {each.name for each in self.node.graph.endpoints() if each.kind.value == 'subscription'}

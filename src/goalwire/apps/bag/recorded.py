@@ -17,7 +17,7 @@ from goalwire.rosbag2.reader import Reader
 
 _REQUESTS = (0, 1)
 _SERVER = (1, 2)
-"""Steps of a call (service_msgs/msg/ServiceEventInfo)."""
+"""Event types in service_msgs/msg/ServiceEventInfo: those of requests, and those that servers publish."""
 _ALL_GOALS = bytes(16)
 
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 SETTLE_S = 1.0
 """Seconds to look for publishers if topics that appear later are not recorded."""
 DROPPED_KEY, MISSED_KEY = 'goalwire.dropped', 'goalwire.missed'
-"""Key in the bag's custom data: the numbers of missing messages by topic, as JSON."""
+"""Keys in the bag's custom data of the numbers of missing messages by topic, as JSON."""
 
 
 class Recorder:
@@ -58,9 +58,9 @@ class Recorder:
         duration = int(self.options.snapshot_s * 1e9)
         self._snapshot = Snapshot(bag, self.options.cache_bytes, duration) if self.options.snapshot else None
         self._topics: dict[str, TopicRecording] = {}
-        """The recordings of topics, by the names on the wire."""
+        """The recording of each topic, by the topic's name on the wire."""
         self._searches: dict[asyncio.Task[None], Callable[[], None]] = {}
-        """The searches for types, each with the function to call if nothing is found."""
+        """The searches for definitions of types, each with the function to call if nothing is found."""
         self._told: set[str] = set()
         self._failure: asyncio.Future[None]
         self._following: asyncio.Task[None]
@@ -114,7 +114,7 @@ class Recorder:
         """Wait until recording fails, for example on a full disk, and raise its BagError."""
         await asyncio.shield(self._failure)
 
-    # -- what is asked of it --------------------------------------------------------------------------------
+    # -- counts and control ---------------------------------------------------------------------------------
 
     @property
     def topics(self) -> list[str]:
@@ -154,7 +154,10 @@ class Recorder:
         self._intake.is_paused = paused
 
     async def snapshot(self) -> int:
-        """Write the messages in memory, and return their number; raises BagError without `snapshot`."""
+        """Write the messages in memory, and return their number.
+
+        Raises BagError if the recorder was started without the option `snapshot`.
+        """
         snapshot = self._snapshot
         if snapshot is None:
             raise BagError('the recorder was started without snapshots: use --snapshot-mode')
@@ -195,7 +198,7 @@ class Recorder:
             if counts:
                 self.bag.custom_data[key] = json.dumps(counts)
 
-    # -- who is there -------------------------------------------------------------------------------------
+    # -- topics in the graph ------------------------------------------------------------------------------
 
     async def _follow(self) -> None:
         with self.node.graph.changes() as changes:
@@ -208,7 +211,7 @@ class Recorder:
                 self._look()
 
     def _look(self) -> None:
-        """Subscribe to the chosen topics that are new in the graph; one look handles all its changes."""
+        """Subscribe to the chosen topics that are new in the graph, and adapt to changed publishers."""
         there: dict[str, dict[EndpointKind, list[GraphEntity]]] = defaultdict(lambda: defaultdict(list))
         own, session = self.node.name, self.node.context.session.id
         for endpoint in self.node.graph.endpoints():
@@ -238,7 +241,7 @@ class Recorder:
             self._define_soon(topic, found[0].type_name, [each.qos.stated() for each in publishers])
 
     def _ask_for_calls(self, endpoint: GraphEntity) -> None:
-        """If the calls of a server or client are chosen, ask it to publish them for this recorder."""
+        """If the calls of a server or client are chosen, ask the endpoint to publish its service events."""
         name, type_name = endpoint.name + SERVICE_EVENT, f'{endpoint.type_name}_Event'
         asked = endpoint.name + POSTFIX_FOR_RECORDERS
         if asked not in self._topics and wants_calls(self.selection, endpoint):
@@ -252,7 +255,7 @@ class Recorder:
         return TopicRecording(self.node, wire_name, type_name, type_hash, delivery, qos)
 
     def _define_soon(self, topic: TopicRecording, asked: str, qos: Iterable[QoS]) -> None:
-        """Write the definition of a topic's type; if it is unknown here, ask the nodes that use `asked`."""
+        """Write the definition of a topic's type; if it is unknown, request the type `asked` from nodes."""
         if schema_of(topic.type_name)[1]:
             self._define(topic, qos)
             return

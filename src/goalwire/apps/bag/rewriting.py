@@ -23,9 +23,9 @@ class Cut:
 
     selection: Selection | None = None
     start: int | None = None
-    """From this time on, in ns."""
+    """Only messages from this time on are written, in ns."""
     stop: int | None = None
-    """Only messages before this time are written."""
+    """Only messages before this time are written, in ns."""
     renames: tuple[tuple[str, str], ...] = ()
 
 

@@ -16,14 +16,15 @@ from goalwire.rosbag2.types import decoder_of
 ANSWER_S = 10.0
 """Seconds that an answer may take; playing does not wait for it."""
 STEPS = {'service_introspection': 1, 'client_introspection': 0}
-"""The event type with which each source reports a request (service_msgs/msg/ServiceEventInfo)."""
+"""The event type of a request as its server, or its client, publishes it (service_msgs/msg/ServiceEventInfo).
+"""
 
 
 class ServiceRequests:
-    """Calls the services whose events some topics carry. Only for the loop's thread."""
+    """Calls services with the requests in recorded service events. Only for the loop's thread."""
 
     def __init__(self, node: Node, topics: Iterable[Topic], source: str) -> None:
-        """Make the clients; raises InterfaceError for a service that is unknown here."""
+        """Make the clients; raises InterfaceError for a service whose type is unknown here."""
         self._node = node
         self._step = STEPS[source]
         self._decoders: dict[str, Any] = {}
@@ -38,7 +39,10 @@ class ServiceRequests:
             self._clients[topic.name] = node.client(kind, service)
 
     def send(self, message: Message) -> None:
-        """Send the request of an event, if the event is from the chosen side and has contents."""
+        """Send the request in an event.
+
+        Events of the side (server or client) that was not chosen, and events without contents, are ignored.
+        """
         try:
             event = self._decoders[message.topic](message.data)
         except DecodeError as error:
@@ -62,6 +66,6 @@ class ServiceRequests:
             await asyncio.wait(self._calls)
 
     async def wait_for_servers(self, limit: float) -> None:
-        """Wait until the servers are there, or some time has passed."""
+        """Wait until all servers have appeared, or `limit` s have passed."""
         waits = [client.wait_for_server(timeout=limit) for client in self._clients.values()]
         await asyncio.gather(*waits, return_exceptions=True)

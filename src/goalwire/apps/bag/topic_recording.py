@@ -51,7 +51,7 @@ class Delivery:
             self._intake.put(self.topic, sample, time)
 
     def _has_held(self, sample: Sample, time: int) -> bool:
-        """Keep a message until `open`; return False if that was called meanwhile."""
+        """Keep a message until `open` is called; return False if `open` was called meanwhile."""
         with self._lock:
             if self._is_open:
                 return False
@@ -63,7 +63,7 @@ class Delivery:
 
 
 _Class = tuple[bool, bool]
-"""A class of publishers: True if they are reliable, and True if they keep history."""
+"""A class of publishers by QoS: whether they are reliable, and whether they are transient local."""
 
 
 class TopicRecording:

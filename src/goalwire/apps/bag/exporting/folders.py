@@ -30,13 +30,13 @@ def new_folder(path: Path) -> Path:
 
 
 def file_stems(topics: Iterable[str]) -> Mapping[str, str]:
-    """Return a file name of its own for each topic, without the suffix: /arm/joints is arm__joints."""
+    """Return a unique file name for each topic, without the suffix: /arm/joints becomes arm__joints."""
     stems: dict[str, str] = {}
     taken: set[str] = set()
     for topic in topics:
         plain = topic.strip('/').replace('/', '__')
         stem, number = plain, 2
-        while stem.lower() in taken:  # Some file systems ignore the case of names.
+        while stem.lower() in taken:  # Some file systems ignore case.
             stem, number = f'{plain}_{number}', number + 1
         taken.add(stem.lower())
         stems[topic] = stem

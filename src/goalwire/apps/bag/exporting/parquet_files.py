@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 _GROUP_ROWS = 10_000
 _GROUP_BYTES = 32 << 20
-"""A row group is written when it has this many rows, or its messages this many bytes."""
+"""A row group is written when it has _GROUP_ROWS rows, or its messages have _GROUP_BYTES bytes."""
 _BYTES = {'uint8', 'char', 'byte'}
 _ARROW = {'bool': 'bool_', 'byte': 'uint8', 'char': 'uint8', 'wstring': 'string'}
-"""Arrow's names of types, if they differ from ROS 2's."""
+"""Arrow's names of types by ROS 2's names, if the two names differ."""
 
 
 class Column(NamedTuple):
@@ -91,7 +91,7 @@ class _File:
 
 
 def write_parquet(bag: Reader, topics: Collection[str], start: int, folder: Path) -> list[Written]:
-    """Write the messages of topics from a time on, in ns.
+    """Write the messages of topics that were recorded at `start` (in ns) or later.
 
     Raises BagError (also if pyarrow is missing), InterfaceError, DecodeError and OSError.
     """

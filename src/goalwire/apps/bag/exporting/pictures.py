@@ -28,7 +28,7 @@ _MAGIC = {
     b'II*\0': 'tiff',
     b'MM\0*': 'tiff',
 }
-"""The first bytes of files in these formats."""
+"""The suffixes of picture files by the first bytes of their format."""
 _DEPTH_HEADER = 12
 """Bytes before the PNG in a picture that image_transport's compressedDepth made."""
 _BY_OPENCV = {1: 'gray', 3: 'bgr', 4: 'bgra'}
@@ -36,10 +36,10 @@ _BY_OPENCV = {1: 'gray', 3: 'bgr', 4: 'bgra'}
 
 
 def write_pictures(bag: Reader, topics: Collection[str], start: int, folder: Path) -> list[Written]:
-    """Write the pictures of `topics`, all of which have pictures, from a time on, in ns.
+    """Write the pictures of `topics` that were recorded at `start` (in ns) or later.
 
-    Each file is `time.png`, or `.jpg`, with the time at which it was recorded in ns. Raises BagError,
-    DecodeError, OSError.
+    All messages of `topics` must be pictures. A file's name is the time of recording in ns, with .png or
+    .jpg. Raises BagError, DecodeError, OSError.
     """
     stems = file_stems(topics)
     new_folder(folder)
@@ -75,7 +75,7 @@ def _free_path(folder: Path, time: int, suffix: str) -> Path:
 
 
 def file_of(message: Any) -> tuple[str, bytes]:
-    """Return the suffix and the bytes of a picture's file; raises ValueError if there is none."""
+    """Return the suffix and the bytes of a picture's file; raises ValueError for an unusable picture."""
     if hasattr(message, 'format'):
         return _compressed(bytes(message.data), message.format)
     try:
