@@ -29,7 +29,7 @@ Payload: TypeAlias = bytes | bytearray | memoryview
 class EndpointKind(Enum):
     """The kinds of endpoints, and NODE for a node itself."""
 
-    __hash__ = object.__hash__  # members are unique; Enum's own hash is a Python function
+    __hash__ = object.__hash__  # faster than Enum's own, a Python function; each member exists once
 
     NODE = 'node'
     PUBLISHER = 'publisher'
@@ -99,7 +99,7 @@ class Sample(NamedTuple):
 
 
 new_sample: Callable[[tuple[Payload, int, int, int, bytes]], Sample] = partial(tuple.__new__, Sample)
-"""Makes a Sample without a call of Python code, since every message needs one."""
+"""Makes a Sample by tuple.__new__, without running Python code, since every message needs a Sample."""
 
 
 class Request(ABC):
@@ -149,11 +149,11 @@ class GraphListener(ABC):
 
     @abstractmethod
     def appeared(self, entity: GraphEntity) -> None:
-        """A node or endpoint was seen (again): adding twice is harmless."""
+        """A node or endpoint is there. It may be reported twice; then the second call changes nothing."""
 
     @abstractmethod
     def vanished(self, entity: GraphEntity) -> None:
-        """A node or endpoint has gone; removing an unknown one is harmless."""
+        """A node or endpoint has gone. If it is unknown, this changes nothing."""
 
     def connected(self) -> None:  # noqa: B027 - most listeners have nothing to do
         """The answers of `ClientPort.reaches_server` or `Port.peer_count` may have changed."""
@@ -167,7 +167,7 @@ class Port(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Undeclare. Idempotent. Nothing is delivered once it has returned, apart from messages under way."""
+        """Undeclare the endpoint. Idempotent. Afterwards only messages already under way are delivered."""
 
     def watch_event(
         self,
@@ -177,7 +177,7 @@ class Port(ABC):
         """Call `changed` with an event's totals each time they change; False if the wire does not report it.
 
         An entity calls this at most once for each event, and the wire may start to count then. `changed` must
-        be as short as a `deliver` function. If this returns False, the caller finds the event in the graph.
+        be as short as a `deliver` function. If this returns False, the caller takes the event from the graph.
         """
         return False
 
@@ -185,14 +185,14 @@ class Port(ABC):
         """Return how many endpoints are matched with this one; None if the wire does not count them.
 
         The count is at least as new as the last event about matches. If it is None, the caller counts in the
-        graph. Otherwise `GraphListener.connected` is called at each change after the first question.
+        graph. Otherwise, after the first call, each change of the count calls `GraphListener.connected`.
         """
         return None
 
     def catch_up(self) -> None:  # noqa: B027 - most wires deliver in the order in which things arrive
         """Deliver everything that has arrived by now.
 
-        Only wires that might deliver a later message to another endpoint first have to do something here.
+        Only wires that do not deliver to all endpoints in the order of arrival have to override this method.
         """
 
 
@@ -226,7 +226,7 @@ class PublisherPort(Port):
         """Hand one message to the wire. Raises ClosedError, ForkedError or TransportError."""
 
     can_lend = False
-    """True if `borrow` may return memory at some time."""
+    """True if `borrow` may ever return memory."""
 
     def borrow(self, size: int) -> Loan | None:  # noqa: ARG002
         """Return memory that subscribers can read in place; None, as here, if the wire has none."""

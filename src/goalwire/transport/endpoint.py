@@ -1,9 +1,9 @@
 """The life of sessions, nodes and endpoints, the same on all wires: open, then closed once.
 
-An `EndpointState` keeps the steps that take it off the wire in `undo`. They run when it is closed, the last
-one first; also if opening fails halfway. `Children` were declared through it and close with it: a
-session's nodes, a node's endpoints. A `ForkGuard` tells if a session may not be used any more, since this
-process is a forked child of the one that opened it, or the context has ended. `Shared` holds what
+An `EndpointState` keeps in `undo` the steps that take a session, node or endpoint off the wire. They run when
+it is closed, the last one first; also if opening fails halfway. A session's nodes and a node's endpoints are
+`Children`, and are closed with their parent. A `ForkGuard` tells if a session may not be used any more, since
+this process is a forked child of the one that opened it, or the context has ended. `Shared` holds things that
 several sessions use, as long as one of them does.
 
 A fork copies a session's memory but not its threads and links. Whatever was opened before the fork raises
@@ -26,9 +26,9 @@ from goalwire.reports import LOGGER
 from goalwire.transport.contract import NodePort, Port, Session
 
 OTHER_CLOSER_S = 15.0
-"""How long to wait for another thread that closes the same; a mute peer can hold it up for 10 s."""
+"""How long a second caller of `close` waits for the first; a silent peer can delay the first by 10 s."""
 
-# -- one thing and its children ------------------------------------------------------------------------------
+# -- one session, node or endpoint ---------------------------------------------------------------------------
 
 
 class EndpointState:
@@ -39,7 +39,7 @@ class EndpointState:
     def __init__(self, title: str, guard: ForkGuard, logger: str = LOGGER) -> None:
         self.title = title
         self.logger = logger
-        """The name of the logger for errors of this thing."""
+        """The name of the logger for errors of this session, node or endpoint."""
         self.closed = False
         self.guard = guard
         """Shared by everything in a session. Each publish reads it directly, which saves the call of
@@ -50,11 +50,11 @@ class EndpointState:
 
     @property
     def is_forked(self) -> bool:
-        """True in a child process that was forked since."""
+        """True in a child process that was forked after the session was opened."""
         return self.guard.is_forked
 
     def check(self) -> None:
-        """Raise ClosedError or ForkedError if the thing is no longer open."""
+        """Raise ClosedError after `close`, and ForkedError in a child that was forked after the opening."""
         if self.guard.is_forked:
             self.guard.check(self.title)
         if self.closed:
@@ -243,12 +243,13 @@ V = TypeVar('V')
 
 
 class Shared(Generic[K, V]):
-    """Things that several users have in common, by key: made for the first of them, ended with the last."""
+    """Things that several users share, by key: each is made for its first user, and ended by its last."""
 
     def __init__(self, end: Callable[[V], object] | None = None) -> None:
         self._end = end
         self._reset()
-        in_child(self._reset)  # the parent's things are dead in a child, and its lock may have been held
+        # A forked child cannot use the parent's things, and another thread may have held the lock.
+        in_child(self._reset)
 
     def _reset(self) -> None:
         self._lock = Lock()
@@ -269,7 +270,7 @@ class Shared(Generic[K, V]):
     def close(self, key: K) -> None:
         """Give the thing back for one user; an unknown key is ignored.
 
-        The last user ends the thing. Another one is made only after that is over.
+        The last user ends the thing. A new thing is made only after the old one has ended.
         """
         with self._lock:
             if key not in self._things:

@@ -9,9 +9,9 @@ from goalwire.reports import report_failure
 from goalwire.transport.contract import GraphEntity, GraphListener
 
 Change: TypeAlias = tuple[bool, GraphEntity]
-"""True and a node or endpoint that has come, or False and one that has gone."""
+"""A node or endpoint, with True if it has come or False if it has gone."""
 GraphDispatcher: TypeAlias = OrderedDispatcher[Change | None]
-"""Reports changes in the graph to a listener; None stands for an endpoint matched or unmatched."""
+"""Reports changes in the graph to a listener; None means that an endpoint was matched or unmatched."""
 
 
 def graph_dispatcher(listener: GraphListener) -> GraphDispatcher:

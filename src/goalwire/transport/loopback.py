@@ -15,7 +15,7 @@ _DISCARD_PORT = 9
 
 def is_loopback_down() -> bool:
     """Return whether 127.0.0.1 has no route. Sends nothing."""
-    import socket  # needed only when something is broken
+    import socket  # imported here: needed only when nothing answers
 
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         return probe.connect_ex(('127.0.0.1', _DISCARD_PORT)) in {errno.ENETUNREACH, errno.EADDRNOTAVAIL}

@@ -15,7 +15,7 @@ from goalwire.transport.dds.environment import CHOICE, CYCLONE, NATIVE, chosen
 
 
 def _refuse_identity(options: SessionOptions) -> None:
-    """Raise TransportError if the program has an identity: it would run unprotected."""
+    """Raise TransportError if the program has a security identity: on DDS it would run unprotected."""
     if not is_asked_for():
         return
     from goalwire.security.environment import choose_identity

@@ -18,7 +18,7 @@ from goalwire.transport.dds.discovery_state import (
 
 WRITTEN = QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 READ = QoS(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""The QoS of the topic's writers and readers."""
+"""The QoS of writers and of readers of ros_discovery_info."""
 _OLD = frozenset({'dashing', 'eloquent', 'foxy', 'galactic', 'humble'})
 
 
@@ -36,7 +36,7 @@ class Announcement:
         self._gid_size = gid_size()
         self._lock = Lock()
         self._nodes: dict[int, tuple[NodeName, dict[bytes, None], dict[bytes, None]]] = {}
-        # A session announces also that it has no nodes yet, so that others do not wait for them.
+        # A session without nodes announces that, too, so that others do not wait for its nodes.
         self._changed = True
 
     def add_node(self, node_id: int, name: NodeName) -> None:

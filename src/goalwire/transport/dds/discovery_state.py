@@ -304,7 +304,7 @@ class DiscoveryState:
 
 
 def _identified(participant: _Participant, told: tuple[NodeInfo, ...]) -> Iterator[_Node]:
-    """Yield the announced nodes; a known one, by its name and then its endpoints, keeps its entity."""
+    """Yield the announced nodes. A known node (by name, of namesakes by endpoints) keeps its entity."""
     earlier: dict[tuple[str, str], list[_Node]] = {}
     for node in participant.nodes:
         earlier.setdefault((node.entity.node.namespace, node.entity.node.name), []).append(node)

@@ -50,7 +50,7 @@ class GraphNotifier:
             watcher.post(change)
 
     def when_shown(self, gid: bytes, tell: Callable[[NodeName], None]) -> None:
-        """Call `tell` with an endpoint's node once that is known, perhaps at once, perhaps never."""
+        """Call `tell` with an endpoint's node once the node is known: perhaps at once, perhaps never."""
         with self._lock:
             self._awaited.append((gid, tell))
             shown = list(self._shown())

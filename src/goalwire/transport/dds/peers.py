@@ -56,7 +56,7 @@ def resolve(entries: Iterable[str], ipv6: bool) -> dict[str, list[str] | Unusabl
 
 
 def _parts(entry: str, ipv6: bool) -> tuple[str, str]:
-    """Split an entry into its host and its port with the colon; raises Unusable."""
+    """Split an entry into its host and ':PORT', which may be empty; raises Unusable."""
     if entry != entry.strip():
         raise Unusable('it begins or ends with a blank')
     if entry.count(':') > 1 and '[' not in entry:
@@ -84,7 +84,7 @@ def _checked(host: str, addresses: list[str], port: str, ipv6: bool) -> list[str
 
 
 def _look_up(host: str, ipv6: bool, *, numeric: bool = False) -> list[str]:
-    """Return the addresses of a host, none if it has none."""
+    """Return the addresses of a host; an empty list if it cannot be resolved."""
     family = socket.AF_INET6 if ipv6 else socket.AF_INET
     flags = socket.AI_NUMERICHOST if numeric else 0
     try:

@@ -62,7 +62,7 @@ _LONGEST = 1000
 
 
 def refusal(header: Header, reason: str) -> bytes:
-    """Return the whole reply that refuses a request: zeros, the reason, and how long that is."""
+    """Return the whole reply that refuses a request: header, zeros, the reason, the reason's length."""
     text = reason.encode()[:_LONGEST]
     padded = text.ljust(-(-len(text) // 4) * 4, b'\0')
     message = b''.join((_ENCAPSULATION, _ZEROS, padded, _REASON_SIZE.pack(len(text))))

@@ -1,7 +1,7 @@
 """Sessions, nodes and endpoints on DDS, as the graph and ros_discovery_info show them.
 
-Both kinds of session use this. Subclasses of `DdsContext` and `EndpointFactory` have what differs between
-libddsc and goalwire's own RTPS.
+Both kinds of DDS session use this module. Subclasses of `DdsContext` and `EndpointFactory` contain the parts
+that differ between libddsc and goalwire's own RTPS.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Made(NamedTuple, Generic[P]):
 
 
 class DdsContext(ABC):
-    """The common part of a session's endpoints, whichever DDS it stands on."""
+    """The common part of a session's endpoints, on libddsc or on goalwire's own RTPS."""
 
     notifier: GraphNotifier
     announcement: Announcement
@@ -193,7 +193,7 @@ def _shown_hash(endpoint: Endpoint) -> str:
 
 
 class DdsSession(OpenSession):
-    """An open session and its nodes, whichever DDS it stands on."""
+    """An open session and its nodes, on libddsc or on goalwire's own RTPS."""
 
     enforces_qos = True
     compares_definitions = False

@@ -67,7 +67,7 @@ class DelayQueue:
         self._thread: Thread | None = None
 
     def carry(self, path: Path, delay_ns: int, deliver: Callable[[], None], *, overtakes: bool) -> None:
-        """Deliver a packet on this thread if nothing delays it; else after `delay_ns` and earlier packets."""
+        """Deliver a packet: at once on this thread, or after `delay_ns` and earlier packets of its path."""
         with self._lock:
             number, last_due = self._under_way.get(path, (0, 0))
             late = delay_ns > 0 or (number > 0 and not overtakes)
@@ -83,7 +83,7 @@ class DelayQueue:
             deliver()
 
     def do_later(self, delay_ns: int, action: Callable[[], None]) -> None:
-        """Do something on the delay queue's thread."""
+        """Call `action` after `delay_ns`, on the delay queue's thread."""
         with self._lock:
             self._push(self._clock.now() + delay_ns, None, action)
 

@@ -39,7 +39,7 @@ class Packet(NamedTuple):
     payload: Payload
     delay_ns: int = 0
     overtakes: bool = False
-    """True if it need not wait for earlier packets of the same path."""
+    """True if the packet need not wait for earlier packets of the same path."""
 
     @property
     def path(self) -> Path:
@@ -57,7 +57,7 @@ class Fault(ABC):
     rate: float = 1.0
     """The probability from 0 to 1 that a packet is struck."""
     times: int | None = None
-    """How many packets it strikes before it ends; None: without end."""
+    """How many packets the fault strikes before it ends; None: no limit."""
     source: str = '*'
     target: str = '*'
     name: str = '*'
@@ -166,7 +166,7 @@ class Reordering(Fault):
 
 @dataclass(eq=False)
 class SlowReader(Fault):
-    """A reader that needs `period` seconds for each packet, and handles `bytes_per_s`.
+    """A reader that needs `period` seconds for each packet, and handles `bytes_per_s` bytes a second.
 
     Each path has a reader of its own. Up to `room` messages of a topic wait; further ones are lost.
     """

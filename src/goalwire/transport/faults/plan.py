@@ -62,7 +62,7 @@ class Plan:
         return self.add(Partition(here, there, one_way=one_way, lease=lease))
 
     def heal(self, *faults: AnyFault) -> None:
-        """End these faults, or all. A killed node stays dead until a new node takes its name."""
+        """End the given faults, or all. A killed node stays dead until a new node takes its name."""
         with self._lock:
             self._faults = tuple(each for each in self._faults if faults and each not in faults)
         self._look_again()
@@ -108,7 +108,7 @@ class Plan:
             self._dead -= {node}
 
     def call(self, method: str) -> None:
-        """Count a call of a transport's method. Raises TransportError if a fault lets it fail."""
+        """Count a call of a transport's method. Raises TransportError if a fault makes it fail."""
         for fault in self._faults:
             if isinstance(fault, FailedCall):
                 fault.check(method)

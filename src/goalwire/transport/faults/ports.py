@@ -39,7 +39,7 @@ class FaultyPort(Port):
         return event not in _MATCHED and self._inner.watch_event(event, changed)
 
     def peer_count(self) -> None:
-        """Return None: matches are counted in the graph, as the event is."""
+        """Return None: matches are counted in the graph, as for the event of matches."""
 
     def close(self) -> None:
         """Undeclare."""
@@ -48,7 +48,7 @@ class FaultyPort(Port):
 
 
 class ReceivingPort(FaultyPort, Generic[T]):
-    """A port that receives messages or requests. Closing it drops those under way."""
+    """A port that receives messages or requests. Closing it drops the packets under way."""
 
     kind: Kind
 
@@ -297,7 +297,7 @@ class Arrival:
         self._is_answered = False
 
     def copied(self) -> None:
-        """Count one more copy of the request with the server."""
+        """Count one more copy of the request that the server holds."""
         with self._lock:
             self._copies += 1
 

@@ -115,7 +115,7 @@ class MemoryPublisher(OpenPort, PublisherPort):
 
 
 def _to_nobody(_: object) -> None:
-    """Replace the functions of a caller that has cancelled its request."""
+    """Do nothing; stands in for the functions of a caller that has cancelled its request."""
 
 
 class MemoryCall:
@@ -284,7 +284,8 @@ class MemoryClient(OpenPort, ClientPort):
         if not servers:
             self.run(on_end, '')
             return sequence
-        if self.state.closed:  # it was closed after the check above: close() may have missed this call
+        # The client may have been closed after the check above: then `close` may have missed this call.
+        if self.state.closed:
             call.close()
         now = time_ns()
         for server in servers:

@@ -53,7 +53,7 @@ class Lane:
         self.sending: Waiting | None = None
 
     def has(self, owner: object) -> bool:
-        """Return whether a message of an owner waits or is being sent."""
+        """Return whether a message of this owner, a publisher, waits or is being sent."""
         sending = self.sending
         return (sending is not None and sending.owner is owner) or any(
             each.owner is owner for each in self.waiting
@@ -76,11 +76,12 @@ class Turn:
         self._changed = Condition(self.section.lock)
 
     def post(self, link: object, message: Waiting, depth: int) -> Waiting | None:
-        """Queue a message for a link. If `depth` of its owner's wait already, drop and return the oldest."""
+        """Queue a message for a link. If `depth` messages of its owner wait, drop and return their oldest."""
         with self.section.lock:
             lane = self.lanes.get(link)
             if lane is None:
-                lane = Lane()  # the thread waits for the lock; if it cannot start, nothing has changed yet
+                # The tables change only after the thread has started, since starting it may fail.
+                lane = Lane()
                 Thread(
                     target=self._send_all, args=(link, lane), name='zenoh large messages', daemon=True
                 ).start()

@@ -69,7 +69,7 @@ class Queriers:
         new = self._declare(timeout=float(seconds))
         kept = self._declared.setdefault(seconds, new)
         if kept is not new:
-            undeclare(new)  # another thread was first
+            undeclare(new)  # another thread has declared one first
         return kept
 
     def undeclare(self) -> None:
@@ -127,7 +127,7 @@ class EclipseMessage(NamedTuple):
 
     @property
     def source_info(self) -> SourceInfo | None:
-        """Return the message's publisher and number; None if the publisher does not number."""
+        """Return the message's publisher and number; None if the publisher does not number its messages."""
         info = self.raw.source_info
         if info is None:
             return None
@@ -175,7 +175,7 @@ class _Asked:
         self._on_answer = on_answer
         self._on_end = on_end
         self.token = zenoh.CancellationToken()
-        """Ends the query at once; without it zenoh keeps the query until its timeout."""
+        """Cancels the query at once; without such a token zenoh keeps the query until its timeout."""
         in_flight.enter(self)
 
     def replied(self, reply: zenoh.Reply) -> None:
@@ -234,7 +234,7 @@ class _Querier(wire.Querier):
 
 
 class _Held:
-    """A declaration. If a thread is using it, that thread undeclares it."""
+    """A declaration. If a thread is using it during `undeclare`, that thread undeclares it afterwards."""
 
     def __init__(self, declared: Declared) -> None:
         self._declared = declared
@@ -244,7 +244,7 @@ class _Held:
 
 
 class _Subscriber(_Held):
-    """A subscriber and its address."""
+    """A subscriber and its address, 'session/number'."""
 
     def __init__(self, subscriber: zenoh.Subscriber[None]) -> None:
         super().__init__(subscriber)

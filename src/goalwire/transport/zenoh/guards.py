@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from goalwire.zenoh.io.native_session import NativeSession
 
 LOOK_S = 1.0
-"""The seconds between two checks of the files and of the ends of certificates, each three calls of stat.
+"""Seconds between two checks of files and of certificates' expiry; a check takes three calls of stat.
 
 inotify would need no checks, but it reports no changes in network folders.
 """
@@ -104,7 +104,8 @@ class SessionSecurity:
             reason = next(filter(None, (_why_not(policy, who, each) for each in every)), '')
         if not reason:
             return ''
-        if act is not Act.RECEIVE:  # RECEIVE asks what a link may be sent: the peer has done nothing wrong
+        # A refused RECEIVE is not logged: the peer gets no messages, but has done nothing wrong.
+        if act is not Act.RECEIVE:
             self._tell(policy, who, act, key, reason)
         if not policy.is_enforced:
             return ''

@@ -71,7 +71,7 @@ class _Publisher:
         self.put_where_free: Callable[..., Sequence[wire.Left]] = publication.put_where_free
 
     def undeclare(self) -> None:
-        """Undeclare the number of its key."""
+        """Undeclare the number that stands for the publisher's key."""
         self._publication.close()
 
 

@@ -43,7 +43,8 @@ def declare(wire: Wire, key: str, endpoint: Endpoint) -> Publisher:
     """Declare a publisher that puts messages on `key` as the endpoint's QoS asks."""
     qos = endpoint.qos
     waits = may_block(endpoint)
-    if not qos.is_transient_local:  # equals an advanced publisher without its features
+    # On the wire, rmw_zenoh's advanced publisher without history behaves as a plain publisher.
+    if not qos.is_transient_local:
         return wire.declare_publisher(key, reliable=qos.is_reliable, waits=waits)
     return wire.declare_history_publisher(key, reliable=qos.is_reliable, waits=waits, depth=actual_depth(qos))
 
@@ -111,19 +112,20 @@ class ZenohPublisher(OpenPort, PublisherPort):
         If several threads publish, all subscriptions get the messages in the same order.
         """
         state = self.state
-        if state.closed or state.guard.is_silent:  # a child may wait for ever for the section
+        # Checked before the section is entered: a forked child could wait for it for ever.
+        if state.closed or state.guard.is_silent:
             state.check_sending()
         section = self._section
         entered = False
         try:
-            section.acquire()  # hot path: see CriticalSection
+            section.acquire()  # hot path: `run` of CriticalSection, written out
             if section.is_busy:
                 section.late.append(partial(self._publish_late, payload))
                 return
             if section.late:
                 section.run_late()
             entered = section.is_busy = True
-            if state.guard.is_silent:  # again: the context may have ended during the wait for the turn
+            if state.guard.is_silent:  # the context may have ended while this thread waited
                 state.check_sending()
             if len(payload) >= LARGE or self._turn.is_busy:
                 self._publish_large(payload)
@@ -132,7 +134,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         except ClosedError:
             raise  # the context has ended meanwhile, and zenoh was not called
         except self._context.errors as error:
-            state.check()  # closed by another thread in the meantime
+            state.check()  # another thread may have closed the publisher in the meantime
             reason = self._context.wire.explain(error)
             raise TransportError(f'{state.title}: zenoh refused a message: {reason}') from None
         finally:
@@ -144,7 +146,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
             finally:
                 try:  # noqa: SIM105
                     section.release()
-                except RuntimeError:  # a signal handler raised in `acquire`: nothing is held
+                except RuntimeError:  # not held: a signal handler raised an exception in `acquire`
                     pass
 
     def borrow(self, size: int) -> contract.Loan | None:
@@ -155,7 +157,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
 
     def publish_loan(self, loan: contract.Loan) -> None:
         """Publish the message in a loan, without a copy if all subscribers can read shared memory."""
-        if self._section.is_entered():  # a signal handler in a publish: the message follows it
+        if self._section.is_entered():  # a signal handler has interrupted a publish: send after it
             self.publish(bytes(loan.view))
         else:
             self._section.run(partial(self._put_loan, loan))

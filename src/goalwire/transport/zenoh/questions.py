@@ -49,7 +49,7 @@ class _Subject(NamedTuple):
 
     @property
     def action(self) -> tuple[str, str]:
-        """The action's name and the part of it that this is; '' and '' if it belongs to no action."""
+        """The name of the action and the part of it, 'feedback' for example; '' and '' outside actions."""
         return split_action(self.name)
 
 
@@ -100,7 +100,7 @@ def _of_token(token: str, session: str, *, learns: bool) -> tuple[Questions, Que
 
 
 def need_of(entity: GraphEntity) -> Question:
-    """Return the question for an endpoint's owner; for an action's feedback or result, may it WATCH?"""
+    """Return the question for an endpoint's owner: WATCH for a user of an action's feedback or result."""
     subject = _subject(0, entity.name, dds_type(entity.type_name))
     wanted = _using(subject) if entity.kind in _USERS else _offering(subject)
     if Verb.WATCH in wanted.verbs and subject.action[1] != 'send_goal':

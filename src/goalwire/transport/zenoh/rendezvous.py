@@ -88,7 +88,7 @@ def look(port: int, patience: float = PATIENCE_S) -> Holder:
 
 def name_of_holder(port: int) -> str:
     """Return the command and id of the process that listens on a TCP port, if Linux shows them."""
-    from pathlib import Path  # costs 5 ms, and is needed only when something is broken
+    from pathlib import Path  # imported here: takes 5 ms, and is needed only for a warning
 
     sockets = {f'socket:[{inode}]' for inode in _inodes(port)}
     with suppress(OSError):
@@ -138,7 +138,7 @@ def is_taken(endpoints: str) -> bool:
     for bracketed, plain, port in _TCP.findall(endpoints):
         family = _socket.AF_INET6 if bracketed else _socket.AF_INET
         with forks_wait, closing(_socket.socket(family, _socket.SOCK_STREAM)) as probe:
-            # as zenoh's own sockets: connections that the last holder has left do not block the port
+            # Zenoh's sockets set this, too: connections that the last holder has left do not block the port.
             if os.name == 'posix':
                 probe.setsockopt(_socket.SOL_SOCKET, _socket.SO_REUSEADDR, 1)
             try:
@@ -182,8 +182,8 @@ class EmbeddedRouter:
         self._endpoints = str(config.at('listen/endpoints'))
         self._router: OpenRouter | None = None
         self._may_hold = False
-        """True if sockets of eclipse-zenoh may be open on the port. goalwire's own close in a child by
-        themselves."""
+        """True if sockets of eclipse-zenoh may be open on the port: a forked child must close these.
+        goalwire's own sockets close in a child by themselves."""
         self._closed = Event()
         self._thread: Thread | None = None
         if is_taken(self._endpoints) or not self._take_port():
@@ -221,7 +221,7 @@ class EmbeddedRouter:
         except ForkedError:
             return
         except TransportError as error:
-            from goalwire.logging import get_logger  # needed only when something is broken
+            from goalwire.logging import get_logger  # imported here: needed only for a warning
 
             get_logger(LOGGER).warning(str(error))
 
@@ -257,12 +257,12 @@ class Rendezvous:
     """This process's routers, one per port, each kept as long as a session uses it."""
 
     def __init__(self) -> None:
-        in_child(self._leave_to_parent)  # registered before `Shared` registers its reset
+        in_child(self._leave_to_parent)  # before the reset of `Shared`, which forgets the routers
         self._routers: Shared[int, EmbeddedRouter] = Shared(EmbeddedRouter.close)
         self._left: set[int] = set()
 
     def offer(self, port: int, config: Configuration) -> None:
-        """Offer the rendezvous until `stop_offering` was called as often. Raises TransportError.
+        """Offer the rendezvous until `stop_offering` was called once for each `offer`. Raises TransportError.
 
         Does nothing if the port was left to another router, or in a forked child of a process that has used
         eclipse-zenoh, which cannot be started there.

@@ -43,7 +43,7 @@ _FEEDS = (('/_action/feedback', '*'), ('/_action/status', '*'))
 
 
 class Rule(NamedTuple):
-    """Messages on keys that go one way, allowed or denied."""
+    """Messages on keys that are allowed or denied in one direction."""
 
     flow: str
     messages: tuple[str, ...]

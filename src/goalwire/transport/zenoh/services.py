@@ -59,7 +59,7 @@ class ZenohCall:
 
     def end(self) -> None:
         """End the call, since no reply can come any more or the client closes. Later calls do nothing."""
-        if self._client.waiting.pop(self._sequence, None) is not None:  # only one thread gets the function
+        if self._client.waiting.pop(self._sequence, None) is not None:  # only one thread gets here
             self._on_end(self._reason)
 
 
@@ -93,7 +93,7 @@ class ZenohClient(OpenPort, ClientPort):
             call.asked = self._querier.ask(payload, attachment, call.answered, call.end, timeout_ns)
         except self.context.errors as error:
             self.waiting.pop(sequence, None)
-            state.check()  # closed by another thread in the meantime
+            state.check()  # another thread may have closed the client in the meantime
             reason = self.context.wire.explain(error)
             raise TransportError(f'{state.title}: zenoh refused a request: {reason}') from None
         return sequence

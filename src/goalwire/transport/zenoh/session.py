@@ -279,7 +279,7 @@ def _greet_holder(plan: Plan) -> Holder:
     if found not in NO_ROUTER:
         return found
     plan.session.set('transport/unicast/open_timeout', GREETING_MS)
-    from goalwire.logging import get_logger  # needed only when something is broken
+    from goalwire.logging import get_logger  # imported here: needed only for a warning
 
     get_logger(LOGGER).warning(
         f'port {plan.local} is held by {name_of_holder(plan.local)}, which {found.value}, so this program '
@@ -317,7 +317,7 @@ def _look_for_router(wire: Wire, plan: Plan, found: Holder) -> None:
     patience = TAKE_OVER_S if is_coming else 0.0
     if wire.wait_for_router(max(seconds, patience)) or found in NO_ROUTER:
         return
-    from goalwire.logging import get_logger  # needed only when something is broken
+    from goalwire.logging import get_logger  # imported here: needed only for a warning
 
     if plan.local is not None and loopback.is_loopback_down():
         advice = loopback.ADVICE
@@ -384,7 +384,7 @@ class ZenohSession(OpenSession):
         try:
             self._context.wire.close()
         except self._context.errors as error:
-            from goalwire.logging import get_logger  # needed only when something is broken
+            from goalwire.logging import get_logger  # imported here: needed only for a warning
 
             reason = self._context.wire.explain(error)
             get_logger(LOGGER).warning(f'{self.state.title}: closing was cut short: {reason}')

@@ -31,7 +31,7 @@ def is_newer(number: int, other: int | None) -> bool:
 
 
 class StreamState(Generic[T]):
-    """The stream of one address: that of a publisher which numbers, or of all in a session that do not.
+    """The messages of one publisher that numbers them, or of all publishers in a session that do not.
 
     `emit` gets each message that is due. With `recovers`, missing messages are requested again. A publisher
     is identified by its gid. `number` is the wire's number of the message, or the attachment's if there is

@@ -212,7 +212,7 @@ def declare(
     endpoint: Endpoint,
     deliver: Callable[[Sample], None],
 ) -> list[Declared]:
-    """Declare a subscriber that gives messages of `key` to `deliver`; two for types with buffers."""
+    """Declare a subscriber that gives messages of `key` to `deliver`, or two if the type has buffers."""
     reject = _rejecter(context, state)
     takes_own = not endpoint.ignore_local
     if endpoint.qos.is_transient_local:
@@ -220,7 +220,7 @@ def declare(
         subscriber.declare(recovers=endpoint.qos.is_reliable, takes_own=takes_own)
         return [subscriber]
     keys = [key]
-    if uses_cpu_channel(endpoint):  # each message goes to only one of the two
+    if uses_cpu_channel(endpoint):  # each message comes on only one of the two keys
         keys.append(f'{key}/{CPU_BUFFERS}')
     return [
         context.wire.declare_subscriber(

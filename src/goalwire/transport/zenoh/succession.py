@@ -36,7 +36,7 @@ class Succession:
         """Show the newest certificate to the peers that have not seen it yet."""
         for link in session.protocol.links:
             guard = link.guard
-            # eclipse-zenoh's router does not understand this: links to it are closed and made again.
+            # eclipse-zenoh's router does not take new certificates: links to it are closed and made again.
             if not isinstance(guard, LinkGuard) or guard.forwards or guard.shown == self.renewals:
                 continue
             guard.shown = self.renewals

@@ -54,7 +54,7 @@ _HERE = os.path.dirname(__file__)  # noqa: PTH120 - compared with file names, as
 
 
 _started: list[ForkGuard] = []
-"""Empty until a session is opened; then the guard that knows the process."""
+"""Empty until a session is opened; then has the guard that detects forked children of this process."""
 
 
 RUNTIME_VARIABLE = 'ZENOH_RUNTIME'
@@ -105,7 +105,7 @@ def _let_callers_out() -> None:
 
 def _has_callers() -> bool:
     ours = threading.get_ident()
-    frames = sys._current_frames().items()  # Python documents it for debugging
+    frames = sys._current_frames().items()  # documented by Python, for debugging
     return any(frame.f_code.co_filename.startswith(_HERE) for thread, frame in frames if thread != ours)
 
 

@@ -131,7 +131,7 @@ def actual_depth(qos: QoS) -> int:
     return qos.depth or DEFAULT_DEPTH
 
 
-@lru_cache(maxsize=256)  # a node's built-in services have the same QoS seven times
+@lru_cache(maxsize=256)  # all seven built-in services of a node have the same QoS
 def encode_qos(qos: QoS) -> str:
     """Return a token's QoS chunk; raises LocalError for a policy that is UNKNOWN."""
     for name in ('reliability', 'durability', 'history', 'liveliness'):
@@ -158,7 +158,7 @@ def decimal(text: str) -> int:
 
 
 def _policy(value: IntEnum, default: IntEnum) -> str:
-    is_default = value in (default, 0)  # 0 is SYSTEM_DEFAULT everywhere
+    is_default = value in (default, 0)  # 0 is SYSTEM_DEFAULT in every policy
     return '' if is_default else str(value.value)
 
 
@@ -277,8 +277,8 @@ def _is_carried(key: str) -> bool:
 def gid_of(token: str) -> bytes:
     """Return the 16 bytes that name a token's owner: XXH3-128 of the token, little endian.
 
-    For an endpoint only the chunks of Jazzy count, so without `backends`. Lyrical includes it, but nobody
-    compares the gids of subscriptions.
+    For an endpoint only the chunks of Jazzy count, so without `backends`. Lyrical includes `backends`, but
+    nobody compares the gids of subscriptions.
     """
     chunks = token.split('/', _ENDPOINT_CHUNKS)
     if len(chunks) > _ENDPOINT_CHUNKS:

@@ -67,12 +67,12 @@ def undeclare(declared: Declared) -> None:
     Zenoh's Python objects raise while another thread is inside one of their methods, and undeclare themselves
     when the last reference is deleted. So the caller drops its own reference afterwards.
     """
-    with suppress(RuntimeError):  # its text is "Already borrowed"
+    with suppress(RuntimeError):  # "Already borrowed": another thread is using the object
         declared.undeclare()
 
 
 def refuse_use(*_: object, **__: object) -> Never:
-    """Replace a method of something undeclared. The owner turns the error into ClosedError."""
+    """Stand in for the methods of an undeclared object. The owner turns the error into ClosedError."""
     raise RuntimeError('undeclared')
 
 
@@ -82,7 +82,7 @@ class LoanPublisher(Protocol):
 
     @property
     def put_loan(self) -> Callable[[Loan, Callable[[], bytes]], bool]:
-        """Takes a loan and a function for the attachment; False if nothing was put, as some need bytes."""
+        """Takes a loan and a function for the attachment; False, with nothing put, if a link needs bytes."""
 
     def borrow(self, size: int) -> Loan | None:
         """Return a chunk of shared memory; None if there is no room, or if no subscriber could read it."""

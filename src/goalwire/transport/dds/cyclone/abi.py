@@ -1,9 +1,10 @@
 """libddsc's C interface, as far as it is used here: structures and functions.
 
 Layouts are those of Cyclone DDS 0.10 and 11.0 (dds.h, dds_public_impl.h, ddsi_serdata.h); library.py tests
-the loaded library against them. Functions that may block let other Python threads run (CDLL). The short ones
-on a message's way do not (PyDLL): they hold their locks for moments, and no thread that holds one of these
-waits for Python. No callback is handed to the library, so none of its threads waits for the interpreter.
+the loaded library against them. Functions that may block let other Python threads run (CDLL). Short
+functions that each message needs do not (PyDLL): they hold the library's locks for moments, and no thread
+that holds such a lock waits for the GIL. No callback is handed to the library, so none of its threads waits
+for the interpreter.
 """
 
 from __future__ import annotations
@@ -112,7 +113,7 @@ class Piece(ctypes.Structure):
 
 
 class Counts(ctypes.Structure):
-    """The statuses that start with a total and its change; `extra` is what follows, if anything."""
+    """A status that begins with a total and its change; `extra` has the other fields, if there are any."""
 
     _fields_ = [('total', c_uint32), ('change', c_int32), ('extra', c_uint32 * 6)]
 
@@ -143,7 +144,7 @@ class PacketPiece(ctypes.Structure):
 
 
 PACKET_START = 48
-"""Bytes before the packet in the library's buffer of it (struct ddsi_rmsg of 11.0)."""
+"""The offset in bytes of a packet in the library's receive buffer (struct ddsi_rmsg of 11.0)."""
 
 _P = c_void_p
 _I = c_int32
@@ -313,7 +314,7 @@ class Library:
         self.from_large.restype, self.from_large.argtypes = _HOLDING[make]  # type: ignore[attr-defined]
 
     def status(self, name: str) -> Function:
-        """Return the function that reads a status, 'publication_matched' and so on."""
+        """Return the library's function that reads the status of this name, such as 'publication_matched'."""
         function: Function = getattr(self, f'dds_get_{name}_status')
         return function
 

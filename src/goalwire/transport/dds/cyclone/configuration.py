@@ -5,8 +5,8 @@ Four settings differ from ROS 2's:
 
 - In the default range participants on this machine are also asked directly, so that two programs find each
   other where multicast does not work.
-- Heartbeats follow a message after 10 ms instead of 100, so that a request that was faster than discovery is
-  not late.
+- Heartbeats follow a message after 10 ms instead of 100, so that a request that was sent before its server
+  was discovered is soon sent again.
 - Datagrams have up to 64 KB, as Fast DDS sends them: 1 MB messages pass at 1.9 GB/s instead of 0.7.
 - Participants announce themselves every 5 s instead of 30. Two that lost each other while their network was
   down meet again with the next announcement.
@@ -61,7 +61,7 @@ def domain_configuration(domain_id: int) -> str:
 
 
 def _warn(text: str) -> None:
-    from goalwire.logging import get_logger  # needed only when something is broken
+    from goalwire.logging import get_logger  # imported here: needed only for a warning
 
     get_logger(LOGGER).warning(text)
 
@@ -138,7 +138,7 @@ def _texts(uri: str) -> Iterator[str]:
                 with open(path, encoding='utf-8', errors='replace') as file:  # noqa: PTH123
                     yield file.read(1_000_000)
             except OSError:
-                continue  # the library reports this itself
+                continue  # the library itself reports a file that cannot be read
 
 
 def _expand(text: str) -> str:

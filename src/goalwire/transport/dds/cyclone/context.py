@@ -108,7 +108,7 @@ class CycloneContext(DdsContext):
 
 
 class EndpointBuilder:
-    """The parts of one endpoint that are declared so far. Its state keeps the steps that undo them."""
+    """The parts of one endpoint that are declared so far; `undo` has the steps that undeclare them."""
 
     __slots__ = ('_context', '_readers_to_watch', 'state', 'undo')
 

@@ -1,6 +1,6 @@
 """Delivers from readers and sends through writers, in order; a slow peer does not hold up the others.
 
-Readers: the first thread that comes delivers. The session's thread delivers what comes from other
+Readers: whichever thread comes first delivers. The session's thread delivers what comes from other
 processes. A publisher in the same process delivers its message at once, on its own thread. So, as in ROS 2, a
 message has arrived when `publish` returns.
 
@@ -28,7 +28,7 @@ from goalwire.transport.dds.cyclone.waitset import CLOSING_S
 from goalwire.transport.dds.cyclone.wire import Participant, RawSample, Reader, Writer
 
 PATIENCE_S = 0.1
-"""How long a sender waits for a thread that is delivering. Two that wait for each other wait this long."""
+"""How long a sender waits for another thread's delivery: not longer, as two may wait for each other."""
 
 
 class ReaderDispatcher:
@@ -47,7 +47,7 @@ class ReaderDispatcher:
     def drain(self, patience_s: float = 0.0, *, takes_all: bool = False) -> bool:
         """Deliver the messages that have arrived; False if another thread is delivering.
 
-        Without `takes_all` some may be left: the waitset calls again for these.
+        Without `takes_all` some messages may remain: the waitset calls again for these.
         """
         turn = self._turn
         if not turn.acquire(timeout=patience_s):
@@ -75,7 +75,7 @@ class ReaderDispatcher:
         """Deliver the messages that this thread has written, once another thread has finished its
         delivery.
         """
-        # If the wait is too long, the thread that is delivering takes this message, too.
+        # If the wait times out, the thread that is delivering takes this message, too.
         if not self.drain(takes_all=True) and self._deliverer != get_ident():
             self.drain(PATIENCE_S, takes_all=True)
 
@@ -86,7 +86,7 @@ class LocalReaders:
     def __init__(self) -> None:
         self._lock = Lock()
         self.by_topic: dict[str, tuple[ReaderDispatcher, ...]] = {}
-        """Each publish looks here directly, since most topics have no reader in this process."""
+        """Each publish looks here before it calls `drain`: most topics have no reader in this process."""
 
     def add(self, topic: str, dispatcher: ReaderDispatcher) -> None:
         """Add a reader that local writers drain."""
@@ -109,7 +109,7 @@ class LocalReaders:
 
 
 _PATIENCE_NS = 200_000_000
-"""How long to wait for acknowledgements before the next attempt, or before the fallback writer is used."""
+"""How long to wait for acknowledgements before sending again, or before using the fallback writer."""
 _PARTING_NS = 1_000_000_000
 """How long the fallback writer is kept so that the last messages it sent are acknowledged."""
 
@@ -126,7 +126,7 @@ class QueueingWriter(Writer):
         make_fallback: Callable[[], Writer] | None = None,
         guard: ForkGuard | None = None,
     ) -> None:
-        """Waiting messages are dropped once `guard` forbids sending, never without a guard."""
+        """Waiting messages are dropped once `guard` forbids sending; without a guard they are kept."""
         super().__init__(participant, topic, type_name, qos)
         self._make_fallback = make_fallback
         self._guard = guard

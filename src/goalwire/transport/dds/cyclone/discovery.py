@@ -118,12 +118,13 @@ class Discovery:
     def has_heard_all(self) -> bool:
         """Return whether all known participants have announced their nodes and endpoints. Any thread.
 
-        A process on this machine that has a port of the domain, and has not been heard yet, counts, too: it
+        A process on this machine that holds a port of the domain counts as known even before it is heard: it
         has been asked, and will answer.
         """
         told = list(self._ports.values())
         missing = ports_in_use(self._domain_id).difference(*filter(None, told))
-        if len(missing) > told.count(None):  # a participant that announces no port may have one of these
+        # Each participant that announces no ports may hold one of the missing ports.
+        if len(missing) > told.count(None):
             return False
         # The state is read first: `_is_telling` is reset only after the listeners know what completed the
         # state.
@@ -137,7 +138,7 @@ class Discovery:
             self._is_telling = False
 
     def _take_all(self) -> None:
-        """Take what is new. Participants are read last and reported first: so each endpoint's is known."""
+        """Take all changes; participants are read last and reported first, before their endpoints."""
         infos = self._infos()
         (publications, _), (subscriptions, _), (participants, _) = self._readers
         came: list[Found] = []
@@ -205,7 +206,7 @@ class Discovery:
         """Yield each change: whether the entity exists, and its record, valid until the next step."""
         samples, infos = (c_void_p * _AT_ONCE)(), (SampleInfo * _AT_ONCE)()
         while True:
-            samples[0] = None  # asks the library for a loan
+            samples[0] = None  # NULL asks the library to lend its own samples
             count = self._library.dds_take(reader, samples, infos, _AT_ONCE, _AT_ONCE)
             if count <= 0:
                 return
@@ -226,7 +227,7 @@ class Discovery:
         gid, topic = bytes(endpoint.key), endpoint.topic_name.decode(errors='replace')
         named = ros_topic(topic)
         if topic == DISCOVERY_TOPIC:
-            # The graph does not show this topic, just as replies; but its participant speaks ROS 2.
+            # The graph hides this topic, as it hides replies. It shows that the participant speaks ROS 2.
             return Found(gid, participant, Role.REPLY, is_reader, topic, '', '', DEFAULT)
         if named is None:
             return None
@@ -243,7 +244,7 @@ class Discovery:
         return Found(gid, participant, named.role, is_reader, named.name, type_name, type_hash, qos)
 
     def _wait_for_claims(self) -> None:
-        """Set a timer that shows the endpoints which no node has claimed by then."""
+        """Set a timer at whose end the endpoints that no node has claimed are shown without a node."""
         if self._state_of_discovery.unclaimed and not self._waiting:
             self._waiting = frozenset(self._state_of_discovery.unclaimed)
             self.waitset_thread.call_in(GRACE_NS, self._show_unclaimed)

@@ -132,7 +132,7 @@ class CycloneClient(ClientEnd):
         self._lock = Lock()
         self._calls: dict[int, Call] = {}
         self._refusals: dict[int, str] = {}
-        """The first refusal's reason, for calls that other servers may still answer, by sequence number."""
+        """By sequence number: why the first server refused a call that other servers may still answer."""
         self._local = context.local_readers.by_topic
         self._known = context.peers.known
         self._requested: list[Peer] = []
@@ -165,7 +165,7 @@ class CycloneClient(ClientEnd):
             on_end(reason)
             return sequence
         self._calls[sequence] = _new_call((set(servers), on_reply, on_end))
-        # The servers have changed since `_targets` was read; that change may have missed this call.
+        # If the servers have changed since `_targets` was read, `_look` may have missed this call.
         if self._targets is not targets:
             self._look()
         if state.closed:
@@ -224,7 +224,7 @@ class CycloneClient(ClientEnd):
                 self._writer.discard_waiting()
             orphaned = any(call.servers.isdisjoint(there) for call in list(self._calls.values()))
         if orphaned:
-            self._dispatcher.drain_own()  # a server that has gone may have answered before
+            self._dispatcher.drain_own()  # a server may have answered before it went
             self._end_orphans()
         if changed:
             self._context.notifier.connected()
@@ -232,12 +232,13 @@ class CycloneClient(ClientEnd):
     def _end_orphans(self) -> None:
         ended = []
         with self._lock:
-            # Read again here: a call may have gone to a server that came after `_look` had read them.
+            # Read again: since `_look` read the servers, a call may have gone to a new server.
             there = {peer.server for peer in self._requested}
             for sequence, call in list(self._calls.items()):
                 call.servers.intersection_update(there)
                 reason = self._refusals.get(sequence, '')
-                if not call.servers and self._pop(sequence):  # otherwise the last reply is being delivered
+                # If `_pop` returns False, another thread is delivering the last reply and ends the call.
+                if not call.servers and self._pop(sequence):
                     ended.append((call, reason))
         for call, reason in ended:
             call.on_end(reason)
@@ -261,7 +262,7 @@ class CycloneClient(ClientEnd):
         peer = self._known.get(publication)
         if peer is None or call.servers != {peer.server}:
             self._answered(sequence, publication)
-        # hot path: `_answered` for a call of one server, saves 2 calls (1.2 us) and a lock for each reply.
+        # hot path: `_answered` for a call to one server, saves 2 calls (1.2 us) and a lock for each reply.
         elif self._calls.pop(sequence, None) is not None:
             call.on_end(self._refusals.pop(sequence, ''))
 
@@ -291,7 +292,7 @@ class CycloneClient(ClientEnd):
 
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
-        """The gids of its readers and writers."""
+        """The gids of the client's readers and writers."""
         return (self.reader.guid,), (self._writer.guid,)
 
 
@@ -410,5 +411,5 @@ class CycloneService(DdsServer[Peer, Header, bytes]):
 
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
-        """The gids of its readers and writers."""
+        """The gids of the server's readers and writers."""
         return (self.reader.guid,), (self._writer.guid,)

@@ -67,7 +67,7 @@ class Peers:
     def __init__(self, library: Library) -> None:
         self._library = library
         self.known: dict[int, Peer] = {}
-        """The cached endpoints by handle. Each message looks here first."""
+        """The cached endpoints by handle; looked up here for each message, before the library is asked."""
 
     def publication(self, reader: int, handle: int) -> Peer | None:
         """Return the writer that a reader is matched with; None if it has gone."""
@@ -178,7 +178,7 @@ _SOURCES: dict[EventType, _Source] = {
         'subscription_matched', SUBSCRIPTION_MATCHED, _matched
     ),
 }
-"""Incompatible types are found in the graph: the library does not report them."""
+"""The source of each event; incompatible types are found in the graph, as the library reports none."""
 
 
 class Statuses:
@@ -209,13 +209,13 @@ class Statuses:
     def peers_of(self, entity: int, bit: int, handler: Callable[[], None]) -> int:
         """Count an endpoint's matches, and call `handler` each time they change from now on.
 
-        It counts the matched endpoints, since reading the status would reset it, and other handlers would
+        The matched endpoints are counted, since reading the status would reset it, and other handlers would
         miss the change.
         """
         try:
             self.watch(entity, bit, handler)
         except TransportError:
-            return 0  # another thread has just deleted it
+            return 0  # another thread has just deleted the entity
         library = self._library
         writes = bit == PUBLICATION_MATCHED
         count = library.dds_get_matched_subscriptions if writes else library.dds_get_matched_publications
@@ -232,7 +232,7 @@ class Statuses:
 
         def tell() -> None:
             nonlocal last
-            with lock:  # so that the newest record is reported last
+            with lock:  # several threads may tell: the newest record must be reported last
                 record = self._record(entity, source)
                 if record is not None and record != last:
                     last = record

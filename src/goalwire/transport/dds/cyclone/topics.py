@@ -48,7 +48,7 @@ class DdsPublisher(PublisherEnd):
             state.check_sending()
         result = self._write(payload)
         if result:
-            state.check()  # closed by another thread in the meantime
+            state.check()  # another thread may have closed the publisher in the meantime
             raise TransportError(
                 f'{state.title}: Cyclone DDS refused a message: '
                 f'{self._context.library.dds_strretcode(result).decode()}'

@@ -28,7 +28,7 @@ class WaitSet:
     """The conditions of one participant, with their callbacks. One thread at a time waits here."""
 
     awaited = ()
-    """See WireSet. A waitset does not tell what is likely to come next, so this is empty."""
+    """Empty: a waitset cannot tell which condition is likely to be the next (see WireSet)."""
 
     def __init__(self, participant: Participant, name: str) -> None:
         self.on_interrupt: Callable[[], None] | None = None
@@ -80,7 +80,8 @@ class WaitSet:
 
     def serve(self, found: int) -> None:
         """Call the handlers of the `found` conditions, and log their errors."""
-        for key in self._triggered[:found]:  # a slice, since more may be true than fit into _AT_ONCE
+        # The slice ends at _AT_ONCE even if more conditions are true.
+        for key in self._triggered[:found]:
             handler = self._handlers.get(key)
             if handler is not None:
                 try:

@@ -27,7 +27,7 @@ from goalwire.transport.dds.cyclone.abi import (
 )
 
 BATCH = 32
-"""Samples taken from a reader at once."""
+"""The number of samples taken from a reader at once."""
 LARGE = 65_536
 """Messages of this many bytes or more are copied without the GIL, so that other threads run."""
 
@@ -53,7 +53,7 @@ class RawSample(NamedTuple):
     payload: bytes
     source_timestamp: int
     publication: int
-    """The instance handle of its writer."""
+    """The instance handle of the message's writer."""
 
 
 class _Scratch:

@@ -56,11 +56,11 @@ class NativeClient(ClientEnd):
         self._awaited = context.awaited
         self._reaches = False
         self._has_begun = False
-        """False until `begin`. Events of the writer may come before, when the client is not complete yet."""
+        """False until `begin`. The writer's events may come earlier, while the client is still being made."""
         self._replies = replies = readers.take(endpoint)
         state.undo.append(partial(readers.give_back, replies))
         self._name = replies.make_name()
-        """The GUID that its requests name in the dialect INLINE, so that replies find this client."""
+        """The GUID that this client's requests name in the dialect INLINE, so that replies find it."""
         state.undo.append(partial(replies.drop_name, self._name))
         data = EndpointData(endpoint.type_hash, client_id=replies.client_id, takes_refusals=True)
         self._writer = make_writer(context, state, endpoint, data, Role.REQUEST, _WriterEvents(self))
@@ -127,7 +127,8 @@ class NativeClient(ClientEnd):
         number = writer.add(payload, qos, to)
         if number is None:
             return False
-        self._asked[number] = call, server  # the reply is not read before: this runs inside `Wire.run`
+        # The reply cannot be read before this line: `Wire.run` lets only one thread in.
+        self._asked[number] = call, server
         call.servers[server] = number
         return True
 
@@ -161,7 +162,7 @@ class NativeClient(ClientEnd):
     # ---- what comes
 
     def take_reply(self, reply: Reply, time: int | None) -> None:
-        """Give a reply to its call; `time` is when it was written."""
+        """Give a reply to its call; `time` is when the reply was written."""
         found = self._asked.pop(reply.number, None)
         if found is None:
             return
@@ -175,7 +176,7 @@ class NativeClient(ClientEnd):
             now = time_ns()
             call.on_reply(new_sample((reply.message, call.sequence, time or now, now, self.gid)))
         call.servers.pop(server, None)
-        # hot path: `_end` of a call that waits for nothing, without two calls.
+        # hot path: `_end` is written out for a call that waits for no server, which saves two function calls.
         if not call.servers and self._calls.pop(call.sequence, None) is not None:
             self._awaited.pop(call, None)
             call.on_end(call.reason)
@@ -219,7 +220,7 @@ class NativeClient(ClientEnd):
 
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
-        """The gids of its readers and writers."""
+        """The gids of the client's readers and writers."""
         return (self._name,), (self.gid,)
 
 

@@ -88,7 +88,8 @@ def read_request(
         is_readers = not is_writer(guid[GUID_PREFIX_SIZE:])
         address = _new_address((guid if is_readers else b'', new_identity((guid, number)), None))
         return address, number, payload
-    if has_header or payload[4:12] == writer[GUID_SIZE - 8 :]:  # Connext can do so, too
+    # A client on Connext may put the header in, too: its first field is the end of the writer's GUID.
+    if has_header or payload[4:12] == writer[GUID_SIZE - 8 :]:
         header, message = unwrap(bytes(payload))
         return ReturnAddress(b'', SampleIdentity(writer, number), header), header.sequence, message
     return ReturnAddress(b'', SampleIdentity(writer, number)), number, payload

@@ -110,7 +110,7 @@ class GraphDiscovery(ParticipantListener):
         self._wait_for_claims()
 
     def _wait_for_claims(self) -> None:
-        """Set a timer that shows the endpoints which no node has claimed by then."""
+        """Set a timer at whose end the endpoints that no node has claimed are shown without a node."""
         if self._state.unclaimed and not self._waiting:
             self._waiting = frozenset(self._state.unclaimed)
             self._call_later(GRACE_S, self._show_unclaimed)
@@ -124,7 +124,7 @@ class GraphDiscovery(ParticipantListener):
     def has_heard_all(self) -> bool:
         """Return whether all known participants have announced their nodes and endpoints. Any thread.
 
-        A process on this machine that has a port of the domain, and has not been heard yet, counts, too: it
+        A process on this machine that holds a port of the domain counts as known even before it is heard: it
         has been asked, and will answer.
         """
         expected = ports_in_use(self._domain_id) if self.expects_ports else set()
@@ -165,5 +165,6 @@ def _found(endpoint: EndpointData) -> Found | None:
     check_names('topic or type', named.name, type_name)
     qos = ros_qos(endpoint.qos, verbatim=topic == named.name)
     told = decode_endpoint(endpoint.user_data)
-    type_hash = told.type_hash if named.role is Role.TOPIC else ''  # else of half a service
+    # For a service it would be the hash of the request or of the response, not of the service type.
+    type_hash = told.type_hash if named.role is Role.TOPIC else ''
     return Found(endpoint.guid, participant, named.role, is_reader, named.name, type_name, type_hash, qos)

@@ -85,7 +85,7 @@ class WaitingSamples:
         """The samples that wait; those for one receiver keep their order."""
 
     def send(self, reader: bytes | None, send: Callable[[], bool]) -> None:
-        """Call `send` now or after earlier samples for the reader. It returns False if there is no room."""
+        """Call `send` now, or after earlier samples for the reader; `send` returns False without room."""
         queue = self.queues.get(reader)
         if queue is not None:
             queue.append(send)

@@ -46,7 +46,7 @@ class EventTotals:
         self._watchers: dict[EventType, Changed] = {}
 
     def watch(self, event: EventType, changed: Changed) -> bool:
-        """Call `changed` at each event, at once if it has happened; False if RTPS does not report it."""
+        """Call `changed` at each event, and now if one has happened; False if RTPS does not report it."""
         if event in _ELSEWHERE:
             return False
         with self._lock:

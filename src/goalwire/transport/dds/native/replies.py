@@ -56,7 +56,7 @@ class ReplyReader(ReaderListener):
         """The id in the USER_DATA of all its clients. A server on Cyclone DDS looks for a reader with that
         id."""
         self.users = 1
-        """How many clients use it, or are about to. Changed inside `Wire.run`."""
+        """How many clients use this reader, or are about to. Changed inside `Wire.run`."""
         self._context = context
         self._clients: dict[ReplyTaker, None] = {}
         self._by_name: dict[bytes | int, ReplyTaker] = {}
@@ -155,7 +155,7 @@ class ReplyReaders:
 
     def _find(self, wanted: list[Hashable]) -> ReplyReader | None:
         if not wanted:
-            return None  # a signal handler asked: `run` was postponed, and `take` has gone on without it
+            return None  # a signal handler called `take`, which returned before this postponed call
         found = self._readers.get(wanted[0])
         if found is not None:
             found.users += 1

@@ -38,7 +38,7 @@ class Client(NamedTuple):
     side: tuple[bytes, str]
     """The client's participant, and the id that its reader and writer share."""
     has_id: bool
-    """True if it announces an id. Otherwise any reader of its participant may be its own."""
+    """True if the client announces an id. Otherwise any reader of its participant may be the client's."""
     has_header: bool
     takes_refusals: bool
 
@@ -56,7 +56,7 @@ class _Outgoing:
         self.payload = payload
         self.qos = qos
         self.is_over = False
-        """True once it has waited for MATCHING_S."""
+        """True once the reply has waited for MATCHING_S."""
 
 
 class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
@@ -203,7 +203,7 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
         unmatched, self._unmatched = self._unmatched, []
         for reply in unmatched:
             if self._find_reader(reply.request) is None:
-                self._unmatched.append(reply)  # its timer is running
+                self._unmatched.append(reply)  # its timer of MATCHING_S is already running
             else:
                 self._send(reply)
         self._unsent.send_all()
@@ -227,7 +227,7 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
 
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
-        """The gids of its readers and writers."""
+        """The gids of the server's readers and writers."""
         return (self.gid,), (self._writer.data.guid,)
 
 

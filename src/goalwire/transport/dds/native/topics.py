@@ -80,7 +80,7 @@ class NativePublisher(PublisherEnd):
         if state.closed or state.guard.is_silent:
             state.check_sending()
         if self._write(self._writer, payload) is None:
-            state.check()  # closed by another thread in the meantime
+            state.check()  # another thread may have closed the publisher in the meantime
             raise TransportError(
                 f'{state.title}: a message was not sent, since subscriptions have not acknowledged earlier '
                 f'ones in time; publish less often, or keep the last messages only'

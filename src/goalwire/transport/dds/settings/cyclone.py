@@ -215,7 +215,7 @@ def _size(field: str, least: int) -> _Reader:
 
 
 _LEAST_PACKET = 1024
-"""Bytes; an announcement has some 500."""
+"""The smallest size of a packet that is accepted, in bytes; an announcement has some 500 bytes."""
 _DATAGRAM = 65_507
 
 

@@ -83,7 +83,8 @@ def _read_transports(profiles: Element, wanted: list[str], findings: Findings) -
         if kind is not None and kind.text.strip() in ('UDPv4', 'UDPv6'):
             for each in descriptor.children:
                 _read_descriptor(each, findings)
-        elif kind is not None and kind.text.strip() != 'SHM':  # UDP reaches the same participants
+        # A transport over shared memory is skipped silently: UDP reaches the same participants.
+        elif kind is not None and kind.text.strip() != 'SHM':
             findings.ignore(f'transport {kind.text.strip()}')
     if 'UDPv6' in kinds and 'UDPv4' not in kinds:
         findings.values['ipv6'] = True

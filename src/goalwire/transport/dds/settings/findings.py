@@ -12,7 +12,7 @@ LARGEST_FILE = 1_000_000
 """The largest file in bytes. Real files have some kB."""
 _LONGEST_QUOTED = 80
 DISCOVERY_SERVER = 'a discovery server'
-"""Stands in the name of each setting that asks for one."""
+"""Stands in the reported name of each setting that asks for a discovery server."""
 
 
 class Findings:

@@ -43,7 +43,7 @@ def session_settings(domain: int, rmw: str = CYCLONE, *, lease_s: float = 20.0) 
     """Return the settings of a session in a domain, as the RMW of this name would have them.
 
     `lease_s` applies if no file has a lease. One warning names all settings without effect here. Names of
-    peers are looked up, for seconds at most; one that has no address is left out with a warning. Raises
+    peers are looked up, for seconds at most; a peer without an address is left out with a warning. Raises
     TransportError for what cannot be understood.
     """
     range_ = discovery_range()
@@ -51,7 +51,7 @@ def session_settings(domain: int, rmw: str = CYCLONE, *, lease_s: float = 20.0) 
     findings = _read(domain, rmw)
     if findings is not None:
         settings = _apply(findings, settings)
-    if range_ is Range.SYSTEM_DEFAULT:  # then the peers come from the file only
+    if range_ is Range.SYSTEM_DEFAULT:  # in this range only the file names peers
         settings = replace(settings, announces_here=not settings.multicast)
     peers = _find_peers(settings, findings, _static_peers(range_))
     _check(settings)
@@ -61,14 +61,14 @@ def session_settings(domain: int, rmw: str = CYCLONE, *, lease_s: float = 20.0) 
 
 
 def asks_whom_the_standard_names(settings: Settings) -> bool:
-    """Return whether participants at the standard's ports on this machine are asked, and will answer."""
+    """Return whether participants at RTPS's standard ports on this machine are asked, and will answer."""
     return (
         settings.ports == STANDARD and settings.announces_here and not (settings.tag or settings.interfaces)
     )
 
 
 def _read(domain: int, rmw: str) -> Findings | None:
-    """Read the file of an RMW; None if it has none. Only a used module is imported."""
+    """Read the file of an RMW; None if it has none. The module that reads it is imported only then."""
     if rmw == CYCLONE and (uri := os.environ.get('CYCLONEDDS_URI', '').strip()):
         from goalwire.transport.dds.settings.cyclone import read_cyclone
 
@@ -81,7 +81,7 @@ def _read(domain: int, rmw: str) -> Findings | None:
 
 
 def _static_peers(range_: Range) -> list[str]:
-    """Return ROS_STATIC_PEERS, which applies in two ranges only, and not with ROS_LOCALHOST_ONLY."""
+    """Return ROS_STATIC_PEERS; empty unless the range is SUBNET or LOCALHOST, or with ROS_LOCALHOST_ONLY."""
     is_only_here = os.environ.get('ROS_LOCALHOST_ONLY', '').strip() == '1'
     return static_peers() if range_ in (Range.SUBNET, Range.LOCALHOST) and not is_only_here else []
 
@@ -132,7 +132,7 @@ def _find_peers(settings: Settings, findings: Findings | None, static: list[str]
 
 
 def _warn_of_interfaces(settings: Settings) -> None:
-    """Warn of named network interfaces that are missing: they are used as soon as they come."""
+    """Warn of named network interfaces that are missing: they are used as soon as they appear."""
     if not settings.interfaces:
         return
     there = find_interfaces(ipv6=settings.ipv6)
@@ -166,6 +166,6 @@ def _warn_of_ignored(findings: Findings | None, rmw: str) -> None:
 
 
 def _warn(text: str) -> None:
-    from goalwire.logging import get_logger  # needed only when something is broken
+    from goalwire.logging import get_logger  # imported here: needed only for a warning
 
     get_logger(LOGGER).warning(text)

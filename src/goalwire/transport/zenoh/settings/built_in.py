@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from goalwire.security.environment import Chosen
 
 _FAST_RETRY: Settings = {'period_init_ms': 100, 'period_max_ms': 400, 'period_increase_factor': 2}
-"""rmw_zenoh waits 1 s, 2 s, 4 s. With these a rendezvous that has moved is found in under half a second."""
+"""Retries that find a rendezvous which has moved in under half a second; rmw_zenoh waits 1, 2, 4 s."""
 
 _QUEUE_SIZE: Settings = {'control': 16, 'data': 16}
 """How many batches of 64 KiB may wait for a link, allocated when needed; rmw_zenoh has 2. A message of 1 MB
@@ -146,7 +146,7 @@ def everywhere(port: int) -> list[Json]:
         with closing(_socket.socket(_socket.AF_INET6, _socket.SOCK_STREAM)) as probe:
             probe.bind(('::', 0))
     except OSError:
-        return [f'tls/0.0.0.0:{port}']  # the session is protected against strangers
+        return [f'tls/0.0.0.0:{port}']  # all addresses: TLS keeps strangers out
     return [f'tls/[::]:{port}']
 
 

@@ -26,7 +26,7 @@ _WATCHING = ('declare_liveliness_subscriber', 'liveliness_query')
 _IN, _OUT = 'ingress', 'egress'
 _EVERYTHING = ('**', f'{GRAPH_SPACE}/**', '**/@adv/**')
 LEASE_MS = 10_000
-"""After so many ms of silence a router counts as gone: links over the air die without a word."""
+"""Milliseconds of silence after which a router counts as gone: radio links fail without any message."""
 
 
 @record
@@ -51,7 +51,7 @@ def site_router(
     """Return the settings of the router of a site or a cloud.
 
     It listens at `listen` and dials the routers in `connect`. `robots` and `others` are the names of the
-    certificates that may come: robots with their own namespaces, others with everything.
+    certificates that may connect: each robot with its own namespace only, the others with everything.
     """
     config = _router(identity, listen, connect)
     names = list(robots)
@@ -186,7 +186,7 @@ def _tokens_of(robot: str, allow: Sequence[str]) -> list[str]:
 
 
 def _tokens_about(robot: str, names: Iterable[str]) -> list[str]:
-    """Return the key expressions of the tokens of endpoints, whoever has them, on a robot's names."""
+    """Return the key expressions of the tokens of endpoints on a robot's names, in any session."""
     found: list[str] = []
     for name in names:
         if name == '**':

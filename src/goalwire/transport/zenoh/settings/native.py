@@ -151,7 +151,7 @@ _OFF_IN_ROUTER: dict[str, tuple[Json, ...]] = {
     'scouting/gossip/target': (['router', 'peer'], ['peer', 'router'], None),
     'scouting/gossip/autoconnect': ([], None),
 }
-"""The same for goalwire's routers, which do not connect to other routers."""
+"""Settings that goalwire's routers do not have, with the values that they may have nevertheless."""
 
 
 def _refuse(at: _At, off: dict[str, tuple[Json, ...]]) -> None:
@@ -179,7 +179,8 @@ def _meets_peers(at: _At) -> bool:
     if at('scouting/gossip/enabled') is False:
         return False
     told = at('scouting/gossip/target')
-    if at('mode') != 'client' and told not in (['router'], []):  # Zenoh's default has 'peer', too
+    # Zenoh's own default is refused: it also has 'peer', but goalwire's sessions tell only routers.
+    if at('mode') != 'client' and told not in (['router'], []):
         raise BeyondOursError(_setting('scouting/gossip/target', told))
     who = at('scouting/gossip/autoconnect')
     if who in ([], ['router']):

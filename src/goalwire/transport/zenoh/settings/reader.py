@@ -71,7 +71,7 @@ def _unusable(variable: str, path: str, reason: str) -> TransportError:
 
 
 def _path_of(uri: str) -> str:
-    # Imported here: it takes 2 ms, and few programs name a file this way
+    # Imported here: it takes 2 ms, and few programs name a file by a URI.
     from urllib.parse import unquote, urlsplit
 
     return unquote(urlsplit(uri).path)
@@ -109,7 +109,7 @@ def _warn_of(pair: Override, why: str) -> None:
 
 
 def _warn(part: str, why: str) -> None:
-    from goalwire.logging import get_logger  # needed only when something is broken
+    from goalwire.logging import get_logger  # imported here: needed only for a warning
 
     get_logger(LOGGER).warning(
         f"ZENOH_CONFIG_OVERRIDE: '{part}' is ignored: {why}; correct it or take it out"
