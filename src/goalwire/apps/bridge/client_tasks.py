@@ -23,7 +23,7 @@ class ClientWork:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def start(self, work: Coroutine[Any, Any, None], *, outlives: bool = False) -> None:
-        """Run a coroutine as a task, which is cancelled when the client is lost, unless it `outlives` it.
+        """Run a coroutine as a task. When the client is lost, cancel the task unless `outlives` is True.
 
         Raises NotAllowedError if the client has too many tasks.
         """

@@ -40,7 +40,7 @@ class Arrival:
 
     @property
     def time(self) -> int:
-        """The time at which it was sent, or received if the wire does not tell, in ns since 1970."""
+        """The time of sending, or of receiving if the wire gives no time of sending, in ns since 1970."""
         return self._sample.source_timestamp or self._sample.received_timestamp
 
     @cached_property
@@ -49,7 +49,7 @@ class Arrival:
         return codec.decoder(self._cls)(self._sample.payload)
 
     def form(self, key: str, make: Callable[[Arrival], Any]) -> Any:
-        """Return the form with a key; call `make` for it only the first time."""
+        """Return the encoded form with this key; `make` encodes the message when it is first requested."""
         if key not in self.forms:
             self.forms[key] = make(self)
         return self.forms[key]
@@ -59,7 +59,7 @@ class Listener(Protocol):
     """A client's subscription."""
 
     def take(self, arrival: Arrival) -> None:
-        """Take a message, in the loop, without waiting. The caller counts and logs its DecodeErrors."""
+        """Take a message on the loop's thread; must not block. The caller counts and logs DecodeErrors."""
 
 
 class Feeds:
@@ -70,7 +70,7 @@ class Feeds:
         self._feeds: set[_Feed] = set()
 
     def listen(self, topic: str, type_name: str, cls: Any, listener: Listener) -> Callable[[], None]:
-        """Subscribe a listener to a topic with a full name; return the function that ends this.
+        """Subscribe a listener to a topic with a full name; return the function that ends the subscription.
 
         `cls` is the message class; None if no listener decodes. Raises InvalidTopicNameException.
         """
@@ -126,7 +126,10 @@ class _Feed:
         self._latest: dict[bytes, int] = {}
         """The time of each publisher's latest message."""
         self._had: dict[bytes, int] = {}
-        """The same times at the last `subscribe`: history up to them is received again, and ignored."""
+        """By publisher: the time of its latest message before the last `subscribe`.
+
+        The new subscription receives history up to these times again; those messages are ignored.
+        """
         self._subscription: RawSubscription | None = None
         self.subscribe(qos)
         self._task = asyncio.get_running_loop().create_task(self._hand_out())
@@ -136,7 +139,7 @@ class _Feed:
         return not self.qos.is_transient_local
 
     def subscribe(self, qos: QoS) -> None:
-        """Subscribe, or replace the subscription by one with another QoS."""
+        """Subscribe with a QoS; an earlier subscription is closed first."""
         if self._subscription is not None:
             self._subscription.close()
         self.qos = qos

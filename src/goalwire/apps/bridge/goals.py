@@ -45,7 +45,7 @@ class SentGoal:
         listener: GoalListener,
         patience: float,
     ) -> None:
-        """Note the goal. `patience`: the seconds within which the server must appear and answer."""
+        """Prepare to send the goal. The server must appear, and answer, within `patience` s."""
         self._client = client
         self._goal = goal
         self._listener = listener

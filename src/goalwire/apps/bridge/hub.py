@@ -54,7 +54,7 @@ class Hub:
         return task
 
     async def type_of_topic(self, topic: str) -> str:
-        """Return the type of a topic. Raises UnknownInterfaceError if it has none, or several."""
+        """Return the type of a topic. Raises UnknownInterfaceError if the topic has no type, or several."""
         return await self._only_type('topic', topic, self.node.graph.topics)
 
     async def type_of_service(self, service: str) -> str:

@@ -24,7 +24,7 @@ class _Item(NamedTuple):
 
 
 class Outbox:
-    """A queue of up to `limit` bytes. Beyond them the oldest message of a topic is dropped and counted.
+    """A queue of up to `limit` bytes. Beyond the limit the oldest topic message is dropped and counted.
 
     Answers are never dropped. If the client does not read and the answers alone exceed the limit,
     `on_overflow` is called, which must end the connection.
@@ -34,22 +34,22 @@ class Outbox:
         self._limit = limit
         self._on_overflow = on_overflow
         self._items: dict[int, _Item] = {}
-        """The waiting messages by number, the oldest first."""
+        """The waiting messages by serial number, the oldest first."""
         self._droppable: deque[int] = deque()
-        """The numbers of messages of topics; some of these messages may be sent already."""
+        """The keys of topic messages in `_items`; keys of messages that were sent may remain."""
         self._of_topic: dict[str, deque[int]] = {}
         self._count = 0
         self._held = 0
         self._filled = asyncio.Event()
         self.dropped: Counter[str] = Counter()
-        """The numbers of dropped messages, by topic."""
+        """How many messages were dropped, by topic."""
 
     def put(self, frames: Sequence[Frame]) -> None:
         """Add an answer, which is never dropped."""
         self._add(frames, None)
 
     def put_of_topic(self, topic: str, frames: Sequence[Frame], most: int = 0) -> None:
-        """Add a message of a topic, of which at most `most` messages wait; 0: no limit of its own."""
+        """Add a topic's message. At most `most` messages of the topic wait; 0: as many as the queue holds."""
         self._add(frames, topic)
         waiting = self._of_topic.get(topic)
         while most and waiting is not None and len(waiting) > most:
@@ -81,7 +81,7 @@ class Outbox:
         self._held -= item.size
         if item.topic is not None:
             waiting = self._of_topic[item.topic]
-            waiting.remove(number)  # the oldest one is at the front
+            waiting.remove(number)  # fast: the message is usually the topic's oldest, at the front
             if not waiting:
                 del self._of_topic[item.topic]
         while self._droppable and self._droppable[0] not in self._items:

@@ -34,7 +34,7 @@ from goalwire.security.signed_in import SignedIn
 _QUIET = logging.getLogger('goalwire.bridge.websockets')
 _MOST_REASON = 100
 """Characters of the reason with which a client is disconnected; a web socket has room for 123 bytes."""
-# Silence the library, which logs tracebacks; this module logs the important errors itself.
+# Silence the package `websockets`, which logs tracebacks; this module logs the important errors itself.
 _QUIET.addHandler(logging.NullHandler())
 _QUIET.propagate = False
 
@@ -51,7 +51,7 @@ class Session(Protocol):
 
 OpenSession = Callable[[Hub, Outbox, Permissions], Session]
 LOOK_S = 1.0
-"""The seconds between two looks at the rights of clients that have signed in, as between sessions."""
+"""Seconds between two checks of the rights of signed-in clients; Zenoh links are checked as often."""
 
 
 async def serve_clients(
@@ -61,7 +61,7 @@ async def serve_clients(
     ready: Callable[[str], object],
     subprotocols: Sequence[str] = (),
 ) -> None:
-    """Serve clients until this is cancelled; call `ready` with the address once clients can connect.
+    """Serve clients until cancelled; call `ready` with the address once clients can connect.
 
     Raises TransportError if the port is taken, or the TLS files cannot be read.
     """
@@ -77,7 +77,7 @@ async def serve_clients(
                 process_request=door.judge,
                 subprotocols=[Subprotocol(each) for each in subprotocols] or None,
                 max_size=settings.most_bytes,
-                # Compression costs more than it saves, and a small frame could become a large message
+                # Compression costs more than it saves, and a small frame could decompress to a large message
                 compression=None,
                 logger=_QUIET,
                 server_header=None,
@@ -90,7 +90,7 @@ async def serve_clients(
 class _Door:
     """Admits or refuses clients, and runs the session of each.
 
-    With an identity (GOALWIRE_SECURITY) each client signs in under a name of the policy.
+    If the bridge has an identity (GOALWIRE_SECURITY), each client signs in under a name in the policy.
     """
 
     def __init__(self, hub: Hub, open_session: OpenSession) -> None:
@@ -118,7 +118,7 @@ class _Door:
             self._authorizer.close()
 
     async def _look_at_rights(self) -> None:
-        """Disconnect clients whose tokens count no more, or whose rights have changed."""
+        """Disconnect clients whose tokens have become invalid, or whose rights have changed."""
         while True:
             await asyncio.sleep(LOOK_S)
             closing = []
@@ -161,7 +161,7 @@ class _Door:
         return ''
 
     async def attend(self, connection: ServerConnection) -> None:
-        """Serve one client until its end."""
+        """Serve one client until it disconnects."""
         self._count += 1
         log = self._hub.node.logger
         peer = peer_text(str(connection.remote_address[:2] if connection.remote_address else 'a client'), 80)

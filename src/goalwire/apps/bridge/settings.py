@@ -78,7 +78,7 @@ class Permissions:
     """Patterns for parameters, matched with '/node:parameter'."""
     read_only: bool = False
     client: SignedIn | None = None
-    """Who the client is, if clients sign in: then the policy must allow each act, too."""
+    """The signed-in client, whose every act the policy must allow, too; None if clients do not sign in."""
 
     def check_publish(self, topic: str) -> None:
         """Raise NotAllowedError if the client may not publish on a topic."""
@@ -87,9 +87,9 @@ class Permissions:
         self._ask(permission_to_offer(topic, is_service=False))
 
     def check_message(self, topic: str) -> None:
-        """Raise NotAllowedError if the client may not publish a message; else it is logged as done.
+        """Raise NotAllowedError if the policy forbids the client to publish a message; else log the message.
 
-        The options were asked by `check_publish`.
+        `check_publish` has already applied the bridge's options.
         """
         if self.client is not None:
             self.client.check_to_send(permission_to_offer(topic, is_service=False))
@@ -105,7 +105,7 @@ class Permissions:
         self._ask(permission_to_use(topic, is_service=False))
 
     def check_call(self, service: str) -> None:
-        """Raise NotAllowedError if the client may not call a service; else the call is logged as done."""
+        """Raise NotAllowedError if the client may not call a service; else log the call."""
         self._check_service(service)
         if self.client is not None:
             self.client.check_to_send(permission_to_use(service, is_service=True))
@@ -116,7 +116,7 @@ class Permissions:
         self._ask(permission_to_offer(service, is_service=True))
 
     def _check_service(self, service: str) -> None:
-        """Ask the options.
+        """Raise NotAllowedError if the bridge's options do not allow the service.
 
         If there is an allow list of parameters, the parameter services of nodes are refused, because they
         would bypass it.
@@ -127,7 +127,7 @@ class Permissions:
         self._check(service, self.services)
 
     def check_goal(self, action: str) -> None:
-        """Raise NotAllowedError if the client may not send goals to an action; else it is logged as done."""
+        """Raise NotAllowedError if the client may not send goals to an action; else log the goal."""
         self._check_change()
         self.actions.check(action)
         if self.client is not None:
@@ -186,7 +186,7 @@ class Permissions:
         return patterns.allow(service.partition(_HIDDEN)[0])
 
     def _ask(self, permission: Permission) -> None:
-        """Raise NotAllowedError if the policy does not allow the client something."""
+        """Raise NotAllowedError if the policy does not give the client a permission."""
         if self.client is not None:
             self.client.check_to_look(permission)
 

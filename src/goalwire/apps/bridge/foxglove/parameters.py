@@ -49,7 +49,7 @@ class Parameters:
         return self._client.permissions.shows_parameter(f'{node}:{name}')
 
     def _by_node(self, names: Iterable[str]) -> dict[str, list[str]]:
-        """Return the names of parameters by node; without names, all nodes."""
+        """Group parameter names by node. Without names, return every node, each with an empty list."""
         nodes = nodes_with_parameters(self._client.hub.node.graph.served())
         found: dict[str, list[str]] = {} if names else {node: [] for node in nodes}
         for full in names:

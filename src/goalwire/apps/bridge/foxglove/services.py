@@ -44,8 +44,8 @@ class Services:
         self._goals: dict[tuple[str, bytes], asyncio.Task[Any]] = {}
         """By action and goal id: the send_goal calls of goals whose result the client does not have yet.
 
-        They run to the server's answer even if the client is lost before, because only an accepted goal may
-        be cancelled: a refused one may have the id of another client's goal.
+        Each call runs until the server answers, even if the client is lost first, because only an accepted
+        goal may be cancelled: a refused goal may have the id of another client's goal.
         """
 
     def update(self) -> None:
@@ -77,7 +77,7 @@ class Services:
                 'schemaEncoding': schema.encoding,
                 'schema': schema.text,
             }
-            parts[f'{part}Schema'] = schema.text  # the field of the protocol's first version
+            parts[f'{part}Schema'] = schema.text  # for clients of the protocol's first version
         number = self._services[service] = next(self._numbers)
         return {'id': number, 'name': service.name, 'type': service.type_name, **parts}
 
@@ -134,10 +134,11 @@ class Services:
             return await client.call(message, timeout=limit)
 
     async def _send_goal(self, service: Shown, cls: Any, message: Any) -> Any:
-        """Send a goal; note it first, because the client may be lost before the answer."""
+        """Send a goal; note the goal first, because the client may be lost before the server answers."""
         goal = _goal_of(service, message)
         call = asyncio.create_task(self._call(service, cls, message))
-        call.add_done_callback(lambda done: done.cancelled() or done.exception())  # marks errors as seen
+        # Reading the exception keeps asyncio from reporting it as never retrieved.
+        call.add_done_callback(lambda done: done.cancelled() or done.exception())
         if goal not in self._goals:
             self._goals[goal] = call
         response = await asyncio.shield(call)

@@ -180,7 +180,7 @@ class RosApi:
 
     async def _time(self, _args: Fields) -> dict[str, Any]:
         seconds, nanoseconds = self._hub.node.clock.now().seconds_nanoseconds()
-        of_ros_1 = {'secs': seconds, 'nsecs': nanoseconds}  # the names that roslibpy reads
+        of_ros_1 = {'secs': seconds, 'nsecs': nanoseconds}  # roslibpy reads these two fields
         return {'time': {'sec': seconds, 'nanosec': nanoseconds, **of_ros_1}}
 
     async def _version(self, _args: Fields) -> dict[str, Any]:

@@ -84,7 +84,7 @@ class ServingActions:
             )
             try:
                 return await asyncio.shield(running.end)
-            except asyncio.CancelledError:  # The goal is being cancelled, or the bridge ends.
+            except asyncio.CancelledError:  # because the goal is being cancelled, or the bridge ends
                 self._client.send({'op': 'cancel_action_goal', 'id': name, 'action': given})
                 async with asyncio.timeout(GRACE_S):
                     return await running.end
@@ -92,7 +92,7 @@ class ServingActions:
             del self._running[name]
 
     async def feed_back(self, operation: Operation) -> None:
-        """Pass on feedback of the client."""
+        """Publish the client's feedback on one of its goals."""
         running = self._find(operation)
         if running is not None:
             cls = self._actions[running.action].cls

@@ -9,7 +9,7 @@ from goalwire.idl.registry import message_definition
 from goalwire.idl.rosidl_compat import definition_of
 
 _NAMES = {'bool': 'boolean', 'byte': 'octet', 'float32': 'float', 'float64': 'double', 'char': 'uint8'}
-"""The names that Python's classes give to types, which rosapi repeats."""
+"""rosapi's names of primitive types by their names in definitions, if the two names differ."""
 
 
 def typedefs(cls: Any) -> list[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Messages as rosbridge writes them in JSON and CBOR, and the way back.
+"""Converts messages to rosbridge's JSON and CBOR, and back.
 
 In JSON, arrays of uint8 and char are base64, and NaN and infinity are null, because JSON cannot express them.
 In CBOR, arrays of numbers are typed arrays (RFC 8746, little endian), and arrays of uint8 are bytes. Reading
