@@ -1,4 +1,4 @@
-"""Which ports a participant has, and where it announces itself."""
+"""The ports of a participant, and the addresses to which it announces itself."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GROUP = '239.255.0.1'
 GROUPS_V6 = ('ff02::ffff:efff:1', 'ff1e::ffff:efff:1')
 """The groups on IPv6: the link-local one of Cyclone DDS, and the one of the standard and Fast DDS."""
 MOST_DOMAIN = 232
-"""The last domain: the ports of a higher one would be above 65535."""
+"""The highest domain number: the ports of a higher domain would be above 65535."""
 ANNOUNCED_PARTICIPANTS = 32
 """How many participants of a host get announcements by unicast: as many as with Fast DDS and Cyclone DDS."""
 MOST_PARTICIPANTS = 120
@@ -83,7 +83,7 @@ def announced_addresses(
     ports: Ports = STANDARD,
     participants: int = ANNOUNCED_PARTICIPANTS,
 ) -> tuple[Address, ...]:
-    """Return where a participant announces itself: to multicast groups, this machine's `hosts`, and `peers`.
+    """Return the addresses to which a participant announces itself: `groups`, own `hosts`, and `peers`.
 
     A peer is HOST, whose first `participants` get announcements, or HOST:PORT, or [IPV6]:PORT.
     Raises TransportError for a peer whose name is not known.
@@ -115,7 +115,7 @@ def split_port(peer: str) -> tuple[str, int | None]:
 def look_up(host: str) -> str:
     """Return the IPv4 address of a host, or an IPv6 address in its normal form. Raises TransportError."""
     family = socket.AF_INET6 if ':' in host else socket.AF_INET
-    with suppress(OSError, ValueError):  # a numeric address: so Python need not load its codec for host names
+    with suppress(OSError, ValueError):  # for a numeric address Python need not load its codec for host names
         return socket.inet_ntop(family, socket.inet_pton(family, host))
     try:
         return str(socket.getaddrinfo(host, None, family, socket.SOCK_DGRAM)[0][4][0])
@@ -124,7 +124,7 @@ def look_up(host: str) -> str:
 
 
 def announced_hosts(hosts: tuple[str, ...], *, chosen: bool, ipv6: bool) -> tuple[str, ...]:
-    """Return the addresses of this machine by which its other participants get announcements.
+    """Return the addresses to which a participant sends announcements for others on this machine.
 
     Cyclone DDS ignores packets from the loopback address if it uses another interface, but other
     implementations may listen only on loopback: so both are used, unless interfaces are `chosen`.

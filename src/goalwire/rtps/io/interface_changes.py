@@ -17,7 +17,7 @@ LOOK_S = 3.0
 
 
 class InterfaceChanges:
-    """Calls a function after each change, on the thread that waits on a poller."""
+    """Calls a function after each change of an interface, on the thread that waits on a poller."""
 
     def __init__(self, poller: Poller, on_change: Callable[[], None]) -> None:
         """If the system cannot report changes, `on_change` is called every LOOK_S seconds."""
@@ -32,9 +32,7 @@ class InterfaceChanges:
 
     def _read(self, _events: int) -> None:
         assert self._socket is not None
-        with suppress(
-            OSError
-        ):  # the socket is empty, or has overflowed: one look at the interfaces is enough
+        with suppress(OSError):  # the socket is empty or has overflowed; either way interfaces changed
             while self._socket.recv(65536):
                 pass
         self._on_change()
@@ -47,7 +45,7 @@ class InterfaceChanges:
         self._on_change()
 
     def close(self) -> None:
-        """Stop. The poller must be closed already, or be closed by the same thread afterwards."""
+        """Stop watching. The poller must be closed already, or be closed by the same thread afterwards."""
         if self._timer is not None:
             self._timer.cancel()
         if self._socket is not None:
@@ -55,12 +53,12 @@ class InterfaceChanges:
 
 
 def _subscribe() -> socket.socket | None:
-    """Return a socket that becomes readable after each change; None if the system has none."""
+    """Return a socket that is readable after each change of an interface; None if it cannot be opened."""
     if sys.platform != 'linux':
         return None
     try:
         sock = open_privately(lambda: socket.socket(socket.AF_NETLINK, socket.SOCK_RAW, socket.NETLINK_ROUTE))
-    except OSError:  # a sandbox may refuse the socket
+    except OSError:  # a sandbox may forbid netlink sockets
         return None
     try:
         sock.setblocking(False)

@@ -1,4 +1,4 @@
-"""A participant with its sockets: threads that wait on the sockets read them; `close` ends everything."""
+"""A participant with its sockets, which are read by the threads that wait on them."""
 
 from __future__ import annotations
 
@@ -48,7 +48,10 @@ class _Listener(ParticipantListener):
 
 
 class RtpsSession:
-    """One open participant. Idle threads may wait in `wire_poller`; `participant` has all other methods."""
+    """One open participant and its sockets.
+
+    Idle threads may wait in `wire_poller`; `participant` has all other methods.
+    """
 
     def __init__(
         self,
@@ -59,9 +62,10 @@ class RtpsSession:
         rejects: RejectCounters | None = None,
         starts: bool = True,
     ) -> None:
-        """Open it. Raises TransportError.
+        """Open the participant and its sockets. Raises TransportError.
 
-        `awaited` is for `WireSet.awaited`, `rejects` counts refused data; without `starts` call `start`.
+        `awaited` is passed to `WireSet.awaited`; `rejects` counts refused data. If `starts` is false, the
+        caller must call `start`.
         """
         first_port(settings.domain, settings.ports)
         self.guard = ForkGuard()
@@ -149,7 +153,7 @@ class RtpsSession:
         )
 
     def _on_interfaces(self) -> None:
-        """If the addresses of this host have changed, use the new ones and announce them."""
+        """If the addresses of this host have changed, use the new addresses and announce them."""
         found = self._look_at_interfaces()
         if found == (self._interfaces, self._own_hosts) or self._is_closed:
             return
@@ -162,9 +166,10 @@ class RtpsSession:
     # ---- what comes
 
     def _read(self, sock: socket.socket, _events: int) -> None:
-        packets = self._sockets.read(sock, PACKETS_A_TURN)  # read them first: that frees the socket's buffer
+        packets = self._sockets.read(sock, PACKETS_A_TURN)  # first: reading frees the socket's buffer
         if len(packets) > 1 and sock is not self._sockets.discovery:
-            # Readers may have been discovered meanwhile, and a listener's reply to a sample needs them.
+            # Discovery first: a listener may reply to a sample, and may know the reader for its reply only
+            # then.
             self._read(self._sockets.discovery, IN)
         if self._is_local:
             own_hosts = self._own_hosts
@@ -178,7 +183,7 @@ class RtpsSession:
             self.participant.receive_all(packets)
 
     def _set_timer(self) -> None:
-        """Set the poller's timer to the participant's next timer."""
+        """Let the poller wake when the participant's next timer is due."""
         timer, due = self._timer, self.participant.next_due
         if timer is not None:
             timer.cancel()
@@ -191,12 +196,13 @@ class RtpsSession:
     ) -> int | None:
         """Write a sample and return its number; None if the writer stays full for `max_blocking`.
 
-        A thread that waits for room also reads the sockets, if no other thread does. A call in a callback of
-        the reading thread does not wait: only that thread can make room.
+        A thread that waits for room also reads the sockets, if no other thread does. A call from a callback
+        of the thread that reads the sockets does not wait: the acknowledgements that make room come through
+        this thread.
         """
         if self.guard.is_forked:
             self.guard.check('an RTPS writer')
-        # hot path: `Writer.write`, without its call.
+        # hot path: the body of `Writer.write`, which saves a call
         otherwise: int | None = 0
         number = self.participant.run(partial(writer.add, payload, qos, to), otherwise)
         if number is not None or self.wire_poller.leads():
@@ -219,7 +225,7 @@ class RtpsSession:
         return self.wait_for_acknowledgements(self.participant.is_acknowledged, timeout_s)
 
     def wait_for_acknowledgements(self, is_done: Callable[[], bool], timeout_s: float) -> bool:
-        """Wait until `is_done`, which is asked as readers acknowledge; return False after `timeout_s`."""
+        """Check `is_done()` after each acknowledgement until it is true; return False after `timeout_s`."""
         deadline = monotonic() + timeout_s
         sleeper = SleepingThread()
         self._sleepers.add(sleeper)
@@ -240,7 +246,7 @@ class RtpsSession:
     # ---- the end
 
     def close(self) -> None:
-        """Wait a moment for acknowledgements, tell others that the participant leaves, and close."""
+        """Wait shortly for acknowledgements, tell others that the participant leaves, and close sockets."""
         if self._is_closed or self.guard.is_forked:
             return
         if not self.wire_poller.leads():

@@ -1,4 +1,4 @@
-"""The settings of a session: plain values, which know nothing of any file or variable."""
+"""The settings of a session: plain values, independent of files and environment variables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The UDP sockets of a participant: two of its own, and the sockets that have joined the multicast groups."""
+"""The UDP sockets of a participant: two for unicast, and those that have joined the multicast groups."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _SENDS_PARTS = hasattr(socket.socket, 'sendmsg')
 _OUT_OF_PORTS = errno.EADDRINUSE, errno.EACCES
 
 LARGE_AT_ONCE = 8
-"""How many packets are read at once while large ones come: for each there is memory that is used again."""
+"""How many packets are read at once while large packets come: each has a buffer that is used again."""
 MOST_BYTES = 1 << 16
 """The largest UDP packet."""
 TURNS_BETWEEN_LOOKS = 8
@@ -40,7 +40,7 @@ class Sockets:
     """The sockets of one participant. `send` never blocks."""
 
     def __init__(self, settings: Settings, interfaces: tuple[Interface, ...]) -> None:
-        """`interfaces` are the ones to use. Raises TransportError if no ports are free."""
+        """Open the sockets on `interfaces`. Raises TransportError if no ports are free."""
         self._settings = settings
         self._family = socket.AF_INET6 if settings.ipv6 else socket.AF_INET
         self._groups = frozenset(settings.groups)
@@ -53,11 +53,13 @@ class Sockets:
         self._expects_large = False
         """True after a large packet of samples."""
         self._memory: list[memoryview] = []
-        """Memory for large packets, which is made for the first one and then used again."""
+        """Buffers for large packets, which are made for the first large packet and then used again."""
         self._listeners: list[socket.socket] = []
         """The receivers that have joined the groups."""
         self._interfaces: dict[Interface, bytes] = {}
-        """The interfaces by which packets go to the groups, with their value for the socket's option."""
+        """The interfaces by which packets go to the groups, each with the socket option's value that selects
+        it.
+        """
         self._ports = 0, 0
         self.metatraffic: tuple[Address, ...] = ()
         self.default: tuple[Address, ...] = ()
@@ -78,14 +80,17 @@ class Sockets:
             raise
 
     def _loopback(self) -> Interface:
-        """Return the loopback interface, by which a group works within this machine."""
+        """Return the loopback interface, on which multicast stays within this machine."""
         if not self._settings.ipv6:
             return Interface('lo', 0, LOOPBACK)
         index = next((index for index, name in socket.if_nameindex() if name.startswith('lo')), 0)
         return Interface('lo', index, LOOPBACK_V6)
 
     def use(self, interfaces: tuple[Interface, ...]) -> None:
-        """Use these interfaces from now on; interfaces and their addresses may have changed."""
+        """Use these interfaces from now on.
+
+        Call this again when interfaces or their addresses have changed.
+        """
         settings = self._settings
         if settings.reach is Reach.OFF:
             return
@@ -103,7 +108,7 @@ class Sockets:
         self.default = tuple((host, data) for host in hosts)
 
     def _open_unicast(self) -> tuple[int, int]:
-        """Bind the pair of ports of the chosen index, or the first free pair, and return it."""
+        """Bind and return the pair of ports of the configured participant index, or the first free pair."""
         settings = self._settings
         domain, chosen = settings.domain, settings.participant
         tried = range(MOST_PARTICIPANTS) if chosen is None else (chosen,)
@@ -138,7 +143,7 @@ class Sockets:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         if hasattr(socket, 'SO_REUSEPORT'):
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
-        if sys.platform == 'linux':  # else the socket receives from groups that other programs have joined
+        if sys.platform == 'linux':  # or else it hears groups that other programs have joined
             level, option = _ALL_GROUPS_V6 if self._settings.ipv6 else _ALL_GROUPS
             with suppress(OSError):
                 sock.setsockopt(level, option, 0)
@@ -146,7 +151,7 @@ class Sockets:
         return sock
 
     def _join(self, interface: Interface) -> None:
-        """Join the groups on an interface; skip a group that cannot be joined."""
+        """Join the multicast groups on an interface; skip a group that cannot be joined."""
         for sock in self._listeners:
             for group in self._groups:
                 joined = socket.inet_pton(self._family, group)
@@ -185,7 +190,7 @@ class Sockets:
             self.lost += 1
 
     def send_parts(self, parts: PacketParts, address: Address) -> None:
-        """Send a packet in parts, as `send` does; only the system copies them."""
+        """Send a packet that is given in parts, as `send` does; the parts are not joined in Python."""
         keep_freed_memory()
         if address[0] in self._groups or not _SENDS_PARTS:
             self.send(b''.join(parts), address)
@@ -196,7 +201,7 @@ class Sockets:
             self.lost += 1
 
     def _send_to_group(self, packet: bytes, group: Address) -> None:
-        """Send a packet to a group by each interface, from the usual source port."""
+        """Send a packet to a multicast group by each interface, from the same source port as all packets."""
         option = _SENDS_BY_V6 if self._settings.ipv6 else _SENDS_BY
         for name in self._interfaces.values():
             with suppress(OSError):
@@ -206,11 +211,12 @@ class Sockets:
     def read(self, sock: socket.socket, most: int) -> list[tuple[bytes | memoryview, Address]]:
         """Return at most `most` packets that a socket has received, each with its sender.
 
-        A memoryview is valid until the next `read`.
+        A packet that is a memoryview is valid until the next `read`.
 
-        A read that finds no packet costs 2 us of a call's 50. So more than one data packet is read only
-        while they come in bursts, and now and then to detect a burst. Discovery packets are always read
-        completely, so that news of a writer or reader is seldom later than the samples that follow it.
+        A read that finds no packet costs 2 us, and a whole service call takes 50 us. So more than one data
+        packet is read only while data packets come in bursts, and now and then to detect a burst. Discovery
+        packets are always read completely, so that news of a writer or reader is seldom later than the
+        samples that follow it.
         """
         packets: list[tuple[bytes | memoryview, Address]] = []
         has_samples = sock is self._sender
@@ -235,9 +241,9 @@ class Sockets:
         return packets
 
     def _read_large(self, sock: socket.socket) -> list[tuple[bytes | memoryview, Address]]:
-        """Read some packets, of which the large ones stay in memory that is there.
+        """Read some packets, and keep the large ones in buffers that are used again.
 
-        To make 64 KiB of new memory for each would cost more than the copy of the packet into it.
+        Allocating 64 KiB for each packet would take longer than copying the packet into them.
         """
         packets: list[tuple[bytes | memoryview, Address]] = []
         if not self._memory:

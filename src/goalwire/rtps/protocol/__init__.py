@@ -8,7 +8,7 @@ Nothing here opens a socket, starts a thread or reads a clock.
     parameters       parameter lists and inline QoS: written and read
     qos              QoS of endpoints, and if a writer and a reader match
     announcements    discovery data of participants and endpoints: written and read
-    wire             the base of the following: packets, timers, a lock, events for listeners
+    wire the base of the following modules: packets, timers, a lock, events for listeners
     history          the samples that a writer keeps
     fragments        samples larger than a packet: cut and joined
     reader_proxy     a writer's record of one of its readers
@@ -20,7 +20,7 @@ Nothing here opens a socket, starts a thread or reads a clock.
     reader           a reader: order, missing samples, liveliness
     matching         the known writers and readers, and which of them match
     discovery        participants that appear and disappear (SPDP), and their endpoints (SEDP)
-    participant      all of it together: `receive` takes each packet
+    participant a participant: all of these together; `receive` takes each packet
 
 Threads. Every method of a participant, and those of writers and readers that say so, may be called on any
 thread. All changes of a participant run in `Wire.run`, one at a time; users' callbacks run after that, in

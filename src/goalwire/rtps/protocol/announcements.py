@@ -36,7 +36,7 @@ from goalwire.rtps.protocol.qos import READER_DEFAULT, WRITER_DEFAULT, Qos, read
 ENDPOINTS = 0x0C3F
 """The built-in endpoints of this implementation: participants, publications, subscriptions, messages."""
 DEFAULT_LEASE = 100 * NS
-"""The standard's lease for a participant that tells none."""
+"""The standard's lease for a participant that announces none."""
 
 
 @record
@@ -84,7 +84,7 @@ class EndpointData:
 
 
 def write_participant(data: ParticipantData) -> bytes:
-    """Return the payload of SPDP."""
+    """Return the payload of SPDP that announces a participant."""
     told: Parameters = [
         (pids.PROTOCOL_VERSION, VERSION),
         (pids.VENDOR_ID, data.vendor),
@@ -143,13 +143,13 @@ def read_participant(payload: bytes) -> ParticipantData:
                 _check_unknown(pid)
     if 'prefix' not in values:
         raise RtpsError('a participant tells no GUID')
-    if values.get('vendor') != VENDOR:  # to others the number may mean something else
+    if values.get('vendor') != VENDOR:  # to other vendors the parameter's id may mean something else
         values.pop('receive_buffer', None)
     return ParticipantData(**values, metatraffic=tuple(metatraffic), default=tuple(default))  # type: ignore[arg-type]
 
 
 def write_endpoint(data: EndpointData) -> bytes:
-    """Return the payload of SEDP."""
+    """Return the payload of SEDP that announces an endpoint."""
     told: Parameters = [
         (pids.ENDPOINT_GUID, data.guid),
         (pids.KEY_HASH, data.guid),
@@ -191,7 +191,7 @@ def read_endpoint(payload: bytes) -> EndpointData:
 
 
 def read_key(payload: bytes, pid: int) -> bytes | None:
-    """Return the GUID that a key-only payload has as the parameter `pid`; None without it."""
+    """Return the GUID in the parameter `pid` of a key-only payload; None if the payload does not have it."""
     for found, value in read_payload(payload)[0]:
         if found == pid:
             return _guid(value)
@@ -199,7 +199,7 @@ def read_key(payload: bytes, pid: int) -> bytes | None:
 
 
 def write_key(pid: int, guid: bytes) -> bytes:
-    """Return a key-only payload."""
+    """Return a payload that has only a key: the parameter `pid` with a GUID."""
     return write_payload([(pid, guid)])
 
 

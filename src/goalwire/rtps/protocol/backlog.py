@@ -14,7 +14,7 @@ from goalwire.rtps.protocol.wire import Timer, Wire
 
 
 class Sample(NamedTuple):
-    """One sample, as a reader delivers it."""
+    """A sample in the form in which a reader delivers it."""
 
     writer: bytes
     """The GUID of its writer."""
@@ -34,7 +34,10 @@ class Sample(NamedTuple):
 
 
 class Backlog:
-    """The samples of one writer that one reader keeps. All readers of a participant share one bound."""
+    """The samples of one writer that one reader keeps.
+
+    All readers of a participant share one limit in bytes.
+    """
 
     __slots__ = ('_timer', '_wire', 'held', 'partials', 'size')
 
@@ -50,7 +53,7 @@ class Backlog:
         """The timer that drops unfinished samples without new fragments."""
 
     def _has_room(self, size: int) -> bool:
-        """Return True if so many more bytes may be kept; if not, count the refusal."""
+        """Return True if `size` more bytes may be kept; if not, count the refusal."""
         if self._wire.kept + size <= bounds.KEPT_SIZE:
             return True
         self._wire.refuse('sample that waits for others', f'{self._wire.kept >> 20} MiB are kept')
@@ -59,7 +62,7 @@ class Backlog:
     # ---- whole samples
 
     def hold(self, sample: Sample, next_number: int) -> bool:
-        """Keep a sample and return True; beyond the bounds return False, and it is requested again later.
+        """Keep an early sample and return True; beyond the bounds return False: it will be requested again.
 
         `next_number` is the number of the next sample to deliver, 0 if that is unknown.
         """
@@ -93,7 +96,7 @@ class Backlog:
     # ---- samples in fragments
 
     def add(self, fragment: DataFrag, next_number: int, *, is_reliable: bool) -> Partial | None:
-        """Keep some fragments, and return their sample as far as it has come; None beyond the bounds.
+        """Keep some fragments, and return their sample, complete or not; None if the bounds are exceeded.
 
         Raises RtpsError for fragments that do not fit together.
         """
@@ -102,7 +105,7 @@ class Backlog:
         if begun is None:
             begun = Partial(fragment)
             if next_number and number >= next_number + bounds.MOST_UNFINISHED and is_reliable:
-                return None  # it is requested later; on a lossy network this is normal for a stream
+                return None  # not counted: normal on a lossy network, and the sample is requested again
             while len(partials) >= bounds.MOST_UNFINISHED:
                 self._wire.refuse('unfinished sample', f'{bounds.MOST_UNFINISHED} newer ones are unfinished')
                 self.drop_partial(next(iter(partials)))
@@ -119,18 +122,18 @@ class Backlog:
         return begun
 
     def drop_partial(self, number: int) -> None:
-        """Drop an unfinished sample, if it is kept."""
+        """Drop the unfinished sample with this number, if it is kept."""
         begun = self.partials.pop(number, None)
         if begun is not None:
             self._wire.kept -= begun.kept
 
     def drop_partials(self, is_dropped: Callable[[int], bool]) -> None:
-        """Drop unfinished samples by their numbers."""
+        """Drop the unfinished samples whose number `is_dropped` selects."""
         for number in [number for number in self.partials if is_dropped(number)]:
             self.drop_partial(number)
 
     def _drop_stale(self) -> None:
-        """Drop unfinished samples without new fragments for a while, and set the timer again."""
+        """Drop unfinished samples that got no new fragment for UNFINISHED_S, and set the timer again."""
         self._timer = None
         now, kept_s = self._wire.clock(), bounds.UNFINISHED_S
         for number in [number for number, begun in self.partials.items() if begun.heard + kept_s <= now]:

@@ -1,7 +1,8 @@
 """Limits of the resources that others can take from a participant, with the reason for each figure.
 
-Any program that reaches a participant's ports can send any data in any name. So all that others can make it
-keep, compare, send or log has a limit here. Data beyond a limit is ignored and counted by its kind.
+Any program that reaches a participant's ports can send any data in any participant's name. So everything that
+others can make a participant keep, compare, send or log has a limit here. Data beyond a limit is ignored and
+counted by its kind.
 
 The figures leave room for a hundred robots with two hundred endpoints each.
 """

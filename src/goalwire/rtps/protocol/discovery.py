@@ -4,9 +4,9 @@ Participants announce themselves to addresses that are configured (SPDP). Then e
 writers and readers (SEDP), by built-in writers and readers. Both sides send their data
 as soon as they know each other, so that a match takes one exchange.
 
-Of an unknown participant only its existence is believed. A participant on another host gets no more than its
-announcement's size in bytes until it has proved, by naming this participant's GUID, that it reads packets
-at its addresses. A packet in a participant's name counts only if it comes from one of its hosts.
+An announcement can be forged. So a participant on another host gets no more bytes than its announcement had,
+until it has proved, by naming this participant's GUID, that it reads packets at its addresses. A packet in a
+participant's name counts only if it comes from one of its hosts.
 """
 
 from __future__ import annotations
@@ -116,7 +116,10 @@ class ParticipantListener:
 
 
 class Discovery:
-    """The discovery of one participant: sends and reads SPDP and SEDP. Inside `Wire.run`."""
+    """The discovery of one participant: sends and reads SPDP and SEDP.
+
+    Methods are called inside `Wire.run`.
+    """
 
     def __init__(
         self,
@@ -140,7 +143,7 @@ class Discovery:
     # ---- the participant itself
 
     def announce(self, left: int = FIRST_ANNOUNCEMENTS) -> None:
-        """Announce the participant now and periodically; the first `left` times in quick succession."""
+        """Announce the participant now and periodically: `left` times in quick succession, then seldom."""
         if self._is_closed:
             return
         self._send_to_all(self._announcement_to(UNKNOWN_PREFIX))
@@ -148,7 +151,7 @@ class Discovery:
         self._timer = self._wire.timers.at(self._wire.clock() + delay, partial(self.announce, left - 1))
 
     def move(self, own: ParticipantData, settings: Settings) -> None:
-        """Change the participant's addresses and the ones that get announcements, and announce it."""
+        """Change the participant's own addresses and those that get announcements; announce it anew."""
         self._own, self._settings = own, settings
         self._known.move(own, settings.own_hosts)
         self._announcement = self._announce_as(0)
@@ -166,7 +169,7 @@ class Discovery:
             self._wire.send(packet, address)
 
     def _announce_as(self, status: int) -> bytes:
-        """Return a packet of SPDP that says that the participant is there (status 0), or that it leaves."""
+        """Return a packet of SPDP that says that the participant exists (status 0), or that it leaves."""
         guid = self._wire.prefix + PARTICIPANT
         if status:
             qos, payload = pids.write_status(status, guid), write_key(pids.PARTICIPANT_GUID, guid)
@@ -176,7 +179,10 @@ class Discovery:
         return self._wire.head + info_ts(encode_time(self._wire.wall_clock_ns())) + data.encode()
 
     def _announcement_to(self, prefix: bytes) -> bytes:
-        """Return the announcement to all, or the answer to one participant. Both have the same size."""
+        """Return the announcement for the participant `prefix`, or for all.
+
+        Both packets have the same size.
+        """
         return self._wire.head + info_dst(prefix) + self._announcement[HEADER_SIZE:]
 
     def _answer(self, remote: RemoteParticipant, size: int) -> None:
@@ -196,11 +202,11 @@ class Discovery:
                 remote.watch.stop()
 
     def tell(self, endpoint: EndpointData) -> None:
-        """Tell all participants of a writer or a reader of this one."""
+        """Tell all participants of a writer or a reader of this participant."""
         self._teller(endpoint.guid).add(write_endpoint(endpoint), key=endpoint.guid)
 
     def tell_gone(self, guid: bytes) -> None:
-        """Tell all participants that a writer or a reader of this one has gone."""
+        """Tell all participants that a writer or a reader of this participant has gone."""
         key = write_key(pids.ENDPOINT_GUID, guid)
         self._teller(guid).add(key, pids.write_status(GONE, guid), key=guid, is_key=True)
 
@@ -213,7 +219,7 @@ class Discovery:
     def on_announcement(self, data: Data, prefix: bytes, source: Address, size: int, is_named: bool) -> None:
         """Take an announcement (SPDP) of a participant, in a packet of `size` bytes.
 
-        `is_named`: it is an answer that names this participant.
+        `is_named`: the announcement is an answer that names this participant.
         """
         status = pids.status_of(data.qos)[0] if data.qos else 0
         remote = self._known.remotes.get(prefix)
@@ -277,9 +283,10 @@ class Discovery:
     def _follow(
         self, remote: RemoteParticipant, told: ParticipantData, source: str, *, is_named: bool
     ) -> None:
-        """Take a participant's changed data, and send to its new addresses.
+        """Record a participant's changed data, and send to its new addresses.
 
-        Its host stays the same, unless it names this participant in a packet from another host.
+        The host to which packets go stays the same, unless the participant names this one in a packet from
+        another host.
         """
         known = self._known
         address = known.choose(told.metatraffic, remote.address[0])
@@ -296,7 +303,7 @@ class Discovery:
         self._wire.tell(self._listener.on_participant, told)
 
     def prove(self, remote: RemoteParticipant, host: str) -> None:
-        """Note that a participant named this one in a packet from `host`: so it reads packets sent there."""
+        """Note that a participant named this one, which proves that it reads packets at `host`."""
         if not remote.is_near and host != remote.address[0]:
             address = self._known.choose(remote.data.metatraffic, host)
             if address is None:
@@ -308,7 +315,7 @@ class Discovery:
         self._reach(remote)
 
     def _reach(self, remote: RemoteParticipant) -> None:
-        """Match the built-in endpoints with a participant's: so both learn of all endpoints."""
+        """Match the built-in endpoints of this and another participant: then both learn of all endpoints."""
         if remote.is_reached:
             return
         remote.is_reached, remote.reached_at = True, self._wire.clock()
@@ -325,15 +332,16 @@ class Discovery:
                 self._known.route(self._known.readers[reader_id], writer, remote.address)
 
     def _remind(self, remote: RemoteParticipant) -> None:
-        """Answer, by name, a participant that behaves as if it met this one anew: it had lost it meanwhile.
+        """Answer a participant that has lost this one meanwhile and now meets it anew.
 
-        So it learns of the endpoints again, and that this participant reads packets at its address.
+        The answer names that participant, which proves that this one reads packets at its address, and makes
+        that participant request all endpoints again.
         """
         for _, _, writer_id, reader_id in BUILTIN:
             self._known.writers[writer_id].tell_again(remote.data.prefix + reader_id)
 
     def _lose(self, remote: RemoteParticipant) -> None:
-        """Forget a participant with its endpoints."""
+        """Forget another participant and its endpoints."""
         prefix = remote.data.prefix
         if self._known.remotes.pop(prefix, None) is None:
             return
@@ -347,7 +355,7 @@ class Discovery:
             self._known.unroute(prefix + writer_id, reader_id)
         self._wire.tell(self._listener.on_participant_lost, remote.data)
 
-    # ---- their writers and readers
+    # ---- other participants' writers and readers
 
     def on_endpoint(self, sample: Sample, *, are_writers: bool) -> RemoteParticipant | None:
         """Take news of a writer or a reader (SEDP): it exists, or has gone. Raises RtpsError.

@@ -1,9 +1,9 @@
-"""A writer's large samples: they go out in fragments, a window at a time, as socket buffers are small.
+"""Sends a writer's large samples in windows of a few fragments, since readers' socket buffers are small.
 
-The next window goes out when a reader asks for it, or after a moment. As long as no reader lacks what has
-been sent, the next one is twice as large; after a loss it is halved, and grows again only after many windows
-without a loss. Readers of this implementation on this host tell how large their buffers are; then the first
-window already fills a part of that.
+The next window is sent when a reader asks for it, or after a moment. As long as no reader lacks a fragment
+that was sent, each window is twice as large as the last. After a loss the window is halved, and grows again
+only after many windows without a loss. Readers of this implementation on this host announce the size of their
+buffers; then the first window already fills a share of the smallest buffer.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ class _Window(NamedTuple):
 
 
 def _fragments_of(window: int, change: Change) -> int:
-    """Return how many fragments of a sample fit into a window of so many bytes."""
+    """Return how many fragments of a sample fit into a window of `window` bytes."""
     return max(1, min(window // change.fragment_size, WINDOW_PACKETS * window // WINDOW))
 
 
 class FragmentWindows:
-    """The queued samples of one writer; the first one is being sent. Inside `Wire.run`."""
+    """The queued samples of one writer; the first is being sent. Methods are called inside `Wire.run`."""
 
     def __init__(self, output: WriterOutput, depth: int, on_sent: Callable[[], None]) -> None:
-        """At most `depth` samples are queued, 0: any number. `on_sent` is called after each window."""
+        """Queue at most `depth` samples (0: any number). `on_sent` is called after each window."""
         self._output = output
         self._depth = depth
         self._on_sent = on_sent
@@ -64,7 +64,7 @@ class FragmentWindows:
         self._next_fragment = 1
         self._window, self._largest_window = WINDOW, LARGEST_WINDOW
         self._rooms: int | None = None
-        """The least buffer that a reader on this host has told of; 0 if there is a reader that tells none."""
+        """The smallest buffer that a reader on this host has announced; 0 if a reader announces none."""
         self._lossless = 0
         """How many windows have been received since the last loss."""
         self._timer: Timer | None = None
@@ -72,18 +72,18 @@ class FragmentWindows:
         """The last windows of fragments."""
 
     def note_room(self, room: int) -> None:
-        """Note that there is one more reader, whose buffer has `room` for so many bytes; 0: unknown.
+        """Note a new reader, whose socket buffer holds `room` bytes; 0: unknown.
 
-        If all readers tell their room, the first window already fills it, and need not grow.
+        If all readers announce their room, the first window already fills a share of it, and need not grow.
         """
         self._rooms = room if self._rooms is None else min(self._rooms, room)
         self._window = min(max(WINDOW, int(self._rooms * ROOM_USED)), self._largest_window)
 
     def queue(self, change: Change) -> None:
-        """Queue a sample behind the ones that are being sent."""
+        """Queue a sample behind the earlier samples."""
         output = self._output
         depth = self._depth
-        if depth and len(output.unsent) > depth:  # the first window is being sent
+        if depth and len(output.unsent) > depth:  # the first sample is being sent, so the second is dropped
             self.unsent_size -= output.unsent[1].size
             del output.unsent[1]
         output.unsent.append(change)
@@ -92,7 +92,7 @@ class FragmentWindows:
             self._send_window()
 
     def _send_window(self) -> None:
-        """Send queued samples, up to a window."""
+        """Send queued samples, at most one window."""
         output = self._output
         if self._timer is not None:
             self._timer.cancel()
@@ -121,12 +121,12 @@ class FragmentWindows:
         self._on_sent()
 
     def _take_unsent(self) -> None:
-        """Take the first sample, which has been sent, from the queue."""
+        """Remove the first sample, which has been sent, from the queue."""
         self.unsent_size -= self._output.unsent.popleft().size
         self._next_fragment = 1
 
     def _send_fragments(self, change: Change) -> int:
-        """Send the next fragments of a sample, up to a window; return their bytes."""
+        """Send the next fragments of a sample, at most one window; return their size in bytes."""
         output = self._output
         first = self._next_fragment
         end = min(
@@ -154,7 +154,7 @@ class FragmentWindows:
         return (end - first) * change.fragment_size
 
     def _tell_fragments(self, change: Change) -> None:
-        """Tell reliable readers how many fragments there are: readers request those that they lack."""
+        """Tell reliable readers which fragments have been sent, so that they request those that they lack."""
         output = self._output
         count = fragment_count(change.size, change.fragment_size)
         for proxy in output.receivers(change):
@@ -164,7 +164,7 @@ class FragmentWindows:
                 output.send_to(proxy, told.encode())
 
     def on_nack_frag(self, proxy: ReaderProxy, nack: NackFrag) -> None:
-        """Send the fragments that a reader asks for, up to a window. Inside `Wire.run`."""
+        """Send the fragments that a reader asks for, at most one window. Called inside `Wire.run`."""
         output = self._output
         if nack.counter == proxy.frag_counter:
             return
@@ -190,9 +190,10 @@ class FragmentWindows:
             output.send_to(proxy, output.heartbeat(proxy))
 
     def _is_on_the_way(self, number: int, missing: list[int]) -> bool:
-        """Return True if a reader asks for a whole window that was sent a moment ago: the two have crossed.
+        """Return True if a reader requests a whole window that was sent a moment ago: the two have crossed.
 
-        A full buffer loses only the end of a window, or parts. After a lost window the reader asks again.
+        A full buffer loses only a part of a window, so a request for all of it does not mean a loss. If the
+        window is lost after all, the reader asks again.
         """
         long_ago = self._output.wire.clock() - ON_THE_WAY_S
         for window in self._sent:
@@ -202,7 +203,7 @@ class FragmentWindows:
         return False
 
     def _grow(self) -> None:
-        """Note that a reader has a whole window and asks for the next one."""
+        """Note that a reader has a whole window and asks for the next; enlarge the window."""
         self._lossless += 1
         if self._lossless % FORGIVEN == 0:
             self._largest_window = min(2 * self._largest_window, LARGEST_WINDOW)
@@ -211,7 +212,7 @@ class FragmentWindows:
             self._output.trust()
 
     def send_some(self, proxy: ReaderProxy, change: Change, fragments: Iterable[int]) -> None:
-        """Send some fragments of a sample to one reader, up to a window."""
+        """Send some fragments of a sample to one reader, at most one window."""
         output = self._output
         count = fragment_count(change.size, change.fragment_size)
         before = output.wire.head + proxy.asks + info_ts(encode_time(change.time))

@@ -11,7 +11,7 @@ from goalwire.rtps.protocol.messages import DataFrag
 from goalwire.rtps.protocol.primitives import NumberSet, PacketParts, RtpsError
 
 NEAR_FRAGMENT, FAR_FRAGMENT, MOST_FAR_FRAGMENT = 60_000, 1_344, 8_000
-"""Bytes of a fragment to readers on this host, and on others: at first, and after many have arrived without a
+"""Bytes of a fragment to readers on this host; to others at first; to others after many fragments without a
 loss. No network splits packets of the second size. A split packet is lost if one of its parts is, and then
 fills the memory in which the receiving system reassembles packets: on Linux 4 MiB, kept for 30 s."""
 
@@ -28,7 +28,7 @@ FRAGMENT_SIZES = FragmentSizes(NEAR_FRAGMENT, FAR_FRAGMENT, MOST_FAR_FRAGMENT)
 PACKET_ROOM = 400
 """The most bytes that a packet has in addition to the payload."""
 ON_THE_WAY_S = 0.005
-"""How long requested fragments may take, before they are requested again."""
+"""How long requested fragments may take to arrive before they are requested again."""
 
 
 def fragment_count(size: int, fragment_size: int) -> int:
@@ -37,7 +37,7 @@ def fragment_count(size: int, fragment_size: int) -> int:
 
 
 def cut(before: bytes, change: Change, reader: bytes, writer: bytes, fragment: int) -> PacketParts:
-    """Return DATA_FRAG with one fragment of a change, after the beginning of its packet, in parts."""
+    """Return the parts of a packet: its beginning `before`, then DATA_FRAG with one fragment of a change."""
     payload, size = change.payload or b'', change.fragment_size
     piece = memoryview(payload)[(fragment - 1) * size : fragment * size]
     qos = change.qos if fragment == 1 else b''
@@ -63,7 +63,7 @@ class Partial:
     )
 
     def __init__(self, first: DataFrag) -> None:
-        """Raises RtpsError for a sample that is too large, or cut too small."""
+        """Raises RtpsError for a sample that is too large, or whose fragments are too small."""
         self.size, self.fragment_size = first.size, first.fragment_size
         is_cut_small = self.fragment_size < min(bounds.LEAST_FRAGMENT, self.size)
         if not self.size or self.size > bounds.SAMPLE_SIZE or is_cut_small:
@@ -87,7 +87,7 @@ class Partial:
         """The first fragment of the last request, and the request's time."""
 
     def add(self, fragment: DataFrag) -> None:
-        """Add fragments, by copying them; raises RtpsError if they do not belong to this sample."""
+        """Copy fragments into the sample; raises RtpsError if they do not belong to it."""
         first, size = fragment.first, self.fragment_size
         last = first + fragment.fragments - 1
         if (fragment.size, fragment.fragment_size) != (
@@ -107,7 +107,7 @@ class Partial:
                 self._take(number, payload[at : min(at + size, expected)])
 
     def _take(self, number: int, piece: bytes | memoryview) -> None:
-        """Append a fragment to the payload, or keep it until the ones before it have come."""
+        """Append a fragment to the payload, or keep it until all earlier fragments have come."""
         self.kept += len(piece)
         if number > self._joined + 1:
             self._ahead[number] = bytes(piece)
@@ -125,13 +125,14 @@ class Partial:
 
     @property
     def payload(self) -> bytearray:
-        """The payload, once the sample is whole. Nothing is added to it then."""
+        """The payload; valid once the sample is whole. It does not change after that."""
         return self._payload
 
     def to_ask(self, now: float, last: int | None = None) -> NumberSet | None:
         """Return the missing fragments up to `last`, to be requested.
 
-        None if all have arrived, or if the same ones were requested a moment ago and may be on their way.
+        Returns None if all have arrived, or if the same fragments were requested a moment ago and may be on
+        their way.
         """
         end = self.count if last is None else min(last, self.count)
         missing = _first_missing(range(self._joined + 1, end + 1), self._ahead)

@@ -6,7 +6,7 @@ from collections import deque
 
 
 class Change:
-    """One change: a sample, or the news that an instance was disposed of or unregistered."""
+    """A change in a writer's history: a sample, or the disposal or unregistration of an instance."""
 
     __slots__ = ('fragment_size', 'is_key', 'key', 'number', 'payload', 'qos', 'reader', 'size', 'time')
 
@@ -42,7 +42,7 @@ class HistoryCache:
     """A writer's changes, by number."""
 
     def __init__(self, depth: int, *, is_keyed: bool = False) -> None:
-        """`depth`: how many changes are kept; 0: all. With keys, one change is kept for each key."""
+        """Keep the last `depth` changes; 0: all. On a topic with keys, keep one change for each key."""
         self.changes: dict[int, Change] = {}
         self.size = 0
         """Bytes of all payloads."""
@@ -52,7 +52,7 @@ class HistoryCache:
         """The changes that dispose of or unregister an instance."""
 
     def add(self, change: Change) -> None:
-        """Keep a change, and drop the ones that it makes obsolete."""
+        """Keep a change, and drop the changes that it makes obsolete."""
         changes = self.changes
         if self._by_key is not None:
             self.remove(self._by_key.get(change.key, 0))
@@ -75,7 +75,7 @@ class HistoryCache:
     def remove_up_to(self, number: int) -> None:
         """Drop all changes up to `number`."""
         changes = self.changes
-        if self._by_key is None:  # hot path: `remove` without a call for each sample
+        if self._by_key is None:  # hot path: the body of `remove`, which saves a call for each sample
             while changes and (first := next(iter(changes))) <= number:
                 self.size -= changes.pop(first).size
             return
@@ -83,12 +83,12 @@ class HistoryCache:
             self.remove(first)
 
     def forget_gone(self, number: int) -> None:
-        """Drop changes up to `number` that end an instance: later readers do not need them."""
+        """Drop changes up to `number` that dispose of or unregister an instance: new readers need none."""
         while self._gone and self._gone[0] <= number:
             self.remove(self._gone.popleft())
 
     def expire(self, before: int) -> None:
-        """Drop the changes that were written before a time."""
+        """Drop the changes that were written before the time `before`."""
         while self.changes and self.changes[first := next(iter(self.changes))].time < before:
             self.remove(first)
 

@@ -1,9 +1,9 @@
 """The GUID prefix of goalwire's participants, which names the port that their packets come from.
 
-The system gives a port to one program at a time. So another program of the host cannot send packets in the
-name of one of goalwire's participants there: it cannot have the port. Participants of other vendors choose
-their prefixes by other rules, and send from any port. Packets that another program of their host sends in
-their name cannot be told from their own.
+The system gives a port to one program at a time. So no other program on a host can send packets in the name
+of a goalwire participant on that host: it cannot bind the participant's port. Participants of other vendors
+choose their prefixes by other rules, and send from any port. If another program on the same host forges
+packets of such a participant, that is not detected.
 """
 
 from __future__ import annotations

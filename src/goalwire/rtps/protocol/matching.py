@@ -15,7 +15,10 @@ from goalwire.rtps.protocol.writer import Writer, WriterListener
 
 
 class RemoteParticipant:
-    """Another participant. This one has such an entry, too, because its own endpoints match each other."""
+    """A record of another participant.
+
+    This participant has a record of itself, too, because its own endpoints match each other.
+    """
 
     __slots__ = (
         'address',
@@ -63,7 +66,10 @@ class RemoteParticipant:
 
 
 class Matching:
-    """Tables of all known endpoints, and which reader gets which writer's samples. Inside `Wire.run`."""
+    """Tables of all known endpoints, and of the readers that get each writer's samples.
+
+    Methods are called inside `Wire.run`.
+    """
 
     def __init__(
         self,
@@ -74,7 +80,7 @@ class Matching:
         *,
         is_ipv6: bool = False,
     ) -> None:
-        """`fragment_sizes` are the sizes that new writers use."""
+        """Make empty tables. New writers use the sizes of fragments in `fragment_sizes`."""
         self.writers: dict[bytes, Writer] = {}
         self.readers: dict[bytes, Reader] = {}
         """The local endpoints, with the built-in ones, by entity id."""
@@ -92,28 +98,28 @@ class Matching:
         self._fragment_sizes = fragment_sizes
         self._is_ipv6 = is_ipv6
 
-    # ---- the participant's own
+    # ---- the participant's own endpoints
 
     def make_writer(self, data: EndpointData, listener: WriterListener, *, is_keyed: bool = False) -> Writer:
-        """Return a new writer, which takes part only after `add_writer`. On any thread."""
+        """Return a new writer, which matches no reader before `add_writer`. May be called on any thread."""
         return Writer(self._wire, data, listener, is_keyed=is_keyed, fragment_sizes=self._fragment_sizes)
 
     def add_writer(self, writer: Writer) -> None:
-        """Let a writer take part from now on."""
+        """Add a writer from `make_writer` to the tables, so that it can match readers."""
         self.writers[writer.entity_id] = writer
         writer.start()
 
     def make_reader(self, data: EndpointData, listener: ReaderListener) -> Reader:
-        """Return a new reader, which takes part only after `add_reader`. On any thread."""
+        """Return a new reader, which matches no writer before `add_reader`. May be called on any thread."""
         return Reader(self._wire, data, listener)
 
     def add_reader(self, reader: Reader) -> None:
-        """Let a reader take part from now on."""
+        """Add a reader from `make_reader` to the tables, so that it can match writers."""
         self.readers[reader.entity_id] = reader
         reader.start()
 
     def add_own(self, own: EndpointData) -> None:
-        """Match a local endpoint with all known ones."""
+        """Match a local endpoint with all known endpoints."""
         self.own.endpoints[own.guid] = own
         for other in self._endpoints_of(own.topic, are_writers=not is_writer(own.entity_id)):
             self._compare_any(own, other)
@@ -144,7 +150,7 @@ class Matching:
     # ---- others'
 
     def has_room(self, remote: RemoteParticipant, guid: bytes, size: int) -> bool:
-        """Return True if there is room for an endpoint announced in so many bytes; if not, count that."""
+        """Return True if there is room for an endpoint announced in `size` bytes; else count the refusal."""
         if guid not in remote.endpoints and len(remote.endpoints) >= bounds.MOST_ENDPOINTS:
             self._wire.refuse('endpoint', f'{bounds.MOST_ENDPOINTS} of one participant are known')
             return False
@@ -156,7 +162,7 @@ class Matching:
     def take(self, remote: RemoteParticipant, endpoint: EndpointData, size: int = 0) -> bool:
         """Add or update another participant's writer or reader; return True if anything is new.
 
-        Its announcement had `size` bytes.
+        The announcement of the endpoint had `size` bytes.
         """
         before = remote.endpoints.get(endpoint.guid)
         if before == endpoint:
@@ -173,7 +179,7 @@ class Matching:
         return True
 
     def lose(self, remote: RemoteParticipant, guid: bytes) -> EndpointData | None:
-        """Forget a remote writer or reader, and return its data."""
+        """Forget a remote writer or reader, and return its data; None if it is not known."""
         endpoint = remote.endpoints.pop(guid, None)
         self._endpoints_size -= remote.sizes.pop(guid, 0)
         if endpoint is not None:
@@ -187,7 +193,7 @@ class Matching:
             self._compare(other, own)
 
     def _unmatch(self, endpoint: EndpointData) -> None:
-        """Remove an endpoint from all endpoints that it was matched with."""
+        """Remove an endpoint from all endpoints with which it was matched."""
         if is_writer(endpoint.entity_id):
             for reader, _ in self.routes.pop(endpoint.guid, ()):
                 reader.unmatch(endpoint.guid)
@@ -249,13 +255,13 @@ class Matching:
         if not routes:
             self.routes.pop(writer, None)
 
-    # ---- where they are
+    # ---- the addresses of endpoints
 
     def choose(self, addresses: tuple[Address, ...], host: str) -> Address | None:
-        """Return a participant's address on the host that its packets come from; None if it tells none.
+        """Return a participant's address on `host`, which its packets come from; None if it announces none.
 
-        For a participant on this machine it may be any address of this machine. Packets to other hosts could
-        hit programs that have never asked for them.
+        For a participant on this machine, any address of this machine is accepted. An address on another host
+        is refused, since packets could hit a program that has never asked for them.
         """
         on_link = host.partition('%')[0]
         for address in addresses:
@@ -292,5 +298,8 @@ class Matching:
                     proxy.address = self._place_of(remote, proxy.data) or proxy.address
 
     def _place_of(self, remote: RemoteParticipant, endpoint: EndpointData) -> Address | None:
-        """Return the address of an endpoint; built-in ones have no topic."""
+        """Return the address of an endpoint.
+
+        Built-in endpoints, without a topic, are at the discovery address.
+        """
         return self._address_of(remote, endpoint) if endpoint.topic else remote.address

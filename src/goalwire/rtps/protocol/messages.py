@@ -1,11 +1,10 @@
-"""RTPS messages: a header, followed by submessages. This module writes and reads them.
+"""Writes and reads RTPS messages: a header, followed by submessages.
 
-A packet is 20 bytes of header, then submessages. Each begins with its id, its flags and its length; what is
-unknown is skipped by its length. Some submessages describe the ones that follow: INFO_DST names the
-participant that they are for, INFO_TS the time at which a sample was written. The bodies of the others are
-records here: `read` makes one of the bytes, and `encode` returns the bytes again.
-
-Everything that is written is little endian; both orders are read.
+A packet is 20 bytes of header, then submessages. Each submessage begins with its id, its flags and its
+length; a submessage with an unknown id is skipped. Some submessages describe those that follow: INFO_DST
+names the participant that gets them, INFO_TS the time at which a sample was written. The bodies of the other
+submessages are records here: `read` decodes a record from bytes, and `encode` returns the bytes. Little
+endian is written; both byte orders are read.
 """
 
 from __future__ import annotations
@@ -58,7 +57,10 @@ _BEFORE_FRAGMENT_QOS = 28
 
 
 class Data(NamedTuple):
-    """DATA: a sample, or that an instance was disposed of. `qos`: inline QoS with its sentinel, or empty."""
+    """DATA: a sample, or the notice that an instance was disposed of.
+
+    `qos`: inline QoS with its sentinel, or empty.
+    """
 
     reader: bytes
     writer: bytes
@@ -133,7 +135,7 @@ class DataFrag(NamedTuple):
         return b''.join(self.parts())
 
     def parts(self, before: bytes = b'') -> PacketParts:
-        """Return the submessage after `before`, its packet's beginning; the payload is not copied."""
+        """Return a packet in parts: its beginning `before` and this submessage. The payload is not copied."""
         number, payload = self.number, self.payload
         flags = LITTLE | (INLINE_QOS if self.qos else 0) | (KEY_FRAGMENTS if self.is_key else 0)
         body = _DATA_FRAG[1].pack(
@@ -155,7 +157,7 @@ class DataFrag(NamedTuple):
 
 
 class Heartbeat(NamedTuple):
-    """HEARTBEAT: a writer has the samples from `first` to `last`; `first` is `last` + 1 if it has none."""
+    """HEARTBEAT: a writer has the samples from `first` to `last`; if it has none, `first` is `last` + 1."""
 
     reader: bytes
     writer: bytes
@@ -192,7 +194,7 @@ class Heartbeat(NamedTuple):
 
 
 class AckNack(NamedTuple):
-    """ACKNACK: a reader has all samples below `missing.base`, and asks for those in `missing`."""
+    """ACKNACK: a reader has all samples below `missing.base`, and requests the samples in `missing`."""
 
     reader: bytes
     writer: bytes
@@ -218,7 +220,7 @@ class AckNack(NamedTuple):
 
 
 class Gap(NamedTuple):
-    """GAP: the samples from `first` below `irrelevant.base`, and those in `irrelevant`, will not come."""
+    """GAP: the samples from `first` to `irrelevant.base` - 1, and those in `irrelevant`, will not come."""
 
     reader: bytes
     writer: bytes
@@ -253,7 +255,7 @@ class Gap(NamedTuple):
 
 
 class NackFrag(NamedTuple):
-    """NACK_FRAG: a reader asks for fragments of one sample."""
+    """NACK_FRAG: a reader requests fragments of one sample."""
 
     reader: bytes
     writer: bytes
@@ -330,7 +332,7 @@ def read_body(kind: int, data: bytes, at: int, end: int, flags: int) -> Body | N
 
 
 def submessage(kind: int, flags: int, body: bytes) -> bytes:
-    """Return a submessage. If it is too long for the length field, that is 0, and it must be the last."""
+    """Return a submessage. If its body is too long for the length field, the field is 0: put it last."""
     size = len(body)
     if size & 3:
         body += bytes(-size & 3)
@@ -339,7 +341,7 @@ def submessage(kind: int, flags: int, body: bytes) -> bytes:
 
 
 def header(prefix: bytes) -> bytes:
-    """Return the header of all packets of a participant."""
+    """Return the header with which all packets of a participant begin."""
     return MAGIC + VERSION + VENDOR + prefix
 
 
@@ -349,7 +351,7 @@ def info_dst(prefix: bytes) -> bytes:
 
 
 def info_ts(time: bytes) -> bytes:
-    """Return INFO_TS: the source timestamp of what follows, encoded by `encode_time`."""
+    """Return INFO_TS: the source timestamp of the following submessages, encoded by `encode_time`."""
     return submessage(INFO_TS, LITTLE, time)
 
 
@@ -362,7 +364,7 @@ def check_header(packet: bytes) -> None:
 
 
 def split(packet: bytes) -> Iterator[tuple[int, int, int, int]]:
-    """Yield id, flags, begin and end of each submessage's body; raises RtpsError if one is cut off."""
+    """Yield each submessage's id, flags, and begin and end of its body; raises RtpsError if cut off."""
     at, size = HEADER_SIZE, len(packet)
     while at < size:
         if size - at < 4:
@@ -371,7 +373,7 @@ def split(packet: bytes) -> Iterator[tuple[int, int, int, int]]:
         low, high = (at + 2, at + 3) if flags & LITTLE else (at + 3, at + 2)
         length = packet[low] | packet[high] << 8
         at += 4
-        if not length and kind not in (PAD, INFO_TS):  # length 0 means: up to the end of the packet
+        if not length and kind not in (PAD, INFO_TS):  # 0: the body ends with the packet
             length = size - at
         if length > size - at:
             raise RtpsError(f'a submessage 0x{kind:02x} of {length} bytes is cut off at byte {at}')
@@ -380,7 +382,7 @@ def split(packet: bytes) -> Iterator[tuple[int, int, int, int]]:
 
 
 def skip_parameters(data: bytes | memoryview, at: int, end: int, order: int) -> int:
-    """Return the end, behind the sentinel, of the parameter list at `at`; raises RtpsError."""
+    """Return the offset behind the sentinel of the parameter list that begins at `at`; raises RtpsError."""
     two = TWO[order]
     for _ in range(bounds.MOST_PARAMETERS):
         if end - at < 4:
@@ -401,7 +403,10 @@ TWO = [struct.Struct(f'{order}HH') for order in _ORDERS]
 def _read_words(
     data: bytes, at: int, end: int, order: int, bits: int, after: int = 4
 ) -> tuple[tuple[int, ...], int]:
-    """Return the words of a set, and their end; `after` more bytes must follow. Raises RtpsError."""
+    """Return the words of a number set and the offset of their end.
+
+    Raises RtpsError, also if less than `after` bytes follow.
+    """
     count = (bits + 31) >> 5
     if bits > bounds.SET_BITS or at + 4 * count + after > end:
         raise RtpsError(f'a set has {bits} bits')

@@ -1,7 +1,7 @@
 """Parameter lists: the discovery data of participants and endpoints, and the inline QoS of samples.
 
-A parameter is an id, a length and that many bytes. Ids from 0x8000 on are a vendor's own: the same number
-means something else to another vendor. A reader that does not know an id with the bit 0x4000 must ignore the
+A parameter has an id, a length and a value of that many bytes. Ids from 0x8000 on are vendor-specific: each
+vendor gives them another meaning. A reader that does not know an id with the bit 0x4000 must ignore the
 participant or endpoint with that parameter; other unknown ids are skipped.
 """
 
@@ -47,13 +47,13 @@ Parameters: TypeAlias = list[tuple[int, bytes]]
 
 _IDENTITY = struct.Struct('<16siI')
 new_identity: Callable[[tuple[bytes, int]], SampleIdentity] = partial(tuple.__new__, SampleIdentity)
-"""Makes an identity without a call of Python code: faster than its class."""
+"""Makes a SampleIdentity in C code, which is faster than a call of the class."""
 _NOBODY = -1
 """The sequence number of a sample identity that names no sample."""
 
 
 def read_list(data: bytes, at: int = 0, order: int = 1) -> Parameters:
-    """Read the list at `at`; it may end with the data instead of a sentinel. Raises RtpsError."""
+    """Read the parameter list at `at`; it may end with the data instead of a sentinel. Raises RtpsError."""
     found: Parameters = []
     two, end = TWO[order], len(data)
     while end - at >= 4:
@@ -72,7 +72,7 @@ def read_list(data: bytes, at: int = 0, order: int = 1) -> Parameters:
 
 
 def write_list(parameters: Iterable[tuple[int, bytes]]) -> bytes:
-    """Return a list with its sentinel; each value is padded to a multiple of four bytes."""
+    """Return a parameter list with its sentinel; each value is padded to a multiple of four bytes."""
     parts = []
     for pid, value in parameters:
         padded = value + bytes(-len(value) & 3)
@@ -96,13 +96,13 @@ def write_payload(parameters: Iterable[tuple[int, bytes]]) -> bytes:
 
 
 def write_text(text: str) -> bytes:
-    """Return a text as in a list: its length with the NUL, then the text."""
+    """Return a text as a parameter's value: its length with the NUL, then the text and the NUL."""
     data = text.encode() + b'\0'
     return struct.pack('<I', len(data)) + data
 
 
 def read_text(value: bytes, order: int, most: int = bounds.TEXT_SIZE) -> str:
-    """Return a text; raises RtpsError if it is cut off, longer than `most`, or not UTF-8."""
+    """Read a text; raises RtpsError if it is cut off, longer than `most` bytes, or not UTF-8."""
     data = read_bytes(value, order, most)
     try:
         return data.rstrip(b'\0').decode()
@@ -111,7 +111,7 @@ def read_text(value: bytes, order: int, most: int = bounds.TEXT_SIZE) -> str:
 
 
 def read_bytes(value: bytes, order: int, most: int) -> bytes:
-    """Return the bytes after their length; raises RtpsError if they are cut off, or more than `most`."""
+    """Read a length and that many bytes; raises RtpsError if they are cut off, or more than `most`."""
     size = read_u32(value, order)
     if size > len(value) - 4 or size > most:
         raise RtpsError(f'data of {size} bytes stand in a parameter of {len(value)}')
@@ -119,14 +119,14 @@ def read_bytes(value: bytes, order: int, most: int) -> bytes:
 
 
 def read_u32(value: bytes, order: int) -> int:
-    """Return the number at the beginning of a value; raises RtpsError."""
+    """Read the 32-bit number at the beginning of a value; raises RtpsError if it is cut off."""
     if len(value) < 4:
         raise RtpsError(f'a parameter has {len(value)} bytes, and a number was expected')
     return int.from_bytes(value[:4], 'little' if order else 'big')
 
 
 def read_texts(value: bytes, order: int) -> tuple[str, ...]:
-    """Return a sequence of texts; raises RtpsError."""
+    """Read a sequence of texts; raises RtpsError if it is malformed."""
     count = read_u32(value, order)
     if count > bounds.MOST_PARTITIONS:
         raise RtpsError(f'a parameter has {count} texts')
@@ -139,7 +139,7 @@ def read_texts(value: bytes, order: int) -> tuple[str, ...]:
 
 
 def write_texts(texts: tuple[str, ...]) -> bytes:
-    """Return a sequence of texts."""
+    """Return a sequence of texts as a parameter's value."""
     parts = [struct.pack('<I', len(texts))]
     for text in texts:
         data = write_text(text)
@@ -148,7 +148,7 @@ def write_texts(texts: tuple[str, ...]) -> bytes:
 
 
 def read_address(value: bytes, order: int) -> Address | None:
-    """Return the address of a locator; None if it cannot be used here. Raises RtpsError."""
+    """Return the address in a locator; None if its kind cannot be used here. Raises RtpsError."""
     if len(value) < LOCATOR.size:
         raise RtpsError(f'a locator has {len(value)} bytes')
     kind, port, address = (LOCATOR if order else _BIG_LOCATOR).unpack_from(value)
@@ -159,8 +159,8 @@ _BIG_LOCATOR = struct.Struct('>iI16s')
 
 
 def related_sample(qos: bytes) -> SampleIdentity | None:
-    """Return the identity of the request that inline QoS names; None if it names none."""
-    if qos[:4] == _RELATED_HEAD and len(qos) >= 28:  # most samples begin this way
+    """Return the identity of the request that a sample's inline QoS names; None if it names no request."""
+    if qos[:4] == _RELATED_HEAD and len(qos) >= 28:  # most inline QoS begins with these parameters
         guid, high, low = _IDENTITY.unpack_from(qos, 4)
         return new_identity((guid, (high << 32) | low if high >= 0 else _NOBODY))
     for pid, value in read_list(qos):
@@ -171,7 +171,7 @@ def related_sample(qos: bytes) -> SampleIdentity | None:
 
 
 def write_related_sample(related: SampleIdentity, others: Sequence[tuple[int, bytes]] = ()) -> bytes:
-    """Return inline QoS that names a request, by both ids, followed by other parameters."""
+    """Return inline QoS that names a request by both parameter ids (standard and older), then `others`."""
     guid, number = related
     value = _IDENTITY.pack(guid, number >> 32, number & 0xFFFFFFFF if number >= 0 else 0)
     rest = write_list(others) if others else _END
@@ -182,7 +182,7 @@ _RELATED_HEAD = struct.pack('<HH', RELATED_SAMPLE, _IDENTITY.size)
 _VENDORS_RELATED_HEAD = struct.pack('<HH', RELATED_SAMPLE_OF_VENDORS, _IDENTITY.size)
 _END = struct.pack('<HH', SENTINEL, 0)
 RELATED_SAMPLE_ALONE = struct.Struct('<4s24x4s24x4s')
-"""The parameters' heads in inline QoS that names a request and nothing else, as all vendors write it."""
+"""The parameters' heads in inline QoS that names only a request, in the form that all vendors write."""
 HEADS_OF_RELATED_SAMPLE = _RELATED_HEAD, _VENDORS_RELATED_HEAD, _END
 """The values of these heads."""
 

@@ -45,7 +45,7 @@ _AUTOMATIC_MESSAGE, _MANUAL_MESSAGE = b'\0\0\0\1', b'\0\0\0\2'
 
 
 class Participant(Wire):
-    """A participant. Its methods may be called on any thread; `receive` takes each received packet."""
+    """An RTPS participant. Methods may be called on any thread; `receive` takes each received packet."""
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class Participant(Wire):
         on_sooner: Callable[[], None] = lambda: None,
         on_acknowledged: Callable[[], None] | None = None,
     ) -> None:
-        """The functions are for `Wire`."""
+        """Make a participant; the functions among the arguments are passed to `Wire`."""
         super().__init__(
             settings.prefix,
             clock=clock,
@@ -107,7 +107,10 @@ class Participant(Wire):
         peers: tuple[Address, ...],
         own_hosts: frozenset[str],
     ) -> None:
-        """Tell the others that this host's addresses have changed; for the values, see `Settings`."""
+        """Tell the other participants that this host's addresses have changed.
+
+        `Settings` explains the arguments.
+        """
         self.data = replace(self.data, metatraffic=metatraffic, default=default)
         self._settings = replace(
             self._settings, metatraffic=metatraffic, default=default, peers=peers, own_hosts=own_hosts
@@ -115,7 +118,7 @@ class Participant(Wire):
         self.run(partial(self._discovery.move, self.data, self._settings), None)
 
     def close(self) -> None:
-        """Tell the others that the participant leaves, and stop."""
+        """Tell the other participants that this one leaves, and stop."""
         self.run(self._close, None)
 
     def _close(self) -> None:
@@ -139,7 +142,8 @@ class Participant(Wire):
     ) -> Writer:
         """Make a writer, and tell all participants of it.
 
-        In a signal handler that interrupted `Wire.run` it returns at once; the announcement follows.
+        In a signal handler that interrupted `Wire.run` this returns at once; the announcement is sent after
+        the handler.
         """
         data = EndpointData(self._new_guid(WRITER_KIND), topic, type_name, qos, user_data)
         writer = self._known.make_writer(data, listener)
@@ -149,7 +153,10 @@ class Participant(Wire):
     def create_reader(
         self, topic: str, type_name: str, qos: Qos, listener: ReaderListener, user_data: bytes = b''
     ) -> Reader:
-        """Make a reader, and tell all participants of it. For signal handlers see `create_writer`."""
+        """Make a reader, and tell all participants of it.
+
+        `create_writer` says how this acts in a signal handler.
+        """
         data = EndpointData(self._new_guid(READER_KIND), topic, type_name, qos, user_data)
         reader = self._known.make_reader(data, listener)
         self.run(partial(self._open_reader, reader), None)
@@ -158,18 +165,19 @@ class Participant(Wire):
     def announce_reader(self, topic: str, type_name: str, qos: Qos, user_data: bytes = b'') -> EndpointData:
         """Tell all participants of a reader that receives nothing, and return its announced data.
 
-        The others count it, and show its node; another reader here receives the samples of its topic.
+        Other participants then count the reader, and show its node; another local reader receives the topic's
+        samples.
         """
         data = EndpointData(self._new_guid(READER_KIND), topic, type_name, qos, user_data)
         self.run(partial(self._tell, data), None)
         return data
 
     def withdraw_reader(self, guid: bytes) -> None:
-        """Tell all participants that an announced reader has gone."""
+        """Tell all participants that a reader from `announce_reader` has gone."""
         self.run(partial(self._tell_gone, guid), None)
 
     def delete(self, endpoint: Writer | Reader) -> None:
-        """Remove a writer or a reader, and tell all participants of that."""
+        """Remove a writer or a reader, and tell all participants that it has gone."""
         self.run(partial(self._delete, endpoint), None)
 
     def vendor_of(self, prefix: bytes) -> bytes:
@@ -220,7 +228,10 @@ class Participant(Wire):
         self.run(partial(self._receiver.receive, packet, source), None)
 
     def receive_all(self, packets: Sequence[tuple[bytes | memoryview, Address]]) -> None:
-        """Take some packets, each from an address, as `receive` does. Listeners are called after the last."""
+        """Take some packets, each from an address, as `receive` does.
+
+        Listeners are called after the last packet.
+        """
         self.run(partial(self._receiver.receive_all, packets), None)
 
     def refuse(self, kind: str, reason: str) -> None:
@@ -230,7 +241,7 @@ class Participant(Wire):
         self._receiver.receive(packet, LOCAL)
 
     def _take(self, reader_id: bytes, sample: Sample) -> None:
-        """Take a sample of a built-in reader."""
+        """Take a sample that a built-in reader has received."""
         self.run(partial(self._take_inside, reader_id, sample), None)
 
     def _take_inside(self, reader_id: bytes, sample: Sample) -> None:
@@ -250,7 +261,7 @@ class Participant(Wire):
     # ---- liveliness
 
     def _assert_automatically(self) -> None:
-        """Assert that the participant's writers live: twice within the shortest lease."""
+        """Periodically assert that the participant's writers are alive: twice within the shortest lease."""
         leases = [
             writer.data.qos.lease
             for writer in self._known.writers.values()
@@ -275,7 +286,7 @@ class Participant(Wire):
 
 
 def _fragment_sizes(packet_size: int | None) -> FragmentSizes:
-    """Return the sizes of fragments in bytes; each fragment has its own packet."""
+    """Return the sizes of fragments for a packet size, both in bytes; each fragment has its own packet."""
     if packet_size is None:
         return FRAGMENT_SIZES
     return FragmentSizes(*[max(packet_size - PACKET_ROOM, bounds.LEAST_FRAGMENT)] * 3)

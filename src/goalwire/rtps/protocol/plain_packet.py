@@ -1,7 +1,7 @@
-"""Reads the form of packet that nearly all samples have: a header, INFO_TS, and a whole sample or fragments.
+"""Reads the packets in which nearly all samples come: a header, INFO_TS, and a whole sample or fragments.
 
 INFO_DST may come before INFO_TS, and one vendor-specific submessage at the end, as Fast DDS sends it. Any
-other packet is read submessage by submessage (`receiver.py`), with the same outcome.
+other packet is left to `receiver.py`, which reads it submessage by submessage.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _VENDORS = 0x80
 _new_sample: Callable[[tuple[bytes, int, int | None, bytes | None, bytes, bool]], Sample] = partial(
     tuple.__new__, Sample
 )
-"""Makes a record without a call of Python code: faster than its class."""
+"""Makes a Sample in C code, which is faster than a call of the class."""
 
 
 def read_plain(packet: bytes, prefix: bytes, own_prefix: bytes) -> tuple[bytes, Sample] | None:
@@ -67,7 +67,7 @@ def read_plain(packet: bytes, prefix: bytes, own_prefix: bytes) -> tuple[bytes, 
         return None
     qos = b''
     if has_qos:
-        # hot path: the inline QoS of requests and replies is known at a look, which saves a call.
+        # hot path: one comparison recognizes the inline QoS of requests and replies, which saves a call
         qos_end = at + RELATED_SAMPLE_ALONE.size
         if qos_end > end or RELATED_SAMPLE_ALONE.unpack_from(packet, at) != HEADS_OF_RELATED_SAMPLE:
             qos_end = skip_parameters(packet, at, end, LITTLE)
@@ -116,6 +116,6 @@ def read_plain_fragments(packet: memoryview, own_prefix: bytes) -> tuple[DataFra
 
 
 def _is_last(packet: bytes | memoryview, at: int, size: int) -> bool:
-    """Return True if the submessage at `at` is the last."""
+    """Return True if the submessage at `at` is the last one of a packet of `size` bytes."""
     length = packet[at + 2 : at + 4]
     return at + 4 + int.from_bytes(length, 'little' if packet[at + 1] & LITTLE else 'big') == size

@@ -1,11 +1,12 @@
 """GUIDs, sequence numbers, sets of them, times and addresses: the parts of every submessage.
 
 A GUID names a participant, a writer or a reader: twelve bytes that a participant chooses (its *prefix*), and
-four of an *entity id* within it. The entity id's last byte tells its kind. GUIDs and their parts are `bytes`
-here, in the order of the wire, so that they can be keys of tables as they are.
+four of an *entity id* within it. The last byte of an entity id tells the kind of entity. GUIDs and their
+parts are `bytes` here, in the order of the wire, so that they can be keys of tables as they are.
 
-A sequence number has 64 bits and begins at 1. The wire has its high half first, signed, then the low half.
-A time on the wire is seconds since 1970 and a fraction of 2**32; here it is nanoseconds.
+A sequence number has 64 bits and begins at 1. On the wire its signed high half comes first, then its low
+half. A time on the wire has seconds since 1970 and a fraction in units of 2**-32 s; in this package a time is
+in nanoseconds.
 """
 
 from __future__ import annotations
@@ -54,11 +55,11 @@ LOCATOR = struct.Struct('<iI16s')
 
 
 class RtpsError(RemoteError):
-    """A packet breaks the rules of RTPS; the rest of it is ignored."""
+    """An error for a packet that breaks the rules of RTPS; the rest of the packet is ignored."""
 
 
 class SampleIdentity(NamedTuple):
-    """The identity of a sample: its writer's, or its reader's, GUID and its number, -1 if that is unknown."""
+    """The identity of a sample: the GUID of its writer or reader, and its number (-1: unknown)."""
 
     guid: bytes
     number: int
@@ -75,19 +76,19 @@ def is_keyed(entity_id: bytes) -> bool:
 
 
 def encode_duration(ns: int, order: str = '<') -> bytes:
-    """Return the eight bytes of a duration; INFINITE becomes the largest value."""
+    """Return the eight bytes of a duration in nanoseconds; INFINITE becomes the largest value."""
     if ns >= INFINITE:
         return struct.pack(f'{order}iI', _INFINITE_SECONDS, 0xFFFFFFFF)
     return struct.pack(f'{order}iI', *_split(ns))
 
 
 def decode_duration(seconds: int, fraction: int) -> int:
-    """Return the nanoseconds of a duration. Every duration with the largest seconds is infinite."""
+    """Return a duration in nanoseconds. A duration whose seconds have the largest value is infinite."""
     return INFINITE if seconds == _INFINITE_SECONDS else seconds * NS + _fraction_ns(fraction)
 
 
 def _split(ns: int) -> tuple[int, int]:
-    """Return seconds and a fraction that decode to the same nanoseconds."""
+    """Split nanoseconds into seconds and a fraction (2**-32 s) that decode to the same nanoseconds."""
     seconds, rest = divmod(ns, NS)
     return min(seconds, _INFINITE_SECONDS - 1), ((rest << 32) + NS - 1) // NS
 
@@ -97,13 +98,13 @@ def _fraction_ns(fraction: int) -> int:
 
 
 def encode_time(ns: int) -> bytes:
-    """Return the eight bytes of a time since 1970 for INFO_TS, rounded up so that they decode to it again."""
+    """Return a time in ns since 1970 as INFO_TS's eight bytes; rounding up keeps each ns."""
     seconds, rest = divmod(ns, NS)
     return _TIME.pack(seconds & 0xFFFFFFFF, ((rest << 32) + NS - 1) // NS)
 
 
 def decode_time(seconds: int, fraction: int) -> int:
-    """Return nanoseconds since 1970."""
+    """Return the time that seconds and a fraction (2**-32 s) mean, in nanoseconds since 1970."""
     return seconds * NS + (fraction * NS >> 32)
 
 
@@ -111,10 +112,11 @@ _TIME = struct.Struct('<II')
 
 
 class NumberSet(NamedTuple):
-    """A set of numbers in ACKNACK, GAP and NACK_FRAG: a base and at most 256 bits for the numbers from it on.
+    """A set of numbers in ACKNACK, GAP and NACK_FRAG: a base, and up to 256 bits for the numbers from it on.
 
     `words` are the bits in words of 32; the first number is the highest bit of the first word. Some
-    implementations set bits beyond the length `bits`; they are kept, to write the same bytes again.
+    implementations set bits beyond the length `bits`. Those bits are kept, so that encoding gives the same
+    bytes.
     """
 
     base: int
@@ -134,18 +136,18 @@ class NumberSet(NamedTuple):
         return cls(base, bits, tuple(words[: (bits + 31) >> 5]))
 
     def numbers(self) -> list[int]:
-        """List the numbers, in order."""
+        """Return the numbers of the set, in order."""
         base, words = self.base, self.words
         return [base + at for at in range(self.bits) if words[at >> 5] & (0x80000000 >> (at & 31))]
 
 
 def is_ipv6(host: str) -> bool:
-    """Return True if an address is one of IPv6."""
+    """Return True if a host is an IPv6 address."""
     return ':' in host
 
 
 def decode_locator(kind: int, port: int, address: bytes) -> Address | None:
-    """Return the address of a locator; None if it is not UDP, or is not a usable address."""
+    """Return the address in a locator; None if the locator is not UDP, or its address is not usable."""
     if not 0 < port < 65536:
         return None
     if kind == UDP_V4 and address[12:] != b'\0\0\0\0':
@@ -156,7 +158,7 @@ def decode_locator(kind: int, port: int, address: bytes) -> Address | None:
 
 
 def encode_locator(address: Address) -> bytes:
-    """Return the 24 bytes of an address and port."""
+    """Return the locator of an address and a port: 24 bytes."""
     host, port = address
     if is_ipv6(host):
         return LOCATOR.pack(UDP_V6, port, inet_pton(AF_INET6, host.partition('%')[0]))

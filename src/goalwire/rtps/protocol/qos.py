@@ -1,4 +1,4 @@
-"""QoS of writers and readers: its encoding, its defaults, and which pairs match."""
+"""QoS of writers and readers: its encoding, its defaults, and the rules by which the two match."""
 
 from __future__ import annotations
 
@@ -68,7 +68,10 @@ def incompatible(offered: Qos, requested: Qos) -> str | None:
 
 
 def share_partition(offered: tuple[str, ...], requested: tuple[str, ...]) -> bool:
-    """Return True if two endpoints share a partition; a name with wildcards matches names without."""
+    """Return True if two endpoints share a partition.
+
+    Wildcards in a name match only names without wildcards.
+    """
     theirs = requested or ('',)
     return any(_is_same(one, other) for one in offered or ('',) for other in theirs)
 
@@ -87,8 +90,9 @@ def _is_wild(name: str) -> bool:
 
 
 def write_qos(qos: Qos) -> Parameters:
-    """Return the parameters of an endpoint's QoS; those with the standard's default are left out, unless
-    implementations disagree about it.
+    """Return the parameters of an endpoint's QoS.
+
+    A policy with the standard's default is left out, unless implementations disagree about the default.
     """
     listed = qos.representation
     told: Parameters = [

@@ -1,11 +1,12 @@
 """A reader: puts its writers' samples in order, and requests missing ones.
 
-A reliable reader delivers the samples of each writer in the order of their numbers. An early sample is
-held back; a missing one is requested by ACKNACK as soon as HEARTBEAT tells of it, a moment after a gap was
-seen, and again if it does not come. A best-effort reader delivers samples as they come, and drops late ones.
+A reliable reader delivers the samples of each writer in the order of their numbers. An early sample is held
+back. A missing sample is requested by ACKNACK as soon as HEARTBEAT says that it exists, or a moment after a
+later sample came, and again if it does not come. A best-effort reader delivers samples as they come, and
+drops late ones.
 
-A reader does not know a writer's first number for it, so it asks when they match (the *preemptive*
-ACKNACK), and holds samples back until the writer's first HEARTBEAT tells the number.
+A reader does not know the number of the first sample that a writer has for it. So it asks when the two match
+(by the *preemptive* ACKNACK), and holds samples back until the writer's first HEARTBEAT tells the number.
 """
 
 from __future__ import annotations
@@ -29,22 +30,22 @@ class ReaderListener:
     """The callbacks of a reader. Every method is called without any lock held."""
 
     def on_sample(self, sample: Sample) -> None:
-        """Called with each sample, in order."""
+        """Called with each sample, in the order of delivery."""
 
     def on_matched(self, writer: EndpointData) -> None:
         """Called when a writer has been matched: its samples come from now on."""
 
     def on_answered(self, writer: EndpointData) -> None:
-        """Called at the first HEARTBEAT of a reliable writer: it knows the reader."""
+        """Called at a reliable writer's first HEARTBEAT, which shows that the writer knows the reader."""
 
     def on_unmatched(self, writer: EndpointData) -> None:
         """Called when a matched writer has gone."""
 
     def on_incompatible(self, writer: EndpointData, policy: str) -> None:
-        """Called if a writer of the topic offers less than the reader requests, by this policy."""
+        """Called if a writer of the topic offers less in the policy `policy` than the reader requests."""
 
     def on_lost(self, count: int) -> None:
-        """Called if samples are lost: they will not come any more."""
+        """Called if `count` samples are lost: they will not come any more."""
 
     def on_deadline_missed(self) -> None:
         """Called if no sample came within the deadline."""
@@ -79,17 +80,17 @@ class Reader:
         if deadline < INFINITE:
             self._deadline = Watch(wire, deadline / NS, partial(wire.tell, self.listener.on_deadline_missed))
 
-    # ---- a user who is slow
+    # ---- pausing for a slow user
 
     def pause(self) -> None:
-        """Deliver and acknowledge no more samples until `resume`. On any thread.
+        """Deliver and acknowledge no more samples until `resume`. May be called on any thread.
 
-        So a reliable writer with KEEP_ALL will wait. Samples that come meanwhile are held back within bounds.
+        A reliable writer with KEEP_ALL then waits. Samples that come meanwhile are held back within bounds.
         """
         self._wire.run(partial(setattr, self._requests, 'is_paused', True), None)
 
     def resume(self) -> None:
-        """Deliver again. On any thread."""
+        """Deliver samples again. May be called on any thread."""
         self._wire.run(self._resume, None)
 
     def _resume(self) -> None:
@@ -131,7 +132,7 @@ class Reader:
             self.on_sample(proxy, sample)
 
     def _hold(self, proxy: WriterProxy, sample: Sample) -> None:
-        """Keep a sample until the ones before it have come; beyond the bounds it is requested again later."""
+        """Keep a sample until all earlier ones have come. Beyond the bounds it is requested again later."""
         if not proxy.backlog.hold(sample, proxy.next):
             return
         if not proxy.next:
@@ -142,7 +143,7 @@ class Reader:
             self._requests.ask_in(proxy, GAP_S)
 
     def _release(self, proxy: WriterProxy) -> None:
-        """Deliver the held samples that are next."""
+        """Deliver the held samples whose turn has come."""
         backlog = proxy.backlog
         if not proxy.next:
             return
@@ -190,7 +191,7 @@ class Reader:
             self._requests.ask_in(proxy, ASK_AGAIN_S)
 
     def on_heartbeat(self, proxy: WriterProxy, heartbeat: Heartbeat) -> None:
-        """Note which samples a writer has, and request the missing ones."""
+        """Take a HEARTBEAT: note which samples the writer has, and request the missing ones."""
         if proxy.watch is not None and heartbeat.asserts_liveliness:
             self.note_alive(proxy)
         if not proxy.is_reliable or heartbeat.counter == proxy.counter:
@@ -215,7 +216,7 @@ class Reader:
         self._requests.answer(proxy, is_final=heartbeat.is_final)
 
     def _skip(self, proxy: WriterProxy, first: int, *, is_loss: bool) -> None:
-        """Stop waiting for samples below `first`; deliver the ones that have come."""
+        """Stop waiting for samples below `first`; deliver those below it that have come."""
         while proxy.next < first:
             if proxy.next in proxy.backlog.held:
                 if self._requests.is_paused:
@@ -227,7 +228,7 @@ class Reader:
         proxy.backlog.drop_below(proxy.next)
 
     def on_gap(self, proxy: WriterProxy, gap: Gap) -> None:
-        """Stop waiting for samples that will not come."""
+        """Take a GAP: stop waiting for the samples that it says will not come."""
         if not proxy.is_reliable or not proxy.next:
             return
         base = gap.irrelevant.base

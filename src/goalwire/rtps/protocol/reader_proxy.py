@@ -1,4 +1,4 @@
-"""A writer's record of one reader: what the reader has acknowledged, and when it is asked again."""
+"""A writer's record of one reader: the samples that it has acknowledged, and when it is asked again."""
 
 from __future__ import annotations
 

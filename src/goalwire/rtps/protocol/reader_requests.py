@@ -14,12 +14,15 @@ from goalwire.rtps.protocol.wire import Wire
 from goalwire.rtps.protocol.writer_proxy import FIRST_ASK_S, WriterProxy
 
 GAP_S = 0.002
-"""How long a sample may be late, after others have overtaken it, before it is requested."""
+"""How long a sample that others have overtaken may be late before it is requested."""
 ASK_AGAIN_S = 0.020
-"""How long a requested sample may take, before it is requested again; the time doubles each time."""
+"""How long a requested sample may take before it is requested again; this time doubles at each request."""
 ON_THE_WAY_S = 0.002
-"""How long a requested sample may take, before a HEARTBEAT leads to a new request. Without this, two sides
-that disagree about the existing samples would ask and answer each other without a pause."""
+"""How long a requested sample may take before a HEARTBEAT leads to a new request.
+
+Without this time, a writer and a reader that disagree about the existing samples would ask and answer without
+a pause.
+"""
 RAREST_ASK_S = 0.5
 RAREST_FIRST_ASK_S = 1.0
 _MOST_PARTIALS_ASKED = 4
@@ -27,10 +30,10 @@ _MOST_PARTIALS_ASKED = 4
 
 
 class Requests:
-    """Sends the requests of one reader. Inside `Wire.run`."""
+    """Sends the requests of one reader. Methods are called inside `Wire.run`."""
 
     def __init__(self, wire: Wire, entity_id: bytes) -> None:
-        """`entity_id` is the reader's."""
+        """Make the requests of the reader with this `entity_id`."""
         self._wire = wire
         self._entity_id = entity_id
         self.is_paused = False
@@ -45,7 +48,10 @@ class Requests:
         proxy.interval = min(2 * proxy.interval, RAREST_FIRST_ASK_S)
 
     def greet_anew(self, proxy: WriterProxy) -> None:
-        """Ask at once: a sample waits for the first HEARTBEAT. RustDDS sends none before its first sample."""
+        """Ask for the first HEARTBEAT at once, since a sample waits for it.
+
+        RustDDS sends no HEARTBEAT before its first sample.
+        """
         if len(proxy.backlog.held) == 1:
             self.stop_timer(proxy)
             proxy.interval = FIRST_ASK_S
@@ -61,7 +67,7 @@ class Requests:
             self._acknowledge(proxy, [])
 
     def ask(self, proxy: WriterProxy) -> None:
-        """Send ACKNACK with the missing samples, and again some time later if they do not come."""
+        """Request the missing samples by ACKNACK, and again some time later if they do not come."""
         missing = [
             number
             for number in range(proxy.next, min(proxy.known, proxy.next + bounds.SET_BITS - 1) + 1)
@@ -75,7 +81,7 @@ class Requests:
             self.ask_in(proxy, proxy.interval)
 
     def ask_in(self, proxy: WriterProxy, delay_s: float) -> None:
-        """Ask after a while, if samples are still missing then; an earlier plan is kept."""
+        """Plan a request after a delay, for samples still missing then; an earlier plan stays."""
         if proxy.timer is None:
             proxy.timer = self._wire.timers.at(self._wire.clock() + delay_s, partial(self._on_timer, proxy))
 

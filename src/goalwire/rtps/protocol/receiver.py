@@ -50,7 +50,7 @@ _BEGIN = MAGIC + VERSION[:1]
 
 
 class Receiver:
-    """Reads the packets of one participant. Inside `Wire.run`."""
+    """Reads the packets that one participant receives. Methods are called inside `Wire.run`."""
 
     def __init__(self, wire: Wire, known: Matching, discovery: Discovery) -> None:
         self._wire = wire
@@ -63,7 +63,10 @@ class Receiver:
         """True if packets are ignored: the participant's sockets will be closed in a moment."""
 
     def receive(self, packet: bytes | memoryview, source: Address) -> None:
-        """Take a packet from an address. The memory of a memoryview is not used after this has returned."""
+        """Take a packet from an address.
+
+        If the packet is a memoryview, its memory is not used after the return.
+        """
         if self.is_closed:
             return
         try:
@@ -80,7 +83,7 @@ class Receiver:
             elif source in remote.sources or self._is_from(prefix, remote, source):
                 if remote.watch is not None:
                     remote.watch.heard = self._wire.clock()
-                # hot path: the samples of plain packets are handed out here, which saves a call for each.
+                # hot path: plain packets' samples go to the readers from here, which saves a call for each
                 plain = read_plain(packet, prefix, self._prefix) if remote.is_proven else None
                 routes = self._known.routes.get(plain[1].writer) if plain is not None else None
                 if plain is None or routes is None:
@@ -98,7 +101,7 @@ class Receiver:
             self.receive(packet, source)
 
     def _read_fragments(self, packet: bytes | memoryview, source: Address) -> bool:
-        """Take the fragments of a plain packet out of its memory; False if it has to be read otherwise."""
+        """Copy the fragments of a plain packet out of its memory; False if `_read` has to read the packet."""
         prefix = bytes(packet[8:HEADER_SIZE])
         remote = self._known.remotes.get(prefix)
         if remote is None or not remote.is_proven or source not in remote.sources:
@@ -120,7 +123,7 @@ class Receiver:
     # ---- who speaks
 
     def _is_from(self, prefix: bytes, remote: RemoteParticipant | None, source: Address) -> bool:
-        """Return True if a packet in a participant's name may come from an address; if not, count that."""
+        """Return True if a participant's packet may come from an address; else count the refusal."""
         host, port = source
         if remote is not None and host not in remote.hosts:
             if remote is not self._known.own:
@@ -147,7 +150,7 @@ class Receiver:
                 if data is not None and data.writer == SPDP_WRITER:
                     self._discovery.on_announcement(data, prefix, source, len(packet), is_named)
 
-    # ---- what is said
+    # ---- the submessages
 
     def _read(self, packet: bytes, prefix: bytes, source: Address, remote: RemoteParticipant) -> None:
         """Read any packet of a known participant, submessage by submessage."""
@@ -169,7 +172,7 @@ class Receiver:
                     time = decode_time(*TIME[flags & LITTLE].unpack_from(packet, at))
                 continue
             if kind == INFO_SRC:
-                return  # the rest is of another participant; no implementation sends that
+                return  # the following submessages are another participant's, which no implementation sends
             body = read_body(kind, packet, at, end, flags) if is_for_us else None
             if body is None:
                 continue
@@ -222,7 +225,7 @@ class Receiver:
     # ---- packets whose writers are not known yet
 
     def _keep_early(self, remote: RemoteParticipant, packet: bytes, source: Address) -> None:
-        """Keep a packet of a writer that is not known yet: its announcement comes to another port."""
+        """Keep a packet of a writer that is not known yet, because its announcement comes to another port."""
         if self._early_size + len(packet) > bounds.EARLY_SIZE:
             self._wire.refuse('packet of an unknown writer', f'{self._early_size} bytes of such wait')
             return
@@ -235,7 +238,7 @@ class Receiver:
         self._early_size += len(packet)
 
     def receive_early(self, remote: RemoteParticipant) -> None:
-        """Read the kept packets of a participant: one of its writers is known now."""
+        """Read the kept packets of a participant, since one of its writers is known now."""
         for packet, source in self._take_early(remote):
             self.receive(packet, source)
 

@@ -1,4 +1,4 @@
-"""The base of writers and readers: sending of packets, timers, a lock, and events for listeners."""
+"""The common base of writers and readers: sending packets, timers, a lock, and events for listeners."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FOREVER = float('inf')
 
 
 class Timer:
-    """Calls a function once, unless it is cancelled before."""
+    """Calls a function once at its time, unless the timer is cancelled before."""
 
     __slots__ = ('function', 'when')
 
@@ -65,7 +65,10 @@ class Timers:
 
 
 class Watch:
-    """Notices when nothing was heard for a while. To note a sign of life costs one assignment, no timer."""
+    """Notices when nothing was heard for a while.
+
+    A sign of life is noted by one assignment, without a new timer.
+    """
 
     __slots__ = ('_on_silence', '_period', '_timer', '_wire', 'heard')
 
@@ -94,8 +97,8 @@ class Watch:
 class Wire:
     """Everything that a participant's writers and readers need from outside.
 
-    All changes of them run in `run`, one at a time. Users' callbacks go through `tell`: they run after
-    the change, in order, without any lock held.
+    All changes of writers and readers run in `run`, one at a time. Users' callbacks go through `tell`: they
+    run after the change, in order, without any lock held.
     """
 
     def __init__(
@@ -110,10 +113,11 @@ class Wire:
         on_acknowledged: Callable[[], None] | None = None,
     ) -> None:
         """`send` never blocks; a packet that it cannot send is lost, as on any network. `send_parts` does the
-        same for a packet in parts; None: `send` gets them joined.
+        same for a packet in parts; if it is None, the parts are joined and given to `send`.
 
-        `on_sooner` is called when a new timer is due before all others; `on_acknowledged`, in order with
-        users' callbacks, when readers have acknowledged samples, for callers that wait for that.
+        `on_sooner` is called when a new timer is due before all others. `on_acknowledged` is called when
+        readers have acknowledged samples, in order with users' callbacks, to wake callers that wait for
+        acknowledgements.
         """
         self.prefix = prefix
         self.head = header(prefix)
@@ -137,10 +141,10 @@ class Wire:
     def run(self, do: Callable[[], T], otherwise: T) -> T:
         """Call a function while no other thread is in `run`, and return its result.
 
-        If this thread is in `run` already, as when a signal handler interrupts it, the call is made later,
-        and `otherwise` is returned.
+        If this thread is in `run` already, for example because a signal handler interrupted it there, the
+        function is called later, and `otherwise` is returned now.
         """
-        # hot path: `CriticalSection.run` here, and the look at `items`, save three calls for each sample.
+        # hot path: `CriticalSection.run` and the check of `items`, inlined, save three calls for each sample
         section, done = self.section, otherwise
         with section.lock:
             if section.is_busy:
@@ -178,11 +182,11 @@ class Wire:
         self.run(partial(self.timers.run, self.clock()), None)
 
     def tell(self, function: Callable[..., object], *arguments: object) -> None:
-        """Call a user's callback after the present change."""
+        """Call a user's callback after the present change, without a lock."""
         self.post(partial(function, *arguments))
 
     def refuse(self, kind: str, reason: str) -> None:
-        """Count ignored data. This default does nothing until a counter is set."""
+        """Count ignored data. This placeholder does nothing; a participant replaces it by its counter."""
 
     def send(self, packet: bytes, address: Address) -> None:
         """Send a packet. An address without a port means this participant itself."""
@@ -205,7 +209,10 @@ class Wire:
             self.receive_own(packet)
 
     def receive_own(self, packet: bytes) -> None:
-        """Receive a packet of this participant's own. This default does nothing until a receiver is set."""
+        """Receive a packet that this participant sent to itself.
+
+        This placeholder does nothing; a participant replaces it.
+        """
 
 
 LOCAL: Address = ('', 0)

@@ -22,14 +22,14 @@ from goalwire.rtps.protocol.writer_repairs import Repairs
 
 MOST_UNACKNOWLEDGED = 1024
 MOST_UNACKNOWLEDGED_SIZE = 16 << 20
-"""How many samples, and bytes, a writer with KEEP_ALL keeps for its readers before it is full."""
+"""The number of samples, and their bytes, at which a writer with KEEP_ALL is full."""
 
 
 class WriterListener:
     """The callbacks of a writer. Every method is called without any lock held."""
 
     def on_matched(self, reader: EndpointData) -> None:
-        """Called when a reader has been matched: it gets the samples from now on."""
+        """Called when a reader has been matched: the reader gets the samples from now on."""
 
     def on_answered(self, reader: EndpointData) -> None:
         """Called at a reliable reader's first answer: it knows the writer, and will miss no new sample."""
@@ -38,7 +38,7 @@ class WriterListener:
         """Called when a matched reader has gone."""
 
     def on_incompatible(self, reader: EndpointData, policy: str) -> None:
-        """Called if a reader of the topic requests more than the writer offers, by this policy."""
+        """Called if a reader of the topic requests more in the policy `policy` than the writer offers."""
 
     def on_room(self) -> None:
         """Called when a writer that was full has room again."""
@@ -62,7 +62,7 @@ class Writer:
         is_keyed: bool = False,
         fragment_sizes: FragmentSizes = FRAGMENT_SIZES,
     ) -> None:
-        """`is_keyed` is used for built-in writers."""
+        """Make a writer. Only built-in writers are made with `is_keyed`."""
         self.data = data
         self.listener = listener
         self.entity_id = data.entity_id
@@ -88,7 +88,7 @@ class Writer:
         self._lease: Watch | None = None
 
     def start(self) -> None:
-        """Watch the writer's deadline and lease from now on. Inside `Wire.run`."""
+        """Watch the writer's deadline and lease from now on. Called inside `Wire.run`."""
         wire, qos, listener = self._wire, self.data.qos, self.listener
         self._is_watched = min(qos.deadline, qos.lease) < INFINITE
         if qos.deadline < INFINITE:
@@ -108,8 +108,8 @@ class Writer:
     ) -> int | None:
         """Send a sample and return its number; None if the writer is full: then wait for `on_room`.
 
-        `qos` is inline QoS, `to` the GUID of the only reader to get it. A signal handler that interrupts
-        its own thread in here gets 0: its sample is sent right after that.
+        `qos` is inline QoS, `to` the GUID of the only reader to get it. If a signal handler interrupts this
+        method and calls it again, it gets 0, and its sample is sent right after the handler.
         """
         otherwise: int | None = 0
         return self._wire.run(partial(self.add, payload, qos, to, time_ns), otherwise)
@@ -176,7 +176,7 @@ class Writer:
         if self._lease is not None:
             self._lease.heard = self._wire.clock()
 
-    # ---- what waits for readers
+    # ---- waiting for readers
 
     def is_full(self) -> bool:
         """True if a writer with KEEP_ALL must wait for its readers."""
@@ -196,12 +196,12 @@ class Writer:
         )
 
     def is_acknowledged(self) -> bool:
-        """True if all readers that have ever answered have acknowledged all their samples."""
+        """Tell whether all readers that have ever answered have acknowledged all their samples."""
         output = self._output
         return all(output.has_all(proxy) for proxy in tuple(output.reliable) if proxy.has_answered)
 
     def is_acknowledged_by_all(self) -> bool:
-        """True if all reliable readers have acknowledged all their samples; on any thread."""
+        """True if all reliable readers have acknowledged all their samples. May be called on any thread."""
         output = self._output
         return all(output.has_all(proxy) for proxy in tuple(output.reliable))
 
@@ -223,7 +223,7 @@ class Writer:
         self._offer_room()
 
     def _offer_room(self) -> None:
-        """Report that there is room again, if the writer was full; the room may be for only one reader."""
+        """Report room if the writer was full; the room may be for samples to only one reader."""
         if self._was_full and (self._output.is_addressed or not self.is_full()):
             self._was_full = False
             self._wire.tell(self.listener.on_room)
@@ -239,10 +239,10 @@ class Writer:
         room: int = 0,
         pushes: bool = False,
     ) -> None:
-        """Add a reader. Inside `Wire.run`.
+        """Add a reader. Called inside `Wire.run`.
 
-        `room` is its participant's `receive_buffer`. With `pushes` all samples are sent to it at once,
-        without a request.
+        `room` is the `receive_buffer` of the reader's participant. With `pushes` the reader gets all samples
+        at once, without a request.
         """
         output = self._output
         is_reliable = self._is_reliable and reader.qos.reliability == RELIABLE
@@ -271,26 +271,27 @@ class Writer:
     def note_received(self, reader: bytes, number: int) -> None:
         """Note that a reader has a sample, and so all earlier ones, although it sent no ACKNACK.
 
-        The reader is then not asked for them. The samples are dropped when readers are asked next, or when
-        the writer may soon be full: so this costs next to nothing. On any thread.
+        The reader is then not asked to acknowledge these samples. The samples are dropped at the next
+        HEARTBEAT, or when the writer may soon be full, so this method costs next to nothing. May be called on
+        any thread.
         """
         proxy = self.readers.get(reader)
         if proxy is None or not proxy.has_answered or number <= proxy.received:
             return
         proxy.received = number
         history = self.history
-        # First the number, then this look; `add` looks for room first, and then at the number.
+        # `received` is set before the history is checked; `add` checks in the opposite order.
         if len(history.changes) >= MOST_UNACKNOWLEDGED // 2 or history.size >= MOST_UNACKNOWLEDGED_SIZE // 2:
             self._wire.run(partial(self._repairs.take_received, proxy), None)
 
     def tell_again(self, reader: bytes) -> None:
-        """Tell a reader again which samples exist. Inside `Wire.run`."""
+        """Tell a reader again, by HEARTBEAT, which samples exist. Called inside `Wire.run`."""
         proxy = self.readers.get(reader)
         if proxy is not None:
             self._output.send_to(proxy, self._output.heartbeat(proxy))
 
     def unmatch(self, guid: bytes) -> None:
-        """Forget a reader. Inside `Wire.run`."""
+        """Forget a reader. Called inside `Wire.run`."""
         proxy = self.readers.pop(guid, None)
         if proxy is not None:
             self._repairs.forget_addressed(proxy, self.last)
@@ -299,14 +300,14 @@ class Writer:
             self._wire.tell(self.listener.on_unmatched, proxy.data)
 
     def move(self, reader: bytes, address: Address) -> None:
-        """Send to a reader at another address from now on. Inside `Wire.run`."""
+        """Send the reader's samples to another address from now on. Called inside `Wire.run`."""
         proxy = self.readers.get(reader)
         if proxy is not None:
             proxy.address = address
             self._output.note_readers()
 
     def stop(self) -> None:
-        """Stop sending. Inside `Wire.run`."""
+        """Stop sending. Called inside `Wire.run`."""
         self._repairs.stop()
         self._windows.stop()
         for watch in (self._deadline, self._lease):

@@ -1,8 +1,8 @@
-"""A writer's packets: fresh samples, and HEARTBEAT and GAP, which tell its readers what samples exist.
+"""Writes a writer's packets: fresh samples, and HEARTBEAT and GAP, which tell readers which samples exist.
 
 A fresh sample goes to all readers in one packet for each address. A sample may be for only one reader
-(`Change.reader`): from then on each reader gets separate packets, and learns by GAP, in front of what it
-gets next, which samples are not for it.
+(`Change.reader`). After the first such sample each reader gets separate packets. A GAP before a reader's next
+sample tells it which samples are not for it.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ _HEADS = struct.Struct('<BBHIIBBHHH4s4siI')
 
 
 class WriterOutput:
-    """Sends a writer's samples to its readers. Inside `Wire.run`."""
+    """Sends a writer's samples to its readers. Methods are called inside `Wire.run`."""
 
     def __init__(self, wire: Wire, data: EndpointData, history: HistoryCache, sizes: FragmentSizes) -> None:
-        """`sizes` are the sizes of its fragments."""
+        """Make the output of one writer, whose fragments have the `sizes`."""
         self.wire = wire
         self.entity_id = data.entity_id
         self.history = history
@@ -56,7 +56,7 @@ class WriterOutput:
         self.addresses: tuple[Address, ...] = ()
         """The addresses of the readers, without duplicates."""
         self.is_addressed = False
-        """True once a sample was for only one reader: then each reader gets separate packets."""
+        """True once a sample was for only one reader: from then on each reader gets separate packets."""
         self.counter = 0
         """The counts of the last HEARTBEAT and HEARTBEAT_FRAG."""
         self.asked = 0
@@ -69,13 +69,13 @@ class WriterOutput:
             self.fragment_size = self._sizes.far
 
     def note_loss(self) -> None:
-        """Note that a reader lacks fragments that were sent."""
+        """Note that a reader lacks fragments that were sent; fragments to other hosts become small again."""
         self._has_lost = True
         if self._has_far:
             self.fragment_size = self._sizes.far
 
     def trust(self) -> None:
-        """Note that many fragments have arrived without a loss."""
+        """Note that many fragments have arrived without a loss: fragments to other hosts may be larger."""
         if self._has_far and not self._has_lost:
             self.fragment_size = self._sizes.most_far
 
@@ -93,7 +93,7 @@ class WriterOutput:
     # ---- samples
 
     def send_fresh(self, change: Change) -> None:
-        """Send a sample that fits into a packet to all its readers."""
+        """Send a sample that fits into one packet to all readers that it is for."""
         if self.is_addressed:
             if change.reader is None:
                 for proxy in self.readers.values():
@@ -108,7 +108,7 @@ class WriterOutput:
                 if asks or not proxy.has_answered:
                     packet += self.heartbeat(proxy)
             address = self.addresses[0]
-            if address[1]:  # hot path: `Wire.send`, without its call
+            if address[1]:  # hot path: the body of `Wire.send`, which saves a call
                 self.wire.send_packet(packet, address)
             else:
                 self.wire.send(packet, address)
@@ -120,7 +120,7 @@ class WriterOutput:
                 self.send_to(proxy, self.heartbeat(proxy))
 
     def _encode(self, before: bytes, change: Change, reader: bytes) -> bytes:
-        """Return INFO_TS and DATA after the beginning of their packet; `reader` is the entity id."""
+        """Return a packet: its beginning `before`, INFO_TS and DATA for the entity id `reader`."""
         payload, number, qos = change.payload, change.number, change.qos
         seconds, rest = divmod(change.time, NS)
         flags = LITTLE
@@ -151,7 +151,7 @@ class WriterOutput:
         return b'%b%b%b%b%b' % (before, heads, qos, payload, b'\0\0\0'[:pad])
 
     def _send_addressed(self, proxy: ReaderProxy, change: Change) -> None:
-        """Send a sample to one reader, after a GAP for samples that were for others."""
+        """Send a sample to one reader, after a GAP for skipped samples that were for other readers."""
         before = self.wire.head + proxy.asks
         if proxy.last + 1 < change.number:
             before += self.gap_before(proxy, change.number)
@@ -169,7 +169,7 @@ class WriterOutput:
         return Gap(proxy.entity_id, self.entity_id, first, NumberSet(number)).encode()
 
     def whole(self, proxy: ReaderProxy, change: Change) -> bytes:
-        """Return INFO_TS and DATA for one reader."""
+        """Return INFO_TS and DATA with a whole sample, addressed to one reader."""
         return self._encode(b'', change, proxy.entity_id)
 
     def send_to(self, proxy: ReaderProxy, submessages: bytes) -> None:
@@ -177,24 +177,24 @@ class WriterOutput:
         self.wire.send(self.wire.head + proxy.asks + submessages, proxy.address)
 
     def receivers(self, change: Change) -> Iterable[ReaderProxy]:
-        """Return the readers that a sample is for."""
+        """Return the readers that get a sample."""
         if change.reader is None:
             return self.readers.values()
         proxy = self.readers.get(change.reader)
         return () if proxy is None else (proxy,)
 
-    # ---- what readers have been sent
+    # ---- the samples that each reader has been sent
 
     def sent(self) -> int:
-        """Return the last sample that has been sent as a whole."""
+        """Return the number of the last sample that has been sent completely."""
         return self.unsent[0].number - 1 if self.unsent else self.last
 
     def last_for(self, proxy: ReaderProxy) -> int:
-        """Return the last sample that was sent to a reader, or was not for it."""
+        """Return the number of the last sample that a reader has been sent, or that was for other readers."""
         return proxy.last if self.is_addressed else max(self.sent(), proxy.start - 1)
 
     def heartbeat(self, proxy: ReaderProxy, *, is_final: bool = False, asserts: bool = False) -> bytes:
-        """Return HEARTBEAT for one reader, after a GAP for samples that were for others."""
+        """Return HEARTBEAT for one reader, after a GAP for samples that were for other readers."""
         self.counter += 1
         last = self.last_for(proxy)
         self.asked = self.last
@@ -210,5 +210,5 @@ class WriterOutput:
         return not proxy.has_answered or proxy.acked < self.last_for(proxy)
 
     def has_all(self, proxy: ReaderProxy) -> bool:
-        """Return True if a reader is known to have all its samples; on any thread."""
+        """Return True if a reader is known to have all its samples. May be called on any thread."""
         return max(proxy.acked, proxy.received) >= self.last_for(proxy)

@@ -9,7 +9,7 @@ from goalwire.rtps.protocol.primitives import Address
 from goalwire.rtps.protocol.wire import Timer, Watch, Wire
 
 FIRST_ASK_S = 0.005
-"""How long after a match a writer is asked again for its first HEARTBEAT."""
+"""How long after a match a reader asks a silent writer again for its first HEARTBEAT."""
 
 
 class WriterProxy:
@@ -68,18 +68,18 @@ class WriterProxy:
         self.is_alive = True
         self._skipped_from = self._skipped_to = 0
 
-    # ---- what was skipped
+    # ---- skipped samples
 
     def begin(self, first: int) -> None:
-        """Wait for `first`, after the writer's first HEARTBEAT."""
+        """Wait for the sample `first`, which the writer's first HEARTBEAT has named."""
         self.next = self._skipped_to = first
 
     def skip(self, first: int, *, is_loss: bool = False) -> None:
         """Stop waiting for samples below `first`, which a HEARTBEAT or a GAP says will not come.
 
-        That may be false. Any program of the writer's host could send a HEARTBEAT or a GAP in the
-        writer's name, with any numbers. As long as no sample after the skipped ones has been delivered, the
-        writer can prove the opposite, and then nothing is lost and the order is kept.
+        The HEARTBEAT or GAP may be forged: any program on the writer's host could send it in the writer's
+        name. As long as no sample after the skipped ones has been delivered, a HEARTBEAT or sample from the
+        writer itself undoes the skip; then no sample is lost and the order is kept.
         """
         if self._skipped_to != self.next or not self._skipped_from:
             self._skipped_from = self.next
@@ -88,16 +88,16 @@ class WriterProxy:
         self.next = self._skipped_to = first
 
     def was_skipped(self, number: int) -> bool:
-        """Return True for a skipped sample that comes, if no later one was delivered."""
+        """Return True if `number` is a skipped sample that may still be delivered, since no later one was."""
         return self._skipped_to == self.next and 0 < self._skipped_from <= number < self.next
 
     def take_back_skip(self) -> None:
-        """Wait for the skipped samples again."""
+        """Undo the last skip: wait for the skipped samples again."""
         self.next = self.known = self._skipped_from
         self._skipped_from = self._skipped_to = self.lost = 0
 
     def correct(self, last: int) -> None:
-        """Undo a skip beyond the writer's last sample `last`: it was false."""
+        """Undo a skip that went beyond the writer's last sample `last`, since that skip was false."""
         if last + 1 < self.next == self._skipped_to:
             self.next = self._skipped_from or last + 1
             self._skipped_to, self.lost = self.next, 0

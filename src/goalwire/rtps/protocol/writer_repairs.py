@@ -1,9 +1,9 @@
 """Acknowledgements of a writer's reliable readers, and repeats of samples that they lack.
 
-A reliable reader is asked by HEARTBEAT. It answers by ACKNACK, and gets its missing samples at once.
-A reader that has answered before is asked some time after a sample, so that a stream costs few answers. A
-reader that has not answered may not know this writer yet, and is asked with each sample. A silent reader is
-asked at growing intervals, and only a writer with KEEP_ALL waits for it.
+The writer asks a reliable reader by HEARTBEAT. The reader answers by ACKNACK, and gets its missing samples at
+once. A reader that has answered before is asked some time after a sample, so that a stream of samples needs
+few answers. A reader that has not answered may not know this writer yet, and is asked with each sample. A
+silent reader is asked at growing intervals, and only a writer with KEEP_ALL waits for it.
 """
 
 from __future__ import annotations
@@ -20,16 +20,22 @@ from goalwire.rtps.protocol.wire import FOREVER, Timer
 from goalwire.rtps.protocol.writer_output import WriterOutput
 
 TOGETHER_S = 0.002
-"""Readers that are due within this time are asked together, because each round looks at all readers."""
+"""Readers to be asked within this time are asked together, because each round goes over all readers."""
 ON_THE_WAY_S = 0.004
-"""How long samples may be on their way to a reader that says it has none: two sides that meet tell each
-other everything, and ask each other, at the same moment. It is less than the time between HEARTBEATs."""
+"""How long samples count as on their way to a reader that says it has none.
+
+When a writer and a reader meet, the samples and the request for them are sent at the same moment and cross.
+This time is shorter than the time between HEARTBEATs.
+"""
 RAREST_HEARTBEAT_S = 1.0
 """The longest interval at which a silent reader is asked."""
 
 
 class Repairs:
-    """Asks the reliable readers of one writer, and repeats samples that they lack. Inside `Wire.run`."""
+    """Asks the reliable readers of one writer for acknowledgements, and repeats samples that they lack.
+
+    Methods are called inside `Wire.run`.
+    """
 
     def __init__(
         self,
@@ -55,7 +61,7 @@ class Repairs:
         """None: no reader must be asked."""
 
     def expect_answers(self) -> None:
-        """Plan to ask reliable readers later, if they have not acknowledged all by then."""
+        """Plan a HEARTBEAT to the reliable readers that have not acknowledged all samples by then."""
         output = self._output
         now = output.wire.clock()
         for proxy in output.reliable:
@@ -76,7 +82,7 @@ class Repairs:
             self.timer = output.wire.timers.at(max(due, now), self._ask)
 
     def _ask(self) -> None:
-        """Send HEARTBEAT to the due readers."""
+        """Send HEARTBEAT to the readers that are due to be asked."""
         output = self._output
         self.timer = None
         now = output.wire.clock()
@@ -93,7 +99,10 @@ class Repairs:
         self.set_timer(now)
 
     def on_acknack(self, proxy: ReaderProxy, acknack: AckNack) -> None:
-        """Note which samples a reader has, and send the missing ones. Inside `Wire.run`."""
+        """Take an ACKNACK: note which samples the reader has, and send the missing ones.
+
+        Called inside `Wire.run`.
+        """
         output = self._output
         base, missing = acknack.missing.base, acknack.missing.numbers()
         has_nothing = base <= max(1, proxy.start) and not missing and not acknack.is_final
@@ -108,7 +117,7 @@ class Repairs:
         if missing:
             proxy.interval = HEARTBEAT_S
             self.repair(proxy, missing)
-        elif has_nothing and proxy.acked < last:  # it will request all of it
+        elif has_nothing and proxy.acked < last:  # the reader will request all samples
             if output.wire.clock() >= proxy.pushed_at + ON_THE_WAY_S:
                 self.push(proxy, list(range(proxy.acked + 1, min(last, proxy.acked + 256) + 1)))
         elif not acknack.is_final:
@@ -117,12 +126,12 @@ class Repairs:
             self.expect_answers()
 
     def take_received(self, proxy: ReaderProxy) -> None:
-        """Note as acknowledged what a reader has shown to have."""
+        """Mark as acknowledged the samples that a reader has shown to have."""
         if proxy.received > proxy.acked:
             self.note_received(proxy, min(proxy.received, self._output.last_for(proxy)))
 
     def note_received(self, proxy: ReaderProxy, number: int) -> None:
-        """Note that a reader has all samples up to `number`; it may be known already."""
+        """Note that a reader has all samples up to `number`. Does nothing if that is known already."""
         before = proxy.acked
         if number <= before:
             return
@@ -131,13 +140,13 @@ class Repairs:
             self.forget_addressed(proxy, number)
         proxy.interval = HEARTBEAT_S
         proxy.due = FOREVER
-        if before <= self.acked:  # else another reader has fewer, and the least number stays
+        if before <= self.acked:  # otherwise another reader has fewer samples, and `self.acked` stays
             self.note_acked()
         else:
             self._on_acknowledged()
 
     def note_acked(self) -> None:
-        """Drop samples that all reliable readers have."""
+        """Drop the samples that all reliable readers have acknowledged."""
         output = self._output
         sent = output.sent()
         self.acked = min(
@@ -150,7 +159,7 @@ class Repairs:
         self._on_acknowledged()
 
     def forget_addressed(self, proxy: ReaderProxy, number: int) -> None:
-        """Drop the samples for only this reader, up to a number."""
+        """Drop the samples up to `number` that are for only this reader."""
         history, addressed = self._output.history, proxy.addressed
         while addressed and addressed[0].number <= number:
             change = addressed.popleft()
@@ -159,12 +168,12 @@ class Repairs:
                 history.remove(change.number)
 
     def push(self, proxy: ReaderProxy, numbers: list[int]) -> None:
-        """Send samples to a reader that has none, without a request."""
+        """Send samples to a reader that has none, without waiting for its request."""
         proxy.pushed_at = self._output.wire.clock()
         self.repair(proxy, numbers)
 
     def repair(self, proxy: ReaderProxy, numbers: list[int]) -> None:
-        """Send samples again to one reader, up to a window, and then ask which ones it lacks."""
+        """Send samples again to one reader, at most one window, and then ask which samples it lacks."""
         output = self._output
         if self._lifespan < INFINITE:
             output.history.expire(output.wire.wall_clock_ns() - self._lifespan)
@@ -177,7 +186,7 @@ class Repairs:
             if number > last or left <= 0:
                 break
             if change is not None and change.size > output.fragment_size and not change.fragment_size:
-                change.fragment_size = output.fragment_size  # the sample is older than the reader
+                change.fragment_size = output.fragment_size  # older than the reader: not cut before
             if change is None or number < proxy.start or change.reader not in (None, proxy.data.guid):
                 gone.append(number)
             elif change.fragment_size:
