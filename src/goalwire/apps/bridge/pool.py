@@ -38,7 +38,7 @@ class Pool(Generic[ClientT]):
         try:
             yield client
         finally:
-            if key in self._users:  # `close` has removed the keys
+            if key in self._users:  # false if `close` was called during the block
                 self._users[key] -= 1
                 self._close_some()
 

@@ -46,7 +46,7 @@ def run_command(program: str, arguments: Sequence[str]) -> int:
         try:
             outcome = _dispatch(program, list(arguments))
             sys.stdout.flush()
-        except SystemExit as end:  # argparse raises it after a help text
+        except SystemExit as end:  # argparse exits after a help text
             outcome = Outcome(end.code if isinstance(end.code, int) else 0)
             sys.stdout.flush()
     except BrokenPipeError:
@@ -59,7 +59,7 @@ def run_command(program: str, arguments: Sequence[str]) -> int:
 
 
 def _dispatch(program: str, arguments: list[str]) -> Outcome:
-    if arguments[:1] == ['_complete']:  # the call of a shell's completion script
+    if arguments[:1] == ['_complete']:  # called by a shell's completion script
         from goalwire.apps.cli.framework.completion import completions
 
         print('\n'.join(completions(arguments[1] if arguments[1:] else '', arguments[2:])))  # noqa: T201

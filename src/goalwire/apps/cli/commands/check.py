@@ -33,7 +33,8 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
         for file in _files(path):
             count += 1
             problems += check_file(file)
-    problems = list(dict.fromkeys(problems))  # Several launch files may include one file.
+    # Report each problem once: several launch files may include the same file.
+    problems = list(dict.fromkeys(problems))
     if not count:
         raise CommandError(
             Outcome.NOT_FOUND,
@@ -72,7 +73,7 @@ def _files(path: str) -> Iterator[str]:
 
 
 def check_file(path: str) -> list[str]:
-    """Yields each problem of one file, as `file:line: text`."""
+    """Yield each problem of one file, as `file:line: text`."""
     if path.endswith(INTERFACES):
         return list(_interface_problems(path))
     from goalwire.launching.checking import check_launch_file
@@ -121,7 +122,7 @@ def _unknown_type(field: Field, package: str, folder: str) -> str:
     try:
         registry.message_definition(field.type.base)
     except InterfaceSyntaxError:
-        return ''  # The mistake is reported when that file itself is checked.
+        return ''  # The syntax error is reported when the type's own file is checked.
     except InterfaceError as error:
         return ' '.join(str(error).split())
     return ''

@@ -124,7 +124,7 @@ def _text(name: str) -> str:
     try:
         return definition_text(name)
     except UnknownInterfaceError:
-        lookup.interface(name)  # the error names similar types
+        lookup.interface(name)  # raises an error that suggests similar types
         raise
     except InterfaceError as error:
         raise CommandError(Outcome.FAILED, f"the type '{name}' cannot be used: {error}") from None
@@ -148,14 +148,14 @@ def _lines(name: str, *, comments: bool, nested: bool, level: int) -> Iterator[s
 
 
 def _parse(line: str) -> tuple[str, str]:
-    """Return the type of a line's field and the line's comment with its #; '' stands for none."""
+    """Return the type of the field on a line, and the line's comment with its #; each is '' if missing."""
     words = line.split('#', maxsplit=1)[0].split()
     if (
         len(words) < 2
         or words[0] == _SEPARATOR
         or '=' in line.split('#', maxsplit=1)[0].split(None, 1)[1].split('"', maxsplit=1)[0]
     ):
-        return '', ''  # a constant keeps its comment, as in ROS 2
+        return '', ''  # A constant's comment is always shown, as in ROS 2.
     at = line.find('#')
     is_comment = at >= 0 and '"' not in line[:at] and "'" not in line[:at]
     return words[0], line[at:] if is_comment else ''

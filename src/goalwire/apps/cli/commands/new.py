@@ -27,12 +27,12 @@ class Kind(NamedTuple):
     """The things that a new package may contain."""
 
     program: str
-    """The name of its module and of its folder in `templates`; the program is PACKAGE_program."""
+    """The name of the program's module, and of its folder in `templates`; users run PACKAGE_program."""
     interfaces: str
-    """The package that defines its type."""
+    """The package that defines the type which the program uses."""
     type_name: str
     own_type: str
-    """The file of the equal type in a package of own interfaces, such as `msg/Greeting.msg`."""
+    """The file of an equal type that a user's own package of interfaces gets, such as `msg/Greeting.msg`."""
     summary: str
 
 
@@ -96,14 +96,14 @@ def _run(arguments: Namespace, output: Output) -> None:
 
 
 def _write_stubs(folder: Path, output: Output) -> None:
-    """Write the stubs of a new package of interfaces; if that is not possible, print how to do it."""
+    """Write the stubs of a new package of interfaces; if they cannot be written, print what to do."""
     from goalwire.apps.cli.commands.stubs import environment_folder, write_into
     from goalwire.idl import search_path
 
-    search_path.discard()  # the package did not exist before
+    search_path.discard()  # the cached search was made before the package existed
     found = search_path.find_package(folder.name)
     if found is not None and found.path.resolve() == folder.resolve():
-        found.trusted = True  # the package was made just now
+        found.trusted = True  # because this command has just made the package
         try:
             write_into(environment_folder(), [folder.name], output)
         except CommandError as error:
@@ -163,7 +163,10 @@ def _files(package: str, kinds: Sequence[Kind], *, own_types: bool) -> dict[str,
 
 
 def _words_of(package: str, kind: Kind, *, alone: bool) -> dict[str, str]:
-    """Return the values for one program's templates; an only node has the name of the package."""
+    """Return the values for one program's templates.
+
+    The node of a package's only program has the name of the package.
+    """
     node = package if alone else f'{package}_{kind.program}'
     class_name = ''.join(map(str.capitalize, node.split('_')))
     return {'package': package, 'node': node, 'Class': class_name, 'program': kind.program}

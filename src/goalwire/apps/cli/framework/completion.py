@@ -85,13 +85,13 @@ def _beginning(begun: str, known: Iterable[str]) -> list[str]:
 
 
 def _match(begun: str, names: Iterable[str]) -> list[str]:
-    """Return the names that begin so, whether or not the user wrote the first slash."""
+    """Return the names that begin with `begun`, whose first slash the user may have left out."""
     wanted = begun if begun.startswith('/') else f'/{begun}'
     return sorted({name for name in names if name.startswith(wanted) and _NAME.fullmatch(name)})
 
 
 def _live(noun: str, what: str, given: Sequence[str], begun: str) -> list[str]:
-    """Return candidates for an argument from the graph or from the interfaces; [] if it takes others."""
+    """Return candidates for an argument from the graph or the interfaces; [] for other kinds of arguments."""
     from goalwire.apps.cli.framework.nodes import is_hidden, node_names
 
     names: dict[str, Callable[[Graph], Iterable[str]]] = {

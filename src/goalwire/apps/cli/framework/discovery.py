@@ -2,8 +2,9 @@
 
 On goalwire's own Zenoh the graph is complete once the router has sent its declarations. On DDS, and with
 eclipse-zenoh, the graph comes piece by piece. So a command waits until the searched name is there, or until
-nothing has come for a while. On DDS the operating system knows the ports of all programs of this machine, so
-they have answered by then. In the range LOCALHOST no others can answer: the wait ends with the last of them.
+nothing has come for a while. On DDS the operating system lists the ports of all programs of this machine, so
+the command waits for their answers. In the discovery range LOCALHOST no other program can answer, so the wait
+ends when the last of them has answered.
 """
 
 from __future__ import annotations
@@ -29,20 +30,28 @@ if TYPE_CHECKING:
 SPIN_TIME_S = 1.0
 """Seconds that discovery may take on a wire that cannot tell when it is complete; see `--spin-time`."""
 FIRST_S = 0.12
-"""Shortest discovery on such a wire, in s: peers answer within some ms, or later on a busy network."""
+"""Shortest discovery, in s, on a wire that cannot tell when it is complete.
+
+Peers answer within some ms, or later on a busy network.
+"""
 NOBODY_S = 0.5
-"""Seconds to wait for the first answer: an empty graph is rare, so its report may come later."""
+"""Seconds to wait for a first answer. An empty graph is rare, so it may be reported this late."""
 MISSING_S = 1.5
-"""Further seconds to wait for a given name on such a wire before it is reported as missing."""
+"""Further seconds to wait for a given name before it is reported as missing.
+
+They are for wires that cannot tell when discovery is complete.
+"""
 QUIET_S = 0.05
-"""After these seconds without a change or an outstanding answer the graph counts as complete there."""
+"""Seconds without a change, and without an outstanding answer, after which a graph counts as complete.
+
+They are for wires that cannot tell when discovery is complete.
+"""
 LAST_S = 0.02
-"""Further seconds to wait if all peers that can answer are known. A peer may be about to announce a second
-context."""
+"""As QUIET_S, if all peers that can answer are known: a peer may be about to announce a second context."""
 
 
 def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add ROS 2's flags of the commands that look at the graph."""
+    """Add the flags that ROS 2's commands have if they look at the graph."""
     parser.add_argument(
         '--no-daemon', action='store_true', help='Accepted as in ROS 2: there is no daemon here'
     )
@@ -69,11 +78,11 @@ def discovered(
     whole: bool = False,
     view: RobotView | None = None,
 ) -> Iterator[Graph]:
-    """Yield the graph of the domain: complete, or as soon as `found(graph)` says that it suffices.
+    """Yield the graph of the domain when it is complete, or earlier if `found(graph)` is True.
 
-    If `found` is still false then, wait for it for another `wait` s, at least half a second. With `whole` the
-    graph is complete in any case. It shows the robots of `view`, or the chosen robot, or everything. Raises
-    TransportError, CommandError, also if the chosen robot has no node.
+    If `found` is False on the complete graph, wait for it for another `wait` s, at least half a second. With
+    `whole` the graph is complete in any case. The graph shows the robots of `view`, or the chosen robot, or
+    everything. Raises TransportError, CommandError, also if the chosen robot has no node.
     """
     from goalwire.graph.graph import Graph
     from goalwire.graph.scope import within
@@ -94,7 +103,7 @@ def discovered(
                 changes.settle(limit, None if whole else found, session)
             elif not graph.nodes():
                 changes.wait_for(lambda graph: bool(graph.nodes()), NOBODY_S)
-            if found is not None:  # wait once more before a name is missing: peers may be busy
+            if found is not None:  # a busy peer may announce the name late
                 changes.wait_for(found, max(wait, NOBODY_S if session.discovers_at_once else MISSING_S))
             if robot and not graph.nodes():
                 changes.wait_for(lambda graph: bool(graph.nodes()), MISSING_S)
@@ -138,7 +147,7 @@ def _open_session(view: RobotView | None) -> Session:
 
 
 class _Changes:
-    """Waits on changes of a graph."""
+    """Waits for changes of a graph."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph

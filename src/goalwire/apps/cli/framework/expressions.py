@@ -1,13 +1,13 @@
-"""Python expressions over a message, for `--filter`: read as a tree and worked out here, never by `eval`.
+"""Python expressions over a message, for `--filter`: parsed to a tree and evaluated here, never by `eval`.
 
-What there is: `m` (the message), fields, indices, constants, arithmetic, comparisons, `and`, `or`, `not`,
-`in`, `if … else`, lists and tuples, and the functions of FUNCTIONS. Everything else is refused: names that
-begin with an underscore, methods, powers.
+Allowed are `m` (the message), fields, indices, constants, arithmetic, comparisons, `and`, `or`, `not`, `in`,
+`if … else`, lists and tuples, and the functions of FUNCTIONS. Everything else is refused, such as names that
+begin with an underscore, methods and powers.
 
-An expression ends soon for any message. Its text is short; only numbers are multiplied, and nothing is
-raised to a power, so that no value is much longer than the text and the message together; `round` takes few
-digits, because it raises ten to that power; and functions and operators that walk through lists and texts
-may visit MOST_ITEMS of their items.
+The evaluation takes little time for any message. The expression's text is short. Only numbers are multiplied,
+and nothing is raised to a power, so no value is much longer than the text and the message together. `round`
+takes few digits, because it raises ten to the power of their number. Functions and operators that walk
+through lists and texts may visit MOST_ITEMS of their items.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.UAdd: operator.pos,
 }
 _NUMBERS = (ast.Mult, ast.Mod)
-"""Operators that could make endless texts of a text."""
+"""Operators that take only numbers here: applied to a text they could make a huge text."""
 
 
 class Expression:
@@ -103,7 +103,7 @@ class _Evaluation:
         value = self.value(tree)
         try:
             return bool(value)
-        except ValueError:  # of a numpy array, which bool() refuses
+        except ValueError:  # bool() refuses a numpy array
             problem = f'{_source(tree)} is a list: write all({_source(tree)}) or any({_source(tree)})'
             raise self._error(problem) from None
 
@@ -189,7 +189,7 @@ class _Evaluation:
         if name == 'str' and any(not isinstance(each, int | float | str) for each in values):
             self._visit(_ITEMS_OF_A_TEXT)
         if name == 'sum' and any(isinstance(each, list) for each in values[1:]):
-            raise self._error('sum takes only numbers')  # `sum` would copy the list for each item
+            raise self._error('sum takes only numbers')  # sum() copies a list for each item
         return self._attempt(tree, FUNCTIONS[name], *values)
 
     def _attempt(self, tree: ast.expr, function: Callable[..., Any], *values: Any) -> Any:

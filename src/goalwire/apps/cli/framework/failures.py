@@ -41,8 +41,8 @@ _NEXT: tuple[tuple[type[errors.CallError], str], ...] = (
 
 
 def explain_error(error: Exception) -> tuple[Outcome, str]:
-    """Return an error's outcome and its line."""
-    while isinstance(error, ExceptionGroup):  # in a TaskGroup the first error ends the rest
+    """Return an error's outcome, and the line that the user sees."""
+    while isinstance(error, ExceptionGroup):  # a TaskGroup's first error cancels its other tasks
         error = error.exceptions[0]
     if isinstance(error, CommandError):
         return error.outcome, str(error)

@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 MARK = 'GOALWIRE_ROS2'
-"""Environment variable with the id of the process that handed over, so that it never does so twice."""
+"""Environment variable with the id of the process that handed over, so that no process does so twice."""
 
 
 def hand_over(command: list[str]) -> None:

@@ -1,7 +1,7 @@
 """Handles Ctrl-C before a command has an event loop, and during discovery.
 
-Python turns SIGINT into an exception wherever the main thread is. During an import that may be
-in a finaliser or a weak reference's callback, where exceptions are printed and lost: the command would go on.
+Python turns SIGINT into an exception wherever the main thread is. During an import, the main thread may be in
+a finaliser or a weak reference's callback, where exceptions are printed and lost: the command would go on.
 """
 
 from __future__ import annotations

@@ -20,12 +20,12 @@ from goalwire.rules.names.robots import robot_of
 from goalwire.transport.contract import EndpointKind
 
 NODE_NAME_PREFIX = '_ros2cli'
-"""Nodes of the tools are hidden ones, as ROS 2's are."""
+"""The names of the commands' nodes begin so, as in ROS 2; the underscore hides the nodes."""
 _AT_ONCE = 3
-"""This many Ctrl-C end the process at once, without cleaning up."""
+"""After this many presses of Ctrl-C the process ends at once, without cleaning up."""
 _WARN, _ERROR = 30, 40
 _SAME_S = 0.2
-"""Signals within this time count as one: a shell's `timeout` and supervisors signal child and group."""
+"""Signals within this time count as one: `timeout` and supervisors signal the process and its group."""
 
 Main: TypeAlias = Callable[['goalwire.Node'], Awaitable[Outcome | None]]
 
@@ -33,8 +33,9 @@ Main: TypeAlias = Callable[['goalwire.Node'], Awaitable[Outcome | None]]
 def live(main: Main, node_name: str | None = None, *, use_sim_time: bool = False) -> Outcome:
     """Run `main` with a node of the command's own, until it returns.
 
-    If the user has chosen a robot, the node sees that one alone; raises CommandError if it has no node. Each
-    Ctrl-C or SIGTERM cancels `main`. After the first it may clean up; a second one ends the clean-up.
+    If the user has chosen a robot, the node sees only that robot; raises CommandError if the robot has no
+    node. Each Ctrl-C or SIGTERM cancels `main`. After the first signal `main` may clean up; a second one ends
+    the clean-up.
     """
 
     robot = chosen_robot()

@@ -38,7 +38,7 @@ def full_name(text: str, what: str) -> str:
 
 
 def unknown(what: str, name: str, known: Iterable[str], command: str) -> CommandError:
-    """Return the error for a name that is not in the graph; `command` lists the names that are."""
+    """Return the error for a name that is not in the graph; it tells that `command` lists the names."""
     from goalwire.graph.near_misses import similar_names
 
     advice = with_advice(suggest(similar_names(name, sorted(known))), f'see: {command}')
@@ -46,7 +46,7 @@ def unknown(what: str, name: str, known: Iterable[str], command: str) -> Command
 
 
 def types_of(found: NamesAndTypes, name: str) -> list[str] | None:
-    """Return the types of a name; None if it is not there."""
+    """Return the types of a name; None if `found` does not contain the name."""
     return next((types for each, types in found if each == name), None)
 
 
@@ -99,7 +99,7 @@ def interface(name: str) -> Any:
 
 
 def interface_in_use(name: str) -> Any:
-    """Do as `interface`, but ask the nodes that use a type if it is unknown here, which takes a second."""
+    """Do as `interface`, but request an unknown type from the nodes that use it, which takes a second."""
     try:
         return interface(name)
     except CommandError as error:

@@ -31,7 +31,7 @@ def node_names(graph: Graph, *, include_hidden: bool) -> list[str]:
 
 
 def one_node(graph: Graph, given: str) -> str:
-    """Return the full name of a node; raises CommandError if it is not there."""
+    """Return the full name of a node; raises CommandError if the node is not in the graph."""
     name = lookup.full_name(given, 'node')
     known = node_names(graph, include_hidden=True)
     if name not in known:
@@ -68,7 +68,7 @@ def add_timeout_argument(parser: ArgumentParser) -> None:
 
 
 def find_node(arguments: Namespace) -> str:
-    """Return the full name of the node of the command line; raises CommandError if it is not there."""
+    """Return the full name of the node that the user named; raises CommandError if it is not in the graph."""
     name = lookup.full_name(arguments.node_name, 'node')
 
     def is_there(graph: Graph) -> bool:

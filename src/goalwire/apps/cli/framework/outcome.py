@@ -30,13 +30,13 @@ class Outcome(IntEnum):
     CANCELED = 9
     """The goal was cancelled."""
     UNAVAILABLE = 10
-    """This machine cannot do it now: no wire, no terminal, an extra that is not installed."""
+    """The command needs something that is missing here: a wire, a terminal, or an extra."""
     INTERRUPTED = 130
     """Ended by Ctrl-C."""
     TERMINATED = 143
     """Ended by SIGTERM."""
     CLOSED_PIPE = 141
-    """The output's reader has closed the pipe, as `| head` does. This is the only end without a line."""
+    """The output's reader has closed the pipe, as `| head` does. Of all failures only this prints no line."""
 
 
 class CommandError(Exception):

@@ -32,7 +32,7 @@ def spelt(text: str) -> str:
 
 
 def escaped(text: str) -> str:
-    r"""Return a text that is safe for a terminal: control characters but line breaks and tabs are spelt."""
+    r"""Return a text that is safe for a terminal: all control characters except \n and \t are spelt out."""
     if text.isprintable():
         return text
     return '\n'.join(

@@ -21,7 +21,7 @@ SEE = 'goalwire fleet list'
 
 
 def choose_robot(arguments: Namespace) -> None:
-    """Make the robot of `--robot` that of this process and its children. Raises CommandError."""
+    """Choose the robot that `--robot` names for this process and its children. Raises CommandError."""
     if given := getattr(arguments, 'robot', None):
         os.environ[VARIABLE] = given
         chosen_robot()
@@ -32,7 +32,7 @@ def chosen_robot() -> str:
     given = os.environ.get(VARIABLE, '')
     if not given:
         return ''
-    from goalwire.rules.names.robots import check_pattern  # imported here: most commands have no robot
+    from goalwire.rules.names.robots import check_pattern  # only if a robot is chosen
 
     try:
         return check_pattern(given, is_name=True)
@@ -51,7 +51,7 @@ def chosen_view() -> RobotView | None:
 
 
 def on_robot(name: str) -> str:
-    """Return a name of the command line as it is on the chosen robot."""
+    """Return a name from the command line in the namespace of the chosen robot, if there is one."""
     robot = chosen_robot()
     if not robot:
         return name

@@ -22,7 +22,7 @@ class Access:
     """'' lets everybody connect who reaches the port; allowed only on loopback."""
     tls_cert: str
     tls_key: str
-    """The paths of certificate and key; '' without TLS."""
+    """The paths of the certificate (`tls_cert`) and its key (`tls_key`); '' without TLS."""
 
 
 def add_access_options(parser: ArgumentParser, clients: str, variable: str, scheme: str) -> None:

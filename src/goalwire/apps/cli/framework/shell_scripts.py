@@ -11,7 +11,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from goalwire.patterns import Pattern
 
-SCRIPTS = {  # Each calls `ros2 _complete SHELL WORD …`, the unfinished word last; bash passes its line.
+# Each script calls `ros2 _complete SHELL WORD …`, the unfinished word last; bash's passes its whole line.
+SCRIPTS = {
     'bash': """_goalwire_complete() {
     local each
     COMPREPLY=()
@@ -61,7 +62,7 @@ def words_of(shell: str, arguments: Sequence[str]) -> list[str] | None:
     try:
         said = shlex.split(line[: len(line) - len(begun)])
     except ValueError:
-        return None  # an open quotation mark
+        return None  # The line has an open quotation mark.
     return [*said[1:], begun]
 
 

@@ -132,7 +132,7 @@ def fill(message: Any, values: Mapping[str, Any], title: str) -> list[Callable[[
     except FieldValueError as error:
         raise _misfit(title, str(error)) from None
     except EncodeError as error:
-        _, _, problem = ' '.join(str(error).split()).partition(': ')  # without the type in front
+        _, _, problem = ' '.join(str(error).split()).partition(': ')  # drops the type before the colon
         raise _misfit(title, problem) from None
     return set_stamps
 

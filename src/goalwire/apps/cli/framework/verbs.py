@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 AddArguments: TypeAlias = Callable[[argparse.ArgumentParser], None]
 Run: TypeAlias = Callable[[argparse.Namespace, Output], Outcome | None]
-"""Does the work; None means OK. Raises CommandError, or any error of goalwire's, if it fails."""
+"""The function of a verb. Returns the outcome, None for OK. Raises CommandError or errors of goalwire."""
 
 
 class Verb(NamedTuple):
@@ -33,7 +33,7 @@ class Verb(NamedTuple):
     has_json: bool = True
     """True if the verb takes `--json`, as all verbs do that print data."""
     takes_ros_arguments: bool = False
-    """True if the verb itself reads `--ros-args …`, as `run` and `launch` do; otherwise its node does."""
+    """True if the verb itself reads `--ros-args …`, as `run` and `launch` do; False if its node does."""
 
 
 def lazy(module: str) -> tuple[Run, AddArguments]:

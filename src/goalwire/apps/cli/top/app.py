@@ -93,11 +93,11 @@ class Top(App[Outcome]):
         self._echoed = ''
         self._tasks: set[asyncio.Task[None]] = set()
         self.own_goals: dict[str, str] = {}
-        """Goals that were sent from here and have not ended: their action, by their id."""
+        """By goal id: the actions of goals that `top` has sent and that have not ended."""
         self.fault: Exception | None = None
         """The unexpected error that has ended this program."""
 
-    # -- its life ------------------------------------------------------------------------------------------
+    # -- start and end of the screen -----------------------------------------------------------------------
 
     def compose(self) -> ComposeResult:
         """Lay out the screen."""
@@ -157,7 +157,7 @@ class Top(App[Outcome]):
         assert isinstance(tab, TableTab | LogTab)
         return tab
 
-    # -- what is shown -------------------------------------------------------------------------------------
+    # -- tabs and details ----------------------------------------------------------------------------------
 
     def say(self, text: str, style: str = '') -> None:
         """Show a text in the pane of details."""

@@ -40,7 +40,7 @@ _REPAINT_S = 0.2
 
 
 class Readers:
-    """Tasks by keys. Each reads one thing, such as a topic's rate, while the screen wants it."""
+    """Tasks by keys. Each task reads one thing, such as a topic's rate, while the screen needs it."""
 
     def __init__(self) -> None:
         self._tasks: dict[str, asyncio.Task[None]] = {}
@@ -94,7 +94,7 @@ class TopicRate:
         return self._rate.latest() if self.is_paused else self._rate.pace(now)
 
     def is_heavy(self, now: float) -> bool:
-        """Return True if the topic has brought more bytes than the limit allows for a moment."""
+        """Return True if the topic's messages have brought more than HEAVY bytes a second."""
         return self._bytes > HEAVY * max(_MOMENT_S, now - self._since)
 
 

@@ -27,7 +27,7 @@ class Request(Protocol):
     """Something that can be sent once it has been filled in and confirmed."""
 
     title: str
-    """The request as the beginning of a sentence: "call /lab/add"."""
+    """The request as a phrase that begins a sentence, such as "call /lab/add"."""
     type_name: str
 
     def template(self) -> str | None:

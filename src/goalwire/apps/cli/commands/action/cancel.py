@@ -73,9 +73,9 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 async def full_id(
     node: goalwire.Node, name: str, given: str, patience: float, *, is_active: bool = False
 ) -> str:
-    """Return the id of the goal that begins with these letters; with `is_active`, only of a running goal.
+    """Return the full id of the goal whose id begins with `given`; with `is_active` only of a running goal.
 
-    Raises CommandError if no goal has such an id, or more than one has.
+    Raises CommandError if no goal's id begins so, or more than one.
     """
     text = given.replace('-', '').lower()
     is_all_goals = text == 32 * '0'
@@ -90,7 +90,7 @@ async def full_id(
 
 
 def only_id(text: str, name: str, ids: Iterable[str]) -> str:
-    """Return the only id that begins so; raises CommandError if none or several do."""
+    """Return the only id that begins with `text`; raises CommandError if no id or several begin so."""
     found = [each for each in ids if each.startswith(text)]
     if len(found) == 1:
         return found[0]
@@ -103,7 +103,7 @@ def only_id(text: str, name: str, ids: Iterable[str]) -> str:
 
 
 def _time(text: str) -> float:
-    """Return seconds since the epoch; raises CommandError."""
+    """Read a time from the command line, and return it in s since the epoch; raises CommandError."""
     try:
         if text[-1:] in _UNITS_S:
             seconds = time() - float(text[:-1]) * _UNITS_S[text[-1]]

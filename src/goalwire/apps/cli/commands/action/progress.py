@@ -26,6 +26,6 @@ def check_field(spec: str | None) -> None:
 
 
 def bar(done: float) -> str:
-    """Return a bar for a terminal."""
+    """Return a progress bar for a terminal; `done` goes from 0 to 1."""
     full = round(done * _WIDTH)
     return f'{"█" * full}{"░" * (_WIDTH - full)} {done * 100:3.0f} %'

@@ -27,9 +27,9 @@ class RunDisplay:
         self._bar = ''
 
     async def follow(self, run: goalwire.Run[Any, Any]) -> Outcome:
-        """Show the feedback until the goal ends, then its result; raises the errors of waiting for a result.
+        """Show the feedback until the goal ends, then the goal's result; raises the errors of `run.result`.
 
-        Raises ProgressError if the feedback lacks the field of the progress.
+        Raises ProgressError if the feedback lacks the field that `--progress` names.
         """
         async for feedback in run.feedback:
             self._show_feedback(feedback)

@@ -77,7 +77,7 @@ class _Goal:
         self._set_stamps = values.fill(self._goal, given, type_name)
 
     async def perform(self, node: goalwire.Node) -> Outcome:
-        """Send the goal, show its course, and return the outcome."""
+        """Send the goal, show its feedback and its result, and return the outcome."""
         tell_types_ourselves()
         client = node.action(self._cls, self._name)
         self._say('Waiting for an action server to become available...')
@@ -90,7 +90,7 @@ class _Goal:
         for set_stamp in self._set_stamps:
             set_stamp(node.clock.now().to_msg())
         self._say(f'Sending goal:\n     {yaml_text(self._goal)}')
-        # The block must end without waiting: `_cancel` sends the cancel request, waits and prints the end.
+        # Without `grace`, the end of the block does not wait for the goal: `_cancel` cancels it and waits.
         sending = client.send(
             self._goal, timeout=self._arguments.timeout, grace=0.0, keep=self._arguments.detach
         )
@@ -117,7 +117,7 @@ class _Goal:
         try:
             return await self._display.follow(run)
         except ProgressError:
-            # The feedback lacks the field for --progress. The end of the block cancels the goal.
+            # The feedback lacks the field for --progress. The `async with` in `perform` cancels the goal.
             node.logger.set_level(50)
             raise
         except (asyncio.CancelledError, goalwire.DeadlineError) as error:
@@ -161,7 +161,7 @@ class _Goal:
             return await self._display.show_end(run, by_ourselves=True)
         except goalwire.DeadlineError:
             self._say('Goal canceled.')
-            return Outcome.TIMEOUT  # The command ends, so nothing waits for the result any more.
+            return Outcome.TIMEOUT  # The command ends without the result.
 
     def _say(self, text: str) -> None:
         if not self._arguments.detach:

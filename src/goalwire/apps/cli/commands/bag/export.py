@@ -40,7 +40,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Write it; JSON lines go to standard output if no file is named."""
+    """Export the messages of the bag; JSON lines go to standard output if no file is named."""
     with open_bag(arguments) as bag:
         chosen = selection(arguments)
         topics, unknown = _readable(bag, chosen)
@@ -59,7 +59,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
 
 def _readable(bag: Reader, chosen: Selection) -> tuple[list[str], bool]:
-    """Return the chosen topics with a known type, and True if there are others; warn of those."""
+    """Return the chosen topics of known types, and True if a chosen topic was left out, with a warning."""
     found: list[str] = []
     has_unknown = False
     for topic in bag.topics:

@@ -163,7 +163,7 @@ def selection(arguments: Namespace) -> Selection:
 
 
 def overrides(path: str | None) -> tuple[tuple[str, goalwire.QoS], ...]:
-    """Return the QoS of a file, by topic."""
+    """Return the QoS that a file sets, by topic."""
     if path is None:
         return ()
     from goalwire.apps.bag.qos_overrides import read_qos_overrides
@@ -246,7 +246,7 @@ async def _steered(player: Player, arguments: Namespace, output: Output) -> None
 
 
 def press(player: Player, key: str) -> None:
-    """Do the command of a key."""
+    """Carry out the player command that a pressed key stands for."""
     if key == ' ':
         player.resume() if player.paused else player.pause()
     elif key == RIGHT:

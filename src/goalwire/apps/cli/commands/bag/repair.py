@@ -25,7 +25,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace, output: Output) -> None:
     """Write the new bag; the old one stays as it is."""
     path = arguments.bag_path
-    files = stored_files(path) if Path(path).is_dir() else ()  # not from the metadata, which may be broken
+    # The files are listed from the folder, because the metadata may be broken.
+    files = stored_files(path) if Path(path).is_dir() else ()
     with Reader(path, files=files) as bag, Writer(arguments.output, storage=bag.facts.storage) as target:
         for problem in bag.check():
             tell(problem)

@@ -64,7 +64,10 @@ def run(given: Namespace, output: Output) -> Outcome:
 
 
 async def _end(container: asyncio.subprocess.Process) -> None:
-    """Wait until a container ends. A Ctrl-C on the terminal reached it, too; otherwise interrupt it."""
+    """Wait until a container ends; send it SIGINT, and then SIGKILL, if it takes too long.
+
+    A Ctrl-C on the terminal has reached the container, too, so it may end without a signal from here.
+    """
     for wait_s, number in ((OWN_END_S, signal.SIGINT), (END_S, _KILL)):
         with suppress(TimeoutError):
             async with asyncio.timeout(wait_s):

@@ -62,6 +62,6 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
 
 def _find(exercise: Exercise) -> Path:
-    """Return the exercise's program in the working directory, or in its folder below that."""
+    """Return the exercise's program in the working directory, or else in the exercise's folder below it."""
     here = Path(exercise.program)
     return here if here.is_file() else Path(exercise.folder, exercise.program)

@@ -24,7 +24,7 @@ def pattern(text: str) -> str:
 
 
 def add_robots_argument(parser: ArgumentParser, *, default: str | None = None) -> None:
-    """Add --robots, and the flags of all that look at the graph."""
+    """Add --robots, and the flags that all commands share that look at the graph."""
     add_graph_arguments(parser)
     parser.add_argument(
         '-r',
@@ -39,7 +39,10 @@ def add_robots_argument(parser: ArgumentParser, *, default: str | None = None) -
 
 
 def robots_meant(arguments: Namespace, *, nodes_only: bool = False) -> tuple[list[str], Graph]:
-    """Return the robots of --robots, and their graph. Raises CommandError if there are none."""
+    """Return the robots that match --robots, and their graph.
+
+    Raises CommandError if no robot matches; '*' may match none.
+    """
     view = view_of(arguments.robots, nodes_only=nodes_only)
     with discovered(arguments, view=view, whole=True) as graph:
         robots = robots_in(graph)

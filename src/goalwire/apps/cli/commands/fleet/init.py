@@ -42,7 +42,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Write the settings. Robots and others of the keystore are named in them."""
+    """Write the settings of a router, which list the robots and the other identities of the keystore."""
     from goalwire.security.certificates import kind_of
     from goalwire.transport.zenoh.settings import built_in, fleet
 

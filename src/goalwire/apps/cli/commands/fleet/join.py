@@ -84,7 +84,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Write the settings: of a router for a robot, of a session for a person or a program."""
+    """Write settings: for a robot those of a router, for a person or a program those of a session."""
     from goalwire.transport.zenoh.settings import fleet, secured
 
     _, kind, identity = open_identity(arguments)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
 
 FIND_S = 5.0
-"""Seconds in which the robots that were discovered must be discovered again by the node that sends."""
+"""Seconds that the sending node has to discover the robots, which the command discovered before."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -76,7 +76,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 _OPEN = ('NOT SENT', 'NO SERVER', 'RUNNING')
-"""The statuses with which a job may go on."""
+"""The statuses of goals that have not ended, so that the job can be continued."""
 
 
 class _Sending:
@@ -101,7 +101,7 @@ class _Sending:
         self.job = arguments.job or _new_job()
 
     def _type_there(self, graph: Graph) -> str:
-        """Return the type that the robots give the action. Raises CommandError."""
+        """Return the type of the action on the robots. Raises CommandError if there is none, or several."""
         name = self._arguments.action_name
         actions = graph.action_names_and_types()
         wanted = {name_below(robot, name) for robot in self._robots}

@@ -29,7 +29,7 @@ def address(text: str) -> str:
 
 
 def add_writing_arguments(parser: ArgumentParser) -> None:
-    """Add the identity, and where its settings go."""
+    """Add the arguments for the identity, its keystore, and the file of its settings."""
     parser.add_argument('name', metavar='NAME', help='The identity in the keystore')
     add_keystore_argument(parser)
     parser.add_argument(
@@ -45,7 +45,7 @@ def add_writing_arguments(parser: ArgumentParser) -> None:
 
 
 def open_identity(arguments: Namespace) -> tuple[Keystore, str, Chosen]:
-    """Return the keystore, the kind of the identity, and the identity as its machine sees it.
+    """Return the keystore, the kind of the identity, and the identity with its folder on its own machine.
 
     Raises CommandError, SecurityError.
     """
@@ -58,7 +58,10 @@ def open_identity(arguments: Namespace) -> tuple[Keystore, str, Chosen]:
 
 
 def write_settings(arguments: Namespace, settings: Settings, start: str, output: Output) -> Outcome:
-    """Write the settings, and say how they are used: {file} in `start` is the file. Raises CommandError."""
+    """Write the settings to a file, and print `start`, which tells how to use them. Raises CommandError.
+
+    {file} in `start` stands for the path of the file.
+    """
     path: Path = arguments.output or Path(f'{arguments.name}.json5')
     try:
         with path.open('w' if arguments.force else 'x', encoding='utf-8') as file:

@@ -52,7 +52,10 @@ def opened(arguments: Namespace) -> Iterator[Store]:
 
 
 def find_mission(store: Store, given: str) -> MissionRow:
-    """Return the mission with this id, or the only one whose id begins so. Raises CommandError."""
+    """Return the mission whose id is `given`, or else the only one whose id begins with it.
+
+    Raises CommandError.
+    """
     rows = store.missions()
     found = [row for row in rows if row.id == given] or [row for row in rows if row.id.startswith(given)]
     if len(found) == 1:

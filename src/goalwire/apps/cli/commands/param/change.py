@@ -184,7 +184,7 @@ def _value_of_data(name: str, data: object, descriptor: Any) -> Any:
     return value_message(type_, fit_parameter(name, type_, data))
 
 
-# -- what all share ------------------------------------------------------------------------------------------
+# -- shared by set, delete and load --------------------------------------------------------------------------
 
 
 def _fixed_type(descriptor: Any) -> Type | None:

@@ -41,7 +41,7 @@ def run(arguments: Namespace, output: Output) -> None:
 
 
 def _in_one_line(entry: Mapping[str, str]) -> str:
-    """Return an entry as a line: when, what came of it, who, what, with which values, and why."""
+    """Return an entry as a line: time, outcome, name, act, values and reason."""
     parts = [f'{entry["time"]} {entry["outcome"]}: {entry["who"]}: {entry["act"]} {entry["key"]}']
     parts += [f'{name} {entry[name]}' for name in ('goal', 'what', 'messages', 'via') if entry.get(name)]
     return f'{", ".join(parts)}: {entry["reason"]}'

@@ -20,7 +20,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Check it; the outcome is FAILED if there is an error."""
+    """Check the keystore; the outcome is FAILED if a finding is an error."""
     keystore = open_keystore(arguments)
     from goalwire.security.checking import Finding, check
     from goalwire.security.policy_file import load_policy

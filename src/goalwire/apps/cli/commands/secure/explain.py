@@ -29,7 +29,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Print the decision of the policy; the outcome is REFUSED if it is no."""
+    """Print the decision of the policy; the outcome is REFUSED if the policy does not allow the act."""
     from goalwire.security.policy_file import load_policy
 
     policy = load_policy(find_folder(arguments) / 'policy.toml')

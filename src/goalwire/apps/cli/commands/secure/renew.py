@@ -24,7 +24,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Renew them, one after the other."""
+    """Renew the named identities, or all of the keystore, one after the other."""
     keystore = open_keystore(arguments)
     for name in arguments.names or keystore.names():
         show_issued(name, keystore.renew(name, arguments.days), output)

@@ -31,7 +31,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace, output: Output) -> Outcome:
     """Print the delay until Ctrl-C.
 
-    If the type is unknown here and to all nodes, its first field is read as a header.
+    If neither this machine nor any node knows the type, its first field is read as a header.
     """
     topic = raw_source(arguments, arguments.topic_name)
     cls = _class_of(topic.type.type_name)

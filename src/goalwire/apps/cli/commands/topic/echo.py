@@ -62,7 +62,7 @@ _TOLD = (
 
 
 class _Printer:
-    """Prints messages as the command line says."""
+    """Prints messages in the form that the command's options choose."""
 
     def __init__(self, arguments: Namespace, output: Output) -> None:
         self._arguments = arguments
@@ -87,7 +87,7 @@ class _Printer:
         return True
 
     def _text(self, value: Any, about: dict[str, int | None] | None) -> str:
-        """Return a message or a single value as ROS 2 prints it, with `about` in front."""
+        """Return a message or a single value as ROS 2 prints it, after the message info `about`."""
         arguments = self._arguments
         if not hasattr(value, 'get_fields_and_field_types'):
             before = (

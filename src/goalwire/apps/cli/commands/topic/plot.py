@@ -109,7 +109,7 @@ def _curve(arguments: Namespace, given: str) -> Curve:
         )
     path = field_path(field)
     topic = source(arguments, name)
-    # report the problem at once
+    # report an unknown field now, before any message comes
     field_value(topic.cls(), [step for step in path if isinstance(step, str)][:1], field)
     return Curve(f'{topic.name}.{field}', topic, path, deque(maxlen=10_000))
 

@@ -116,7 +116,7 @@ class _Publication:
             self._output.block(f'publishing #{number}: {self._message!r}\n')
 
     async def _wait_a_moment(self, publisher: goalwire.Publisher[Any], node: goalwire.Node) -> None:
-        """Wait a moment for discovery; raises CommandError if all subscriptions have another type."""
+        """Wait for subscriptions, LOOK_S at most; raises CommandError if all of them have another type."""
         try:
             await publisher.wait_for_subscribers(self._wanted, timeout=LOOK_S)
         except goalwire.DeadlineError:

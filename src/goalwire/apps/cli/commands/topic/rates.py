@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeVar
 T = TypeVar('T')
 
 EVERY_S = 1.0
-"""How often the figures are shown, as in ROS 2."""
+"""Seconds between two lines of figures, as in ROS 2."""
 
 
 async def report(messages: AsyncIterable[T], note: Callable[[T], bool], show: Callable[[], None]) -> None:
@@ -37,7 +37,7 @@ class Spread(NamedTuple):
 
 
 class Window:
-    """The latest values of a rate."""
+    """The latest `size` measured values, of which `spread` gives the mean."""
 
     def __init__(self, size: int) -> None:
         self.values: deque[float] = deque(maxlen=size)
