@@ -27,15 +27,15 @@ class CallbackRunner(CallbackChooser):
 
     _spread_runners = False
     has_spun = False
-    """True if a thread has ever run callbacks with it."""
+    """True if a thread has ever run callbacks with this runner."""
 
     def __init__(self, shutdown_signal: ShutdownSignal) -> None:
         super().__init__(shutdown_signal)
         self._failures: deque[BaseException] = deque()
         self._refused: deque[CallbackSource] = deque()
         self._asking: object = object()
-        """A mark that each end of a callback replaces. Two threads may lose a step of a counter, but never a
-        new mark.
+        """A mark that each end of a callback replaces. It is not a counter, because two threads that
+        increment at once may lose an increment.
         """
         self._runners: RunnerPool | None = None
         self._runners_lock = allocate_lock()
@@ -51,7 +51,7 @@ class CallbackRunner(CallbackChooser):
     def _run_callbacks(
         self, waiter: WireWaiter, stop: StopCondition, deadline: int | None, *, once: bool
     ) -> None:
-        """Run callbacks until `stop`, at `deadline`, or after one."""
+        """Run callbacks until `stop` comes or `deadline` has passed; with `once` only one callback."""
         if self._failures:
             self._raise_failure()
         while True:
@@ -84,7 +84,7 @@ class CallbackRunner(CallbackChooser):
             for source, events in waiting:
                 if self._is_shutdown or not self._shutdown_signal.alive or self._is_past(deadline):
                     return
-                if self._ready.take(source):  # False if another thread has taken it
+                if self._ready.take(source):  # False if another thread has taken the source
                     self._perform(source)
                     self._raise_failure()
                     if events > 1:
@@ -92,7 +92,7 @@ class CallbackRunner(CallbackChooser):
             waiting = left
 
     def _perform(self, source: CallbackSource) -> bool:
-        """Run one callback of `source`; False if its group is busy or its node has left.
+        """Run one callback of `source`; False if its group is busy or its node has left the executor.
 
         hot path: `held_groups` is not reset after the callback, since the next one is mostly of the same
         group, and setting it twice takes 2 us after a sleep. The caller restores the earlier value.
@@ -141,8 +141,8 @@ class CallbackRunner(CallbackChooser):
     def _may_begin(self, source: CallbackSource, group: CallbackGroup) -> bool:
         """Ask a group whose rule a program has written, and keep the work that it refuses.
 
-        `_end` changes `_asking`, then looks for kept work. This keeps the work, then looks at `_asking`. So
-        if a callback ends meanwhile, one of the two posts the work again.
+        `_end` changes `_asking`, then looks for kept work. `_may_begin` keeps the work, then looks at
+        `_asking`. So if a callback ends meanwhile, one of the two posts the work again.
         """
         asking = self._asking
         if group.begin(source):

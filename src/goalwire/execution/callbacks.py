@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from goalwire.logging import RcutilsLogger
 
 CO_COROUTINE = 0x80
-"""inspect.CO_COROUTINE: to import that module takes 10 ms."""
+"""The value of inspect.CO_COROUTINE, copied because the import of inspect takes 10 ms."""
 
 _VARIADIC = 0x04
-"""inspect.CO_VARARGS: the function has *args."""
+"""The value of inspect.CO_VARARGS, which says that a function has *args."""
 
 
 def check_callback(callback: object, arguments: tuple[str, ...], what: str) -> None:
@@ -63,7 +63,7 @@ def _problem(callback: object, arguments: tuple[str, ...], what: str) -> str | N
 def describe_given(callback: object) -> str:
     """Return a text that names the object given in place of a function, and the usual remedy."""
     if isinstance(callback, CoroutineType):
-        callback.close()  # the coroutine will never be awaited
+        callback.close()  # else Python warns that it was never awaited
         given = f'a coroutine of {callback.__qualname__}()'
     else:
         given = repr(callback)
@@ -71,7 +71,9 @@ def describe_given(callback: object) -> str:
 
 
 def accepts(callback: Callable[..., object], count: int) -> bool:
-    """Tell whether `callback` takes `count` positional arguments. One is assumed if it has no signature."""
+    """Tell whether `callback` takes `count` positional arguments. A callback without a signature is assumed
+    to take one.
+    """
     arguments = _plain_arguments(callback)
     if arguments is not None:
         return count in arguments
@@ -97,7 +99,8 @@ def function_of(callback: object) -> tuple[FunctionType | None, int]:
 def import_coroutine_runner(callback: object) -> None:
     """Import what runs coroutines if `callback` is an `async def`, so that its first call does not wait.
 
-    The import takes 25 ms, and a second on a small or busy computer: too long in what moves a robot.
+    The import takes 25 ms, and a second on a small or busy computer: too long for a program that moves a
+    robot.
     """
     function, _ = function_of(callback)
     if function is not None and function.__code__.co_flags & CO_COROUTINE:
@@ -105,10 +108,10 @@ def import_coroutine_runner(callback: object) -> None:
 
 
 def signature_of(callback: Callable[..., object]) -> Signature:
-    """Return the signature. Raises TypeError or ValueError if `callback` has none."""
+    """Return the signature of `callback`. Raises TypeError or ValueError if `callback` has none."""
     from inspect import signature
 
-    if sys.version_info >= (3, 14):  # as text: names imported only for type checkers cannot be evaluated
+    if sys.version_info >= (3, 14):  # names imported only for type checkers have no value
         from annotationlib import Format
 
         return signature(callback, annotation_format=Format.STRING)
@@ -118,7 +121,7 @@ def signature_of(callback: Callable[..., object]) -> Signature:
 def _plain_arguments(callback: object) -> range | None:
     """Return the possible numbers of positional arguments; None if only inspect can tell them."""
     function, bound = function_of(callback)
-    if function is None or function.__dict__:  # it may hold a decorator's `__wrapped__` or `__signature__`
+    if function is None or function.__dict__:  # a decorator may have set `__wrapped__` there
         return None
     code = function.__code__
     most = code.co_argcount - bound

@@ -44,7 +44,7 @@ class JumpThreshold:
     def __init__(
         self, *, min_forward: Duration | None, min_backward: Duration | None, on_clock_change: bool = True
     ) -> None:
-        """Raises ValueError for a threshold of the wrong sign, and if all three are off."""
+        """Raises ValueError for a threshold of the wrong sign, and if all three conditions are off."""
         if min_forward is not None and min_forward.nanoseconds <= 0:
             raise ValueError('min_forward must be a positive non-zero duration')
         if min_backward is not None and min_backward.nanoseconds >= 0:
@@ -132,8 +132,8 @@ class JumpListener(Protocol):
     """
 
     def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:
-        """Adapt to the new time. `remaining_ns`: the time until the next call before a switch
-        of the source.
+        """Adapt to the new time. At a switch of the clock's source, `remaining_ns` is the time that was left
+        until the next call.
         """
 
     def remaining_ns(self) -> int | None:
@@ -170,7 +170,7 @@ class Clock:
 
     @property
     def handle(self) -> Clock:
-        """Its handle, as rclpy's programs use it."""
+        """The clock's handle, as programs of rclpy use it."""
         return handle_of(self)
 
     def __repr__(self) -> str:
@@ -336,7 +336,7 @@ class ROSClock(Clock):
         shutdown_signal: ShutdownSignal,
         is_over: Callable[[], bool] = bool,
     ) -> bool:
-        # A switch between system and overriding time ends the wait: the target belongs to the earlier one.
+        # A switch between system and overriding time ends the wait: the target belongs to the time before it.
         switches = self._switches
         self._sleepers.append(waiter)
         try:
@@ -385,7 +385,7 @@ class ROSClock(Clock):
                 handle.post_callback(jump)
 
     def _spread(self, change: ClockChange) -> None:
-        """Have all timers and sleepers of this clock look at its new time."""
+        """Tell all timers and sleepers of this clock that its time has changed."""
         for listener in self._listeners.alive():
             listener.clock_jumped(change, None)
         self.wake_sleepers()
@@ -398,7 +398,7 @@ class ROSClock(Clock):
         if not self.overridden:
             super()._wait_on_lock(waiter, missing_ns)
         elif not any(help_on() for help_on in self.before_sleep):
-            with add_capacity():  # a callback of this very executor may publish or receive the /clock topic
+            with add_capacity():  # the executor may have to run the callback that sets the time
                 self.source.wait(waiter, None)
 
 
@@ -432,7 +432,7 @@ class ClockTimerEntry(TimerEntry):
         """Have the entry called at `time_ns` instead of any earlier set time; at once if an overridden clock
         shows that time already.
 
-        `steady_ns` is the same in steady time, for a caller that knows it.
+        `steady_ns` is the same time on the steady clock, for a caller that knows it.
         """
         self._time = time_ns
         clock = self._clock

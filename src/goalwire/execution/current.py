@@ -25,7 +25,7 @@ class Driven(Protocol):
     work_queue: NodeWorkQueue
 
     def thread_waits_alone(self) -> bool:
-        """Tell whether its callbacks cannot run while the calling thread blocks."""
+        """Tell whether this executor's callbacks cannot run while the calling thread blocks."""
 
     def add_capacity(self, count: int) -> None:
         """Allow `count` more threads, in place of threads that block in goalwire's calls.
@@ -51,7 +51,9 @@ def current_executor() -> Driven | None:
 
 @contextmanager
 def add_capacity() -> Iterator[None]:
-    """Allow the executor of the running callback one more thread while the calling thread blocks in here."""
+    """Allow the executor of the running callback one more thread while the calling thread blocks in this
+    `with` block.
+    """
     executor = current_executor()
     if executor is None:
         yield
@@ -92,7 +94,7 @@ def why_it_cannot_answer(work_queue: NodeWorkQueue, group: CallbackGroup | None)
 
 
 def _describe_caller() -> tuple[str, str]:
-    """Return the name of the program's function that calls, and how it begins as a coroutine."""
+    """Return the name of the program's calling function, and its first line rewritten as an `async def`."""
     frame = program_frame(sys._getframe(1))
     code = None if frame is None else frame.f_code
     if code is None or not code.co_name.isidentifier():  # a lambda

@@ -19,14 +19,16 @@ if TYPE_CHECKING:
 E = TypeVar('E')
 
 TICKS_LIMIT = 1000
-"""The most turns that one client keeps for later spins. A program that never spins would pile them up."""
+"""The largest number of empty turns that one client keeps for later spins. In a program that never spins,
+they would pile up.
+"""
 
 
 class EventQueue(CallbackSource, Generic[E]):
     """Events that wait for their callback, `depth` of them at most (None: without limit).
 
     If the queue is full, the oldest event is dropped. With `refuse` the new event goes to `refuse` instead.
-    `dropped` counts both. The executor's ready queue holds this at most once, for any number of events.
+    `dropped` counts both. The executor's ready queue holds this queue at most once, for any number of events.
     """
 
     __slots__ = (
@@ -101,8 +103,8 @@ class EventQueue(CallbackSource, Generic[E]):
     def deliver(self, event: E) -> None:
         """Queue `event`. A transport calls this for each event, on any thread. It is short and takes no lock.
 
-        No event is forgotten, because both sides act in opposite order. This appends the event, then looks at
-        `_posted`. `_go_on` resets `_posted`, then looks for events.
+        No event is forgotten, because both sides act in opposite order. `deliver` appends the event, then
+        looks at `_posted`. `_go_on` resets `_posted`, then looks for events.
         """
         if self.note is not None:
             self.note(event)
@@ -121,7 +123,7 @@ class EventQueue(CallbackSource, Generic[E]):
             self._posted = True
             try:
                 self.work_queue.post(self)
-            except BaseException:  # a signal's handler has raised, before or after the post: post again
+            except BaseException:  # a signal handler has raised, perhaps before the post: post again
                 self.work_queue.post(self)
                 raise
         if self.watchers:
@@ -159,7 +161,7 @@ class EventQueue(CallbackSource, Generic[E]):
             return None
         if not self._alone:
             self._go_on()  # the group is reentrant: another thread may run the next event at the same time
-        # hot path: `handle`, without that call.
+        # hot path: the body of `handle`, which saves its call.
         if self._handle is not None:
             return self._handle(event)
         owner = self._object()
@@ -168,7 +170,7 @@ class EventQueue(CallbackSource, Generic[E]):
     def settle(self) -> None:
         if self._alone:
             self._posted = False
-            if self._events:  # hot path: mostly none wait, and this look saves the call (0.6 us a callback)
+            if self._events:  # hot path: mostly False, which saves a call (0.6 us a callback)
                 self._go_on()
 
     def _go_on(self) -> None:
@@ -228,18 +230,20 @@ class GuardCondition(CallbackSource):
 
     @property
     def callback_group(self) -> CallbackGroup | None:
-        """The group that it was made with."""
+        """The callback group that was passed to the constructor."""
         return self.group
 
     @property
     def handle(self) -> GuardCondition:
-        """Its handle, as rclpy's programs use it. Raises InvalidHandle once destroyed."""
+        """The guard condition's handle, as programs of rclpy use it. Raises InvalidHandle once destroyed."""
         if self._destroyed:
             raise InvalidHandle
         return handle_of(self)
 
     def trigger(self) -> None:
-        """Have the callback called soon. Any thread, signal handlers too. InvalidHandle once destroyed."""
+        """Have the callback called soon. Callable from any thread and from signal handlers. Raises
+        InvalidHandle once destroyed.
+        """
         if self._destroyed:
             raise InvalidHandle
         self.events += 1

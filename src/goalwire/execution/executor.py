@@ -49,7 +49,7 @@ T = TypeVar('T')
 
 
 class HandleLike(Protocol):
-    """goalwire's own node, which the node of rclpy's API and that of the asyncio API both have inside."""
+    """goalwire's own node, which the nodes of rclpy's API and of the asyncio API wrap."""
 
     @property
     def work_queue(self) -> NodeWorkQueue:
@@ -130,13 +130,13 @@ class Executor(CallbackRunner):
         self._is_nesting_told = False
         super().__init__(self._context.shutdown_signal)
         self._nodes: set[Any] = set()
-        """The nodes that were added. This keeps them alive, also if the program drops them."""
+        """The nodes that were added. The set keeps them alive even if the program drops them."""
 
     # -- nodes and tasks
 
     @property
     def context(self) -> ContextLike:
-        """The context under which this spins."""
+        """The context under which this executor spins."""
         return self._context
 
     def add_node(self, node: NodeLike) -> bool:
@@ -169,7 +169,7 @@ class Executor(CallbackRunner):
     def remove_node(self, node: NodeLike) -> None:
         """Stop running `node`'s callbacks; pending work waits for the node's next executor."""
         if self._refused:
-            self._ask_again()  # so that refused work goes with its node
+            self._ask_again()  # so that its refused work is in the node's queue, which leaves
         self._nodes.discard(node)
         work_queue = node.handle.work_queue
         if work_queue.queue is self._ready:
@@ -188,8 +188,8 @@ class Executor(CallbackRunner):
     @overload
     def create_task(self, callback: Callable[..., T], *args: object, **kwargs: object) -> Task[T]: ...
     def create_task(self, callback: Handler[T], *args: object, **kwargs: object) -> Task[T]:
-        """Have a function, a coroutine function or a coroutine run here; the task is the future of its
-        result.
+        """Have a function, a coroutine function or a coroutine run in this executor; the task is the future
+        of its result.
 
         Raises ShutdownException after `shutdown`.
         """
@@ -200,12 +200,12 @@ class Executor(CallbackRunner):
         return task
 
     def create_future(self) -> Future[Any]:
-        """Make a future whose done callbacks run here."""
+        """Make a future whose done callbacks run in this executor."""
         return Future(executor=self)
 
     @property
     def is_spinning(self) -> bool:
-        """True if a thread spins this. Executors with spins of their own count as spinning
+        """True if a thread spins this executor. A program's own subclass counts as spinning
         until `shutdown`.
         """
         return self.is_driven()
@@ -216,7 +216,7 @@ class Executor(CallbackRunner):
         return group is None or group.can_execute(entity)
 
     def wake(self) -> None:
-        """Have a spinning thread look for work, and ask the waitables. Any thread."""
+        """Have a spinning thread look for work and ask the waitables for theirs. Callable from any thread."""
         self._asking = object()
         self._ask_again()
         self._ready.recheck()
@@ -226,7 +226,7 @@ class Executor(CallbackRunner):
     def spin(self) -> None:
         """Run callbacks until `shutdown` or the context's end.
 
-        Raises ExternalShutdownException if the context ends while this waits, and the errors of callbacks.
+        Raises ExternalShutdownException if the context ends during the spin, and the errors of callbacks.
         """
         while self._shutdown_signal.alive and not self._is_shutdown:
             self.spin_once()
@@ -311,7 +311,9 @@ class Executor(CallbackRunner):
             self._drive(self._new_waiter(), stop, deadline, once=once)
 
     def _has_nothing_left(self, *, once: bool) -> bool:
-        """Tell whether a spin whose future is done already has nothing left to run."""
+        """Tell whether a spin may return at once, without running callbacks, because its future is already
+        done.
+        """
         return (
             once
             or not self._ready.items
@@ -376,7 +378,7 @@ class Executor(CallbackRunner):
             del executors[depth:]
             if held_groups.get() is not held:
                 held_groups.set(held)
-            if stop is not NEVER and not stop.completion_state:  # a completed future has no wakers left
+            if stop is not NEVER and not stop.completion_state:  # a completed future has dropped its wakers
                 stop.remove_waker(waiter.wake)
 
     def _deadline(self, timeout: Timeout) -> int | None:

@@ -104,7 +104,7 @@ class FdSelector:
         return True
 
     def interrupt(self) -> None:
-        """End the `wait` of another thread. Any thread."""
+        """End the `wait` of another thread. Callable from any thread."""
         if self._interrupt is not None:
             # An OSError means that the socket is full, so the wait ends anyway, or closed, so no thread
             # waits.

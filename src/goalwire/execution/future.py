@@ -65,14 +65,14 @@ class _DoneCallback(CallbackSource):
 
 def _advise(callback: object) -> None:
     """Log that `callback` cannot be called. The call will raise TypeError, as in rclpy."""
-    from goalwire.execution.callbacks import advise_callback  # here, since it is rarely needed
+    from goalwire.execution.callbacks import advise_callback  # imported here: rarely needed
     from goalwire.logging import get_logger
 
     advise_callback(callback, ('future',), 'the done callback of a future', get_logger('rclpy.task'))
 
 
 class MakesTasks(Protocol):
-    """An executor that goalwire did not make, as futures use it."""
+    """The method that a future needs of an executor that is not goalwire's."""
 
     def create_task(self, callback: Callable[..., object], /, *args: object) -> object:
         """Have the executor call `callback(*args)`."""
@@ -176,7 +176,7 @@ class Future(Generic[T]):
             try:
                 result = self.decode(raw)
             except Exception as error:
-                failure = error.with_traceback(None)  # its frames would keep the payload alive
+                failure = error.with_traceback(None)  # the traceback's frames would keep the payload alive
             if self._raw is raw:  # if several threads decode at once, the first result is kept
                 self._result, self._exception = result, failure
                 self._raw = None
@@ -201,13 +201,15 @@ class Future(Generic[T]):
         return self._exception
 
     def set_result(self, result: T) -> None:
-        """Complete the future. An exception that was set before stays, as in rclpy. Any thread."""
+        """Complete the future. An exception that was set before stays, as in rclpy. Callable from
+        any thread.
+        """
         self._raw = None
         self._result = result
         self._become(FINISHED)
 
     def set_exception(self, exception: BaseException) -> None:
-        """Complete the future with an exception, which `result` raises. Any thread."""
+        """Complete the future with an exception, which `result` raises. Callable from any thread."""
         self._raw = None
         self._exception = exception
         self._mark_retrieved()
@@ -220,9 +222,7 @@ class Future(Generic[T]):
             self._become(_CANCELLED)
 
     def add_done_callback(self, callback: Callable[[Future[T]], object]) -> None:
-        """Have `callback(self)` called when this is done or cancelled; soon or at once if it
-        is so already.
-        """
+        """Have `callback(self)` called when this is done or cancelled; soon or at once if it already is."""
         given: object = callback
         if not callable(given):
             _advise(given)
@@ -245,7 +245,7 @@ class Future(Generic[T]):
             if loop is None:
                 yield self
             else:
-                from goalwire.execution.asyncio.waiting import wait_on  # here, as it imports asyncio
+                from goalwire.execution.asyncio.waiting import wait_on  # not at the top: imports asyncio
 
                 yield from wait_on(loop, self)
         try:

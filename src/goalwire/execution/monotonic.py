@@ -23,7 +23,7 @@ class SteadyClock:
     __slots__ = ()
 
     now = staticmethod(time.monotonic_ns)
-    """Steady time in ns, which all deadlines are readings of."""
+    """Steady time in ns. All deadlines are times of this clock."""
 
     system_now = staticmethod(time.time_ns)
     """System time in ns since the UNIX epoch."""
@@ -64,7 +64,7 @@ def deadline_after(clock: SteadyClock, timeout_sec: float | None) -> int | None:
 def timeout_ns(timeout: float, what: str = 'a timeout') -> int:
     """Return the ns of a time in s, a century at most.
 
-    Raises TypeError if it is not a number, ValueError for nan. The texts name it as `what`.
+    Raises TypeError if it is not a number, ValueError for nan. The errors' texts call the value `what`.
     """
     try:
         return int(min(timeout, _FOREVER) * 1e9)
@@ -73,4 +73,4 @@ def timeout_ns(timeout: float, what: str = 'a timeout') -> int:
 
 
 _FOREVER = 4e9
-"""In s, a century: float('inf') counts as this."""
+"""A century in s, to which longer times, such as float('inf'), are shortened."""

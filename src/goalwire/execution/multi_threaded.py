@@ -46,7 +46,7 @@ class DrainTracker:
 
     def __init__(self, done: Callable[[], None]) -> None:
         self.ended = 0
-        """How many callbacks have ended since."""
+        """The number of callbacks that have ended since the tracker was made."""
         self._done = done
         self._lock = allocate_lock()
         self._events: dict[CallbackSource, int] = {}  # events whose callbacks have not begun
@@ -54,7 +54,9 @@ class DrainTracker:
         self._taking: set[Thread] = set()  # workers that may have taken work, which is not known yet
 
     def gather(self, ready: ReadyQueue, pool: WorkerPool) -> None:
-        """Count the work in `ready`, the work of the workers of `pool`, and what waits for their groups."""
+        """Count the work in `ready`, the work of the workers of `pool`, and the work that waits for those
+        workers' groups.
+        """
         with self._lock:
             for source in copy_of(ready.items):
                 self._count(source)
@@ -77,11 +79,11 @@ class DrainTracker:
         with self._lock:
             if thread not in self._running:
                 if thread in self._taking and source not in self._events:
-                    self._count(source)  # it was taken just before `gather` looked at the queue
+                    self._count(source)  # taken out of the queue just before `gather` looked there
                 if source in self._events:
                     self._running.add(thread)
                     self._take_one(source)
-        self.has_taken(thread)  # last: `over` is read without the lock
+        self.has_taken(thread)  # called last, since `over` is read without the lock
 
     def has_taken(self, thread: Thread) -> None:
         """Note that `thread` has taken its work, or has found none."""
@@ -197,7 +199,7 @@ class WorkerPool:
         self.dismiss()
         for thread in tuple(self._threads):
             if not thread.is_alive():
-                continue  # Ctrl-C may have come while it was being started, and join() would raise
+                continue  # Ctrl-C may have kept it from starting, and join() would raise
             if thread is not threading.current_thread() and thread not in self.busy:
                 thread.join(_IDLE_GRACE)
 
@@ -387,7 +389,7 @@ class MultiThreadedExecutor(Executor):
                 if not self._clock.wait(waiter, until) and drain.ended == ended:
                     return
                 self._raise_failure()
-            self._raise_failure()  # of a callback that ended before the first wait
+            self._raise_failure()  # the error of a callback that ended before the first wait
         finally:
             self._drains.remove(drain)
 
@@ -433,7 +435,8 @@ class MultiThreadedExecutor(Executor):
         taking = self._pool.taking
         active_executors.executors.append(self)
         while not (self._retires() and self._leaves()):
-            # Before the look at the queues, so that an ending spin knows of this worker: see DrainTracker.
+            # The worker enters `taking` before it looks at the queues, so that an ending spin knows of it:
+            # see DrainTracker.
             taking.add(thread)
             source = handed_over.pop() if handed_over.items else None
             if source is None and self._spins:
@@ -475,7 +478,7 @@ class MultiThreadedExecutor(Executor):
         try:
             self._keep_watch()
             performed = self._perform(source)
-        except BaseException as error:  # the spinning thread raises it
+        except BaseException as error:  # the spinning thread raises the error
             self._fail(error)
         finally:
             del busy[thread]
@@ -495,7 +498,7 @@ class MultiThreadedExecutor(Executor):
             drain.has_ended(thread, source, performed=performed)
 
     def _keep_watch(self) -> None:
-        """Make sure that another worker watches the queue while the calling worker runs a callback."""
+        """Make sure that another worker sleeps at the queue while the calling worker runs a callback."""
         if not self._spins:
             return
         if not self._ready.wakers:

@@ -26,8 +26,8 @@ class CallbackChooser:
     def __init__(self, shutdown_signal: ShutdownSignal) -> None:
         self._shutdown_signal = shutdown_signal
         self._clock = shutdown_signal.clock
-        # The wire refers to both through the nodes' queues. So they refer to the executor only weakly:
-        # otherwise the wire would keep the executor and its nodes alive.
+        # The wire refers to the ready queue and the timer heap through the nodes' queues. So these two refer
+        # to the executor only weakly: otherwise the wire would keep the executor and its nodes alive.
         self._ready = ReadyQueue(ref(self))
         self._timer_heap = TimerHeap(weakly(self._look_again), self._ready.wakers)
         self._fd_selector = FdSelector(self._look_again)
@@ -42,8 +42,8 @@ class CallbackChooser:
         self._fd_selector.reset_in_child()
 
     def is_driven(self) -> bool:
-        """Tell whether a thread may be spinning this. Programs' own executors count as spinning until the
-        end.
+        """Tell whether a thread may be spinning this executor. A program's own subclass counts as spinning
+        until its shutdown.
         """
         return not self._is_shutdown
 
@@ -60,7 +60,7 @@ class CallbackChooser:
             try:
                 return ready.items.popleft()
             except IndexError:
-                return None  # another thread was quicker
+                return None  # another thread has taken the last work
         return None
 
     def _look_around(self) -> None:
@@ -98,7 +98,7 @@ class CallbackChooser:
                 try:
                     return ready.items.popleft()
                 except IndexError:
-                    continue  # another thread was quicker
+                    continue  # another thread has taken the last work
             if stop.completion_state or (deadline is not None and deadline <= self._clock.now()):
                 return None
             self._ready.park(waiter, self._clock, stop, deadline, self._timer_heap)

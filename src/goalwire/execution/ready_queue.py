@@ -29,8 +29,9 @@ class CallbackSource:
     __slots__ = ('__weakref__', 'group', 'work_queue')
 
     is_patient = False
-    """Whether its events can well wait for the end of a callback, as a request for the result of the goal
-    that the callback executes."""
+    """True if this source's events can well wait for the end of a callback, as a request for the result of
+    the goal that the callback executes.
+    """
 
     def __init__(self, work_queue: NodeWorkQueue, group: CallbackGroup | None) -> None:
         self.work_queue = work_queue if group is None or group.work_queue is None else group.work_queue
@@ -50,7 +51,7 @@ class CallbackSource:
         """Take one event and run the user's callback for it.
 
         If the callback is `async def`, return its coroutine: the executor runs it as an asyncio task and
-        holds the group until the task ends. Other values are ignored. Spin raises the errors of this.
+        holds the group until the task ends. Other values are ignored. Spin raises the errors of this method.
         """
         raise NotImplementedError
 
@@ -61,7 +62,9 @@ class CallbackSource:
 
 
 class CallSoon(CallbackSource):
-    """A function to be called once on a thread of the executor, in no callback group. Post it to do so."""
+    """A function to be called once on a thread of the executor, in no callback group. Posting this object
+    requests the call.
+    """
 
     __slots__ = ('_call',)
 
@@ -86,7 +89,9 @@ class CallbackGroup:
     """True for a node's default group, which has the callbacks for which the program chose no group."""
 
     work_queue: NodeWorkQueue | None = None
-    """The queue for the work of the members; None: that of their node. To be set before they are made."""
+    """The queue for the work of the members; None: their node's queue. To be set before the members
+    are made.
+    """
 
     def __init__(self) -> None:
         self.entities: WeakSet[object] = WeakSet()
@@ -195,7 +200,7 @@ class ReadyQueue:
         self._recheck_wanted = False
 
     def post(self, source: CallbackSource) -> None:
-        """Append `source`, then wake one sleeper, if any. Any thread."""
+        """Append `source`, then wake one sleeper, if any. Callable from any thread."""
         self.items.append(source)
         if self.wakers:
             self.wake_one()
@@ -216,8 +221,8 @@ class ReadyQueue:
         return True
 
     def recheck(self) -> None:
-        """Have a sleeping thread ask the pollers again; if none sleeps, the next that is about to. Any
-        thread.
+        """Have a sleeping thread ask the pollers again; if none sleeps, the next thread that is about to
+        sleep. Callable from any thread.
         """
         self._recheck_wanted = True
         self.wake_one()
@@ -228,7 +233,7 @@ class ReadyQueue:
         self.recheck()
 
     def remove_poller(self, poller: Poller) -> None:
-        """Have `poller` asked no longer. Does nothing if it was not added."""
+        """Stop asking `poller` for work. Does nothing if it was not added."""
         self.pollers.discard(poller)
 
     def poll_waitables(self) -> None:
@@ -258,7 +263,9 @@ class ReadyQueue:
             self.wake_one()
 
     def listen(self, waker: Callable[[], None]) -> None:
-        """Have `waker` called once when there may be work, at once if there is. An asyncio loop sleeps so."""
+        """Have `waker` called once when there may be work, at once if there is. An asyncio loop waits for
+        work by this method.
+        """
         self.wakers.append(waker)
         if self.has_work:
             self.wake_one()
@@ -372,7 +379,7 @@ class NodeWorkQueue:
         return self.queue is not None
 
     def post(self, source: CallbackSource) -> None:
-        """Queue `source` for the executor. Any thread."""
+        """Queue `source` for the executor. Callable from any thread."""
         queue = self.queue
         if queue is None:
             self._backlog.append(source)
@@ -387,7 +394,7 @@ class NodeWorkQueue:
             self._move_out(queue)  # detached by another thread meanwhile
 
     def post_first(self, source: CallbackSource) -> None:
-        """Queue `source` for the executor before all that waits there. Any thread."""
+        """Queue `source` for the executor before all that waits there. Callable from any thread."""
         queue = self.queue
         if queue is None:
             self.post(source)  # the next executor takes the waiting work in the order of posting
@@ -450,7 +457,7 @@ class NodeWorkQueue:
         """
         self._timer_entries[entry.reference] = None
         if self.timer_heap is None and (left := entry.timer_heap) is not None:
-            left.discard(entry)  # of the executor that the node has left, and to which it may come back
+            left.discard(entry)  # the heap of the executor that the node has left, perhaps for a time
         entry.due = due
         timer_heap = self.timer_heap
         while timer_heap is not None:
@@ -477,7 +484,7 @@ class NodeWorkQueue:
             queue.remove_poller(poller)  # the node has moved meanwhile: try its new queue
 
     def remove_poller(self, waitable: object) -> None:
-        """Have `waitable` asked no longer. Does nothing if it was not added."""
+        """Stop asking `waitable` for work. Does nothing if it was not added."""
         for poller in tuple(self._pollers):
             if poller.waitable is waitable:
                 del self._pollers[poller]

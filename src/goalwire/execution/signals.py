@@ -5,7 +5,7 @@ wakes every thread that waits under them. Then it calls the handler that was ins
 is Python's own, which raises KeyboardInterrupt. The handler takes no lock: it may interrupt the main thread
 anywhere. A handler that the program installs later replaces ours: it runs at once, and nothing of ours ends.
 
-Python runs handlers only in the main thread and only between two steps of Python code. So a listener thread
+Python runs handlers only in the main thread and only between two bytecode instructions. So a listener thread
 reads the numbers of all signals that come (wakeup_pipe.py) and helps:
 
 - If the main thread waits in the wire's library, the listener ends that wait.
@@ -56,7 +56,8 @@ _EARLIER_NS = 10_000_000
 
 
 class SignalListener:
-    """Reads the numbers of all signals on a thread of its own, and wakes the main thread for ours.
+    """Reads the numbers of all signals on a thread of its own, and wakes the main thread for the signals that
+    goalwire handles.
 
     `is_ours(number)` says whether our handler is the one to run. `end_unless(answered, number)` ends the
     contexts in the main thread's place, unless that thread has answered meanwhile. Main thread only.
@@ -87,8 +88,8 @@ class SignalListener:
         LISTENING.append(self)
 
     def hears(self) -> bool:
-        """Tell whether the numbers of signals come here. If the wake-up descriptor is free, take it back
-        first.
+        """Tell whether Python writes the numbers of signals into this listener's pipe. If the wake-up
+        descriptor is free, take it back first.
         """
         return self._pipe.take_if_free()
 
@@ -265,7 +266,7 @@ def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions
 
 
 def uninstall_signal_handlers() -> None:
-    """Restore the handlers from before. Does nothing outside the main thread."""
+    """Restore the handlers that were installed before goalwire's. Does nothing outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         return
     while _listeners:
@@ -356,7 +357,9 @@ _held = threading.local()
 
 
 def _hold_signals() -> None:
-    """Before a fork, block all signals, so that none comes to the child while it shares the parent's pipe."""
+    """Before a fork, block all signals, so that no signal reaches the child while it shares the parent's
+    pipe.
+    """
     if is_pipe_open():
         _held.mask = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
 

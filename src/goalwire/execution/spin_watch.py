@@ -107,7 +107,7 @@ class SpinWatch:
             self._is_first = False
             for look in self._shutdown_signal.early_looks:
                 look()
-        # A suspect without a mark, or with a mark that the look before found, too, is told, and the watch
+        # A suspect is logged if it has no mark, or a mark that the look before found, too. Then the watch
         # ends. New suspects are confirmed by a look soon after. Otherwise the pause grows.
         suspects = self._find()
         before, self._marks = self._marks, []
@@ -178,7 +178,7 @@ def _holds_default_group(source: CallbackSource) -> bool:
 
 
 def _holds_up(waiting: Iterable[CallbackSource]) -> bool:
-    """Whether one of these suffers if it waits for the end of a callback."""
+    """Tell whether one of these sources suffers if it waits for the end of a callback."""
     return any(not source.is_patient for source in waiting)
 
 

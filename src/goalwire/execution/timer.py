@@ -83,7 +83,7 @@ def adapt_to_info(callback: object) -> Callable[[TimerInfo], object] | None:
 
 
 def _takes_nothing(callback: object) -> bool:
-    """The quick look at the usual case."""
+    """Tell, without inspect, whether `callback` is a plain function that takes no arguments."""
     function, given = function_of(callback)
     if function is None:
         return False
@@ -165,7 +165,7 @@ class Timer(CallbackSource):
     """
 
     __slots__ = (
-        '__dict__',  # programs keep things of their own there
+        '__dict__',  # programs may set attributes of their own
         '_callback',
         '_canceled',
         '_clock',
@@ -201,7 +201,7 @@ class Timer(CallbackSource):
                 f'a timer period of {timer_period_ns} ns does not fit into 64 bits: make it shorter'
             )
         self.callback = callback
-        # This raises an error with rclpy's text if it is not a clock.
+        # This raises an error with rclpy's text if `clock` is not a clock.
         self._clock: Clock = entity_of(clock.handle)
         self._schedule = TimerSchedule(self._clock, int(timer_period_ns))
         self.watchers: Sequence[Callable[[], None]] = ()
@@ -226,12 +226,12 @@ class Timer(CallbackSource):
 
     @property
     def callback_group(self) -> CallbackGroup | None:
-        """The group that it was made with."""
+        """The callback group that was passed to the constructor."""
         return self.group
 
     @property
     def handle(self) -> Timer:
-        """Its handle, as rclpy's programs use it. Raises InvalidHandle once destroyed."""
+        """The timer's handle, as programs of rclpy use it. Raises InvalidHandle once destroyed."""
         self._check()
         return handle_of(self)
 

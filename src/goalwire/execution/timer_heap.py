@@ -46,7 +46,9 @@ class TimerHeap:
         self.heap: list[tuple[int, int, TimerEntry]] = []
         self.earliest: int | None = None
         """The earliest due time, perhaps of a discarded entry. It is never later than that of the first item.
-        If a signal's handler has raised in a method of this, it may be too early, which costs one look."""
+        If a signal handler has raised in a method of this heap, `earliest` may be too early, which costs one
+        look.
+        """
         self._lock = Lock()
         self._serial = 0
         self._stale = 0
@@ -138,7 +140,9 @@ class TimerThread:
         self._shutdown_signal = shutdown_signal
         self._name = name
         self._waiter: Waiter | None = None
-        """Made with the thread: in virtual time it must be of virtual time, and a context may be older."""
+        """Made with the thread: virtual time needs a waiter of virtual time, and the context may have been
+        made before.
+        """
         self._timer_heap = TimerHeap(self._on_earlier)
         self._awake_at: int | None = 0
         """The due time until which the thread sleeps; None: without limit, 0: it is awake."""
@@ -152,7 +156,7 @@ class TimerThread:
         return len(self._timer_heap.heap)
 
     def set(self, entry: TimerEntry, due: int) -> None:
-        """Have `entry` called at `due`, instead of any earlier set time. Any thread."""
+        """Have `entry` called at `due`, instead of any earlier set time. Callable from any thread."""
         if self._thread is None:
             self._start()
         self._timer_heap.set(entry, due)
@@ -206,7 +210,8 @@ class TimerThread:
         timer_heap, shutdown_signal = self._timer_heap, self._shutdown_signal
         try:
             while shutdown_signal.alive:
-                # None before the look at the heap: an entry that is set after the look wakes this thread.
+                # `_awake_at` is None before the look at the heap: an entry that is set after the look wakes
+                # this thread.
                 self._awake_at = None
                 self._awake_at = due = timer_heap.earliest
                 shutdown_signal.clock.wait(waiter, due)
@@ -227,7 +232,7 @@ class TimerThread:
             try:
                 self._timer_heap.call_due(now)
             except Exception as error:  # a bug in goalwire: the other entries must be called all the same
-                from goalwire.logging import get_logger  # here, since it is rarely needed
+                from goalwire.logging import get_logger  # imported here: rarely needed
                 from goalwire.tracebacks import traceback_text
 
                 get_logger('goalwire.execution').error(

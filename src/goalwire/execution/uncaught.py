@@ -1,6 +1,6 @@
-"""Uncaught exceptions end the program readably.
+"""Uncaught exceptions end the program with a readable traceback.
 
-An uncaught exception is printed with the program's own frames. Ctrl-C in a wait of ours ends the program
+An uncaught exception is printed with the program's own frames. Ctrl-C in a wait of goalwire ends the program
 quietly. `init` installs hooks for that, but only in place of Python's own hooks: those of test runners,
 debuggers and notebooks stay. The exit status is always Python's: that of Ctrl-C, or 1 after an exception.
 """

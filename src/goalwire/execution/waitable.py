@@ -94,8 +94,8 @@ class WaitSet:
         return self._add('event', handle)
 
     def is_ready(self, entity_type: Kind, index: int) -> bool:
-        """Tell whether an entity was ready; raises RuntimeError for an unknown kind, IndexError for the
-        index.
+        """Tell whether an entity was ready; raises RuntimeError for an unknown kind, IndexError for an
+        unknown index.
         """
         ready = self._ready.get(entity_type)
         if ready is None:
@@ -270,7 +270,7 @@ class SelfDriven(Waitable[T]):
     """
 
     def destroy(self) -> None:
-        """Release what it holds. Idempotent."""
+        """Release what the waitable holds. Idempotent."""
         raise NotImplementedError
 
 
@@ -346,14 +346,14 @@ class WaitablePoller(CallbackSource):
         return self.waitable
 
     def wake(self) -> None:
-        """Have the executor look at the waitable. Any thread."""
+        """Have the executor look at the waitable. Callable from any thread."""
         queue = self.work_queue.queue
         if queue is not None:
             queue.recheck()
 
     def look(self) -> None:
-        """Ask the waitable, and post this if it is ready. Does nothing while this is posted or its group is
-        busy.
+        """Ask the waitable, and post this poller if it is ready. Does nothing while this poller is posted or
+        its group is busy.
         """
         self._missed = True
         while self._missed:

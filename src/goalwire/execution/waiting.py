@@ -2,8 +2,8 @@
 
 Every wait here follows one rule. So no wake-up is lost although no lock is held:
 
-- the sleeper first puts its `wake` on a list, then looks whether what it waits for is there;
-- the waking thread first puts the thing there, then looks at the list.
+- the sleeper first puts its `wake` on a list, then looks whether the awaited change has happened;
+- the waking thread first makes the awaited change, then looks at the list.
 
 So at least one of the two sees the other. docs/explanation/memory-model.md says what this relies on.
 """
@@ -54,7 +54,9 @@ class Waiter:
         return self._gate.acquire(timeout=min(timeout_ns / 1e9, TIMEOUT_MAX))
 
     def wake(self) -> None:
-        """End the current or the next `wait`. Any thread, signal handlers too; takes no lock."""
+        """End the current or the next `wait`. Callable from any thread and from signal handlers; takes no
+        lock.
+        """
         try:
             self._gate.release()
         except RuntimeError:
@@ -71,8 +73,8 @@ class WeakListeners(dict[ReferenceType[L], None]):
     """Listeners, held weakly, in the order in which they were added.
 
     Any thread may add and discard, also while others go through them: each step is one operation of a dict or
-    of a list. The call for a dead listener is one of a list, too. If it were a function of Python, a signal's
-    handler could raise in it, as Python's own does for Ctrl-C. Python prints such an error and loses it.
+    of a list. The callback of a dead reference is a method of a list, too. In a function of Python, a signal
+    handler could raise, as Python's own does for Ctrl-C. Python prints such an error and loses it.
     """
 
     __slots__ = ('_dead',)
@@ -155,7 +157,7 @@ may be delayed by this time. The check takes 5 us (two system calls), so short s
 
 
 class WireWaiter(Waiter):
-    """A waiter whose thread waits on the wire itself, if the context's session has a place for it.
+    """A waiter whose thread waits on the wire itself, if the context's session supports that.
 
     If `fd_selector` watches file descriptors and no other thread waits in it, this thread waits there. The
     shutdown wakes it, too.
@@ -280,7 +282,7 @@ class SpinListener(Protocol):
     """Something that wants to know which threads spin without end."""
 
     def on_spin(self) -> None:
-        """Note that the calling thread begins to."""
+        """Note that the calling thread begins to spin without end."""
 
 
 class ShutdownSignal:
@@ -313,7 +315,7 @@ class ShutdownSignal:
         """Functions that are called once, seconds after a spin without end has begun. The program has most
         likely made its nodes by then."""
         self.spin_listeners: WeakListeners[SpinListener] = WeakListeners()
-        """Told by each thread that begins to spin without end."""
+        """Each thread that begins to spin without end calls their `on_spin`."""
         self.reason: str | None = None
         self.wire_poller: WirePoller | None = None
         """The wire on which threads of this context may wait; None before a session allows that."""
@@ -335,12 +337,14 @@ class ShutdownSignal:
         if wire_poller is not None:
             wire_poller.external_sleepers = self.external_sleepers
             self.wire_poller = wire_poller
-        self._session = session  # before the look at `alive`: `end` clears `alive`, then looks at `_session`
+        self._session = session  # before `alive` is read: `end` clears `alive`, then reads `_session`
         if not self.alive:
             session.silence()
 
     def add_external_sleeper(self, who: object) -> None:
-        """Have the session's own thread wait on the wire until `remove_external_sleeper`. Any thread."""
+        """Have the session's own thread wait on the wire until `remove_external_sleeper`. Callable from any
+        thread.
+        """
         self.external_sleepers.add(who)
         if self.wire_poller is not None:
             self.wire_poller.ensure_polled()
@@ -378,7 +382,7 @@ class ShutdownSignal:
         if not self.alive:
             return False
         self.reason = reason
-        self._silence()  # before `alive` changes: code that finds `alive` False relies on the silence
+        self._silence()  # before `alive` changes: code that reads False relies on it
         self.alive = False
         self._silence()  # silence a session that was opened meanwhile
         self._session = None

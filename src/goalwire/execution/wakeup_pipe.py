@@ -72,7 +72,7 @@ class WakeupPipe:
         return not _restore(owner)
 
     def give_back(self) -> bool:
-        """Install the descriptor from before again; False if numbers must still be passed on.
+        """Install the earlier descriptor again; False if numbers must still be passed on.
 
         They must if other code has replaced the pipe: that code may put the pipe back when it ends.
         """
@@ -99,7 +99,9 @@ class WakeupPipe:
         return True
 
     def pass_on(self, numbers: bytes) -> None:
-        """Write signals' numbers into the descriptor from before. Any thread that has SIGPIPE blocked."""
+        """Write signals' numbers into the earlier descriptor. Callable from any thread that has SIGPIPE
+        blocked.
+        """
         before = self._before
         if before is None:
             return

@@ -38,7 +38,7 @@ class AsyncClock(ROSClock):
         source: SteadyClock = STEADY,
         shutdown_signal: ShutdownSignal | None = None,
     ) -> None:
-        """Make a clock whose sleeps all end with `shutdown_signal`."""
+        """Make a clock. The shutdown that `shutdown_signal` announces ends all of its sleeps."""
         super().__init__(source=source, clock_type=clock_type)
         self._shutdown_signal = shutdown_signal or ShutdownSignal(source)
         self._closed = False
@@ -55,8 +55,9 @@ class AsyncClock(ROSClock):
     async def sleep(self, duration_sec: float) -> None:
         """Sleep for a time of this clock. With 0 or less it only gives the loop's other tasks a turn.
 
-        Raises CancelledError if the node is destroyed meanwhile and DestroyedError if it was before,
-        TimeSourceChangedError when simulated time is switched on or off, ROSInterruptException at shutdown.
+        Raises CancelledError if the node is destroyed during the sleep, DestroyedError if it was destroyed
+        before the call, TimeSourceChangedError when simulated time is switched on or off,
+        ROSInterruptException at shutdown.
         """
         if self._closed:
             raise DestroyedError("cannot sleep: the clock's node was destroyed")

@@ -34,7 +34,7 @@ class Start(NamedTuple):
 
 
 MOST_RUNNERS = 256
-"""The most shared runners. If all are in use, further coroutines share a runner with others."""
+"""The largest number of shared runners. If all are in use, further coroutines share a runner with others."""
 
 
 class CoroutineRunner(CallbackSource):
@@ -84,16 +84,16 @@ class CoroutineRunner(CallbackSource):
         return len(self._tasks) + len(self._starting)
 
     def start(self, start: Start) -> None:
-        """Make a task of a coroutine with the next step. Any thread."""
+        """Have the next step make an asyncio task of a coroutine. Callable from any thread."""
         self._starting.append(start)
 
     def wake(self) -> None:
-        """Ask for a step. Any thread."""
+        """Ask for a step. Callable from any thread."""
         if not self._posted:
             self._posted = True
             try:
                 self.work_queue.post(self)
-            except BaseException:  # a signal's handler has raised, before or after the post: post again
+            except BaseException:  # a signal handler has raised, perhaps before the post: post again
                 self.work_queue.post(self)
                 raise
 
@@ -122,7 +122,7 @@ class CoroutineRunner(CallbackSource):
             self._turn.release()
             if self._closing:
                 self.close()
-            elif not is_whole:  # Ctrl-C or an exit of a callback ended the step: the other calls run later
+            elif not is_whole:  # Ctrl-C or sys.exit() ended the step: its other calls run later
                 self.loop.more = True
                 self.wake()
         if self._closing:
@@ -130,7 +130,7 @@ class CoroutineRunner(CallbackSource):
         if self._missed or self.loop.more or self._starting:
             self.wake()
         elif due is not None:
-            before = self._timer_entry.due  # read once: another thread may change it meanwhile
+            before = self._timer_entry.due  # read once, since another thread may change `due`
             if before is None or due < before:
                 self.work_queue.set_timer_entry(self._timer_entry, due)
 
@@ -159,19 +159,19 @@ class CoroutineRunner(CallbackSource):
             await start.coroutine
         except (asyncio.CancelledError, GeneratorExit):
             raise
-        except BaseException as error:  # the error comes out of spin
+        except BaseException as error:  # spin raises the error
             self._fail(error)
         finally:
             del self._tasks[id(start.coroutine)]
             start.ended()
 
     def _close_loop(self) -> None:
-        """Give cancelled tasks a bounded number of steps to end in."""
+        """Cancel all tasks, step the loop until they have ended, at most ten times, and close the loop."""
         loop = self.loop
         if loop.is_closed():
             return
         if self._tasks or self._starting:
-            loop.step(self._begin)  # begin all: only a coroutine that has begun can clean up
+            loop.step(self._begin)  # begin all coroutines: only those that have begun can clean up
         left = asyncio.all_tasks(loop)
         for task in left:
             task.cancel()
@@ -250,7 +250,9 @@ class RunnerPool:
         return self._idle_runner()
 
     def _idle_runner(self) -> CoroutineRunner:
-        """Return a shared runner in which no thread is: a nested spin cannot step the runner it is in."""
+        """Return a shared runner that no thread is stepping: a nested spin cannot step the runner that called
+        it.
+        """
         for runner in self._shared:
             if not runner.driven and (not self._spread or runner.load == 0):
                 return runner

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class CallbackTasks:
-    """The tasks that run coroutine callbacks, with their sources. Only the loop's thread uses it."""
+    """The tasks that run coroutine callbacks, with their sources. Only the loop's thread uses this class."""
 
     def __init__(self) -> None:
         self._tasks: dict[asyncio.Task[Any], CallbackSource] = {}
@@ -86,7 +86,7 @@ class AsyncExecutor(CallbackRunner):
         # Not call_soon, even on the loop's own thread: a signal handler may run while the loop sleeps.
         self._ask = partial(self._waker.call, partial(self._context.run, self._turn))
         self._timer: asyncio.TimerHandle | None = None
-        self._timer_due: int | None = None  # None: no timer is set
+        self._timer_due: int | None = None  # None: the loop has no timer set
         self._stop_reading: Callable[[], None] | None = None
         """Stops the reading of the wire by this loop; None if the loop does not read it."""
         self._on_this_thread = active_executors.executors
@@ -94,7 +94,9 @@ class AsyncExecutor(CallbackRunner):
         self._spin_watch: SpinWatch | None = None
 
     def open(self) -> None:
-        """Begin. From now on a call raises if it would block the loop's thread to wait for this node."""
+        """Begin to run callbacks. From now on, calls that would block the loop's thread to wait for this node
+        raise an error.
+        """
         self._on_this_thread.append(self)
         self._waker.open()
         self._stop_reading = read_wire(self._loop, self._shutdown_signal.wire_poller)
@@ -128,15 +130,17 @@ class AsyncExecutor(CallbackRunner):
         self._waker.close()
 
     def thread_waits_alone(self) -> bool:
-        """True: nothing runs here while the loop's thread blocks."""
+        """Return True: this executor runs no callback while the loop's thread blocks."""
         return True
 
     def add_capacity(self, count: int) -> None:
         """Do nothing, since only the loop's thread runs callbacks."""
 
     def _on_shutdown(self) -> None:
-        """Ask for the turn that ends this. Any thread calls it, also in a signal handler."""
-        if self._loop.is_closed():  # it was closed within the block, so `close` is never called
+        """Ask the loop for the turn that ends this executor. Callable from any thread and from signal
+        handlers.
+        """
+        if self._loop.is_closed():  # closed within the `async with`: `close` is never called
             self._stop_counting_as_active()
         else:
             self._ask()
@@ -165,7 +169,7 @@ class AsyncExecutor(CallbackRunner):
         self._listen()
 
     def _run_what_is_there(self) -> None:
-        for _ in range(len(self._ready.items) + 1):  # one more, for a timer that `_next` finds due
+        for _ in range(len(self._ready.items) + 1):  # one turn more: `_next` may find a timer due
             source = self._next()
             if source is None:
                 return
@@ -266,7 +270,7 @@ class SharedLoop:
         await self._over.wait()
 
     def end(self) -> None:
-        """Let `wait` return. Any thread."""
+        """Let `wait` return. Callable from any thread."""
         loop = self._loop
         if loop is None:
             self._over.set()

@@ -1,8 +1,8 @@
-"""Finds what keeps an asyncio loop from running the other callbacks: a time.sleep() in a coroutine.
+"""Finds what keeps an asyncio loop from running the other callbacks, such as a time.sleep() in a coroutine.
 
-If a look finds the loop in the program's code, it posts a call to the loop. If the loop has not run that call
-by the next look, the loop has not turned in between. Loops that are not written in Python, such as uvloop's,
-do not show whether they are in the program's code, so they are not watched.
+If a look finds the loop running the program's code, the look posts a call to the loop. If the loop has not
+run that call by the next look, the loop has not turned in between. Loops that are not written in Python, such
+as uvloop's, do not show whether they run the program's code, so they are not watched.
 """
 
 from __future__ import annotations
@@ -30,11 +30,13 @@ _REMEDY = (
 _CALLS = asyncio.events.__file__
 """The file from which asyncio's loop calls callbacks. A loop that waits has no frame of this file."""
 _told: WeakSet[asyncio.AbstractEventLoop] = WeakSet()
-"""The loops about which a warning was logged. Each node of a loop looks, and one warning is enough."""
+"""The loops about which a warning was logged. Each node of a loop watches the loop, and one warning is
+enough.
+"""
 
 
 class BusyLoop:
-    """Looks from the alarms' thread whether the loop turns. To be made on the loop's thread."""
+    """Checks on the alarms' thread whether the loop still turns. To be constructed on the loop's thread."""
 
     def __init__(self, waker: LoopWaker, ready: ReadyQueue, timer_heap: TimerHeap) -> None:
         self._loop = asyncio.get_running_loop()
@@ -46,7 +48,9 @@ class BusyLoop:
         """The mark of the posted call that the loop has not run yet; None if there is none."""
 
     def find(self) -> list[Suspect]:
-        """Return the callback that the loop runs, with the mark of the call that the loop has not run yet."""
+        """Return the callback that the loop runs, with the mark of the posted call that the loop has not run
+        yet.
+        """
         frame = self._running()
         if frame is None or self._loop in _told:
             return []
@@ -63,7 +67,7 @@ class BusyLoop:
         self._question = None
 
     def _is_awaited(self) -> bool:
-        """Tell whether other work of this library than the posted call waits for the loop."""
+        """Tell whether work of this library, besides the posted call, waits for the loop."""
         return bool(self._ready.items) or len(self._waker.calls) > 1 or is_late(self._timer_heap)
 
     def _running(self) -> FrameType | None:

@@ -106,7 +106,7 @@ class SteppedSelector(selectors.BaseSelector):
             fd = self.reported.pop()
             key = self._keys.get(fd)
             if key is not None:
-                self._fd_selector.disarm(fd)  # a callback of the step may have registered it anew
+                self._fd_selector.disarm(fd)  # a callback may have armed the descriptor anew
                 self._fd_selector.arm(fd, key.events, self._report)
 
     def get_map(self) -> Mapping[Any, selectors.SelectorKey]:
@@ -206,14 +206,15 @@ class SteppedLoop(asyncio.SelectorEventLoop):
             if waker.calls or not waker.asleep:
                 super().call_soon(waker.run_pending)
             self.more = False
-            self.stop()  # before `run_forever`, which then runs the ready callbacks once and does not wait
+            self.stop()  # makes `run_forever` run the ready callbacks once, without waiting
             self.run_forever()
         finally:
             self._stepping = 0
             if outer is not None:
                 _return_to(*outer)
         if self._stepped_selector.reported:
-            # The callback of a descriptor may have queued more past `call_soon`: asyncio's signals do so.
+            # A descriptor's callback may have queued more callbacks without `call_soon`, as asyncio does for
+            # signals.
             self.more = True
             self._stepped_selector.rearm()
 
@@ -225,7 +226,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
 
 
 def _is_due(when: float, now: float) -> bool:
-    """Tell whether asyncio takes `when` for due at `now`: it allows one tick of its clock, here 1 ns."""
+    """Tell whether asyncio treats `when` as due at `now`: asyncio allows one tick of its clock, here 1 ns."""
     return when < now + 1e-9
 
 

@@ -1,7 +1,7 @@
 """Wakes tasks of an asyncio loop from any thread: in one turn of the loop, many tasks with one system call.
 
-asyncio's own way (`call_soon_threadsafe(future.set_result, …)`) takes a handle, a write to a socket, two
-reads of it, and two turns of the loop. Here a task sleeps in a `DirectFuture`, and goes on as soon as the
+asyncio's own way (`call_soon_threadsafe(future.set_result, …)`) costs a handle, a write to a socket, two
+reads from it, and two turns of the loop. Here a task sleeps in a `DirectFuture`, and goes on as soon as the
 loop is woken. A loop that runs a node is woken by an eventfd. A round trip to another thread takes 11.5 us
 instead of 17. Under uvloop it takes as long as asyncio's own.
 """
@@ -60,7 +60,7 @@ def shared_waker(loop: asyncio.AbstractEventLoop) -> AsyncioLoopWaker:
 
 def _release_closed_loops() -> None:
     """Close the eventfds of loops that were closed earlier than their nodes."""
-    for key in _wakers.keyrefs():  # a list, as other threads may add loops
+    for key in _wakers.keyrefs():  # copied, since other threads may add loops
         loop = key()
         if loop is not None and loop.is_closed() and (waker := _wakers.pop(loop, None)) is not None:
             waker.abandon()
@@ -79,7 +79,7 @@ def wait_on(loop: asyncio.AbstractEventLoop, future: Awaitable) -> Generator[obj
 
 
 _WAKER_MS = 1000
-"""The longest wait of closing for a thread that is about to write, in ms. Mostly it takes microseconds."""
+"""The longest time in ms that the closing of an eventfd waits for a thread that is about to write into it."""
 
 
 class DirectFuture(asyncio.Future[None]):
@@ -131,10 +131,14 @@ class LoopWaker:
     __slots__ = ('__weakref__', '_next_wake', '_wake', 'asleep', 'calls')
 
     direct = DirectFuture
-    """The class of the futures. It is an attribute, since an import at each wait would take longer."""
+    """The class of the futures in which tasks sleep. Reading an attribute is faster than an import at each
+    wait.
+    """
 
     def __init__(self, wake: Callable[[], object]) -> None:
-        """Make a waker. `wake` has `run_pending` called soon on the loop's thread; any thread may call it."""
+        """Make a waker. `wake` has `run_pending` called soon on the loop's thread. Any thread may call
+        `wake`.
+        """
         self._wake = self._next_wake = wake
         self.calls: deque[Callable[[], object]] = deque()
         """The calls that `run_pending` makes."""
@@ -142,7 +146,8 @@ class LoopWaker:
         """Holds one item while the loop sleeps: the next caller takes it out and wakes the loop."""
 
     def call(self, function: Callable[[], object]) -> None:
-        """Have `function()` called soon, on the loop's thread and outside of its tasks. Any thread.
+        """Have `function()` called soon, on the loop's thread and outside of its tasks. Callable from any
+        thread.
 
         Does nothing if the loop is closed.
         """
@@ -151,7 +156,7 @@ class LoopWaker:
             try:
                 self.asleep.pop()
             except IndexError:
-                return  # another thread wakes the loop
+                return  # another thread wakes the sleeper
             self._wake()
 
     def gather(self, function: Callable[[], None]) -> None:
@@ -161,7 +166,7 @@ class LoopWaker:
         """
         try:
             self.asleep.pop()
-        except IndexError:  # the loop is being woken anyway
+        except IndexError:  # another thread is waking the loop already
             function()
             return
         try:
@@ -174,7 +179,7 @@ class LoopWaker:
 
         Raises the error of a function, which ends the program; the remaining calls are made later.
         """
-        self._wake = self._next_wake  # safe here: until `asleep` has its item, no caller uses `_wake`
+        self._wake = self._next_wake  # no caller uses `_wake` before `asleep` has its item again
         self.asleep.append(None)
         calls = self.calls
         try:
@@ -187,11 +192,11 @@ class LoopWaker:
 
 
 def _nothing() -> None:
-    """Do nothing. A call of this wakes a loop and has no other effect."""
+    """Do nothing: this function is posted only to wake a loop."""
 
 
 class AsyncioLoopWaker(LoopWaker):
-    """Wakes a loop that goalwire did not make: by an eventfd while this is open, else by
+    """Wakes a loop that goalwire did not make: by an eventfd between `open` and `close`, else by
     `call_soon_threadsafe`.
     """
 
@@ -199,17 +204,19 @@ class AsyncioLoopWaker(LoopWaker):
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         super().__init__(self._ask_loop)
-        self._loop = ref(loop)  # weak: `_wakers` keeps this by its loop, and must not keep the loop
+        self._loop = ref(loop)  # weak: `_wakers` keeps this waker, which must not keep the loop
         self._users = 0
         self._wake_fd = -1
 
     def open(self) -> None:
-        """Listen to an eventfd, if the system has them, until `close` was called as often. Loop's thread."""
+        """Have the loop watch an eventfd, if the system has them, until each `open` was followed by a
+        `close`. To be called on the loop's thread.
+        """
         self._users += 1
         loop = self._loop()
         if self._wake_fd >= 0 or loop is None or not hasattr(os, 'eventfd'):
             return
-        with suppress(OSError, NotImplementedError):  # too many files are open, or the loop watches none
+        with suppress(OSError, NotImplementedError):  # too many open files, or the loop cannot watch files
             wake_fd = os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK)
             try:
                 loop.add_reader(wake_fd, self._on_wake_fd)
@@ -221,7 +228,9 @@ class AsyncioLoopWaker(LoopWaker):
             self._change_wake(partial(os.eventfd_write, wake_fd, 1))
 
     def close(self) -> None:
-        """Go back to `call_soon_threadsafe` when the last user closes this. Loop's thread."""
+        """Go back to `call_soon_threadsafe` when the last user closes this. To be called on the loop's
+        thread.
+        """
         self._users -= 1
         loop = self._loop()
         if self._users or self._wake_fd < 0 or loop is None:
@@ -231,10 +240,10 @@ class AsyncioLoopWaker(LoopWaker):
             loop.call_soon(self.run_pending)
 
     def abandon(self) -> None:
-        """Close the eventfd after its loop was closed. Any thread; later calls are dropped."""
+        """Close the eventfd after its loop was closed; later calls are dropped. Callable from any thread."""
         if self._wake_fd < 0 or self._close_wake_fd():
             return
-        self._wake = self._next_wake  # a turn of the loop would do so, but the loop is closed
+        self._wake = self._next_wake  # else `run_pending` does so, but the closed loop never runs it
         self.calls.clear()
         self.asleep.append(None)
 
@@ -278,7 +287,7 @@ class AsyncioLoopWaker(LoopWaker):
             if loop is not None:
                 loop.call_soon_threadsafe(self.run_pending)
                 return
-        self.calls.clear()  # the loop is closed: nothing waits there
+        self.calls.clear()  # the loop is closed: no task waits in it
         self.asleep.append(None)
 
     def _on_wake_fd(self) -> None:
@@ -287,7 +296,7 @@ class AsyncioLoopWaker(LoopWaker):
 
 
 _MS = 1_000_000
-"""In ns."""
+"""One millisecond in ns."""
 
 
 def delay_s(missing_ns: int) -> float:
@@ -315,7 +324,9 @@ class AsyncWaiter:
         self._woken = False
 
     def wake(self) -> None:
-        """End the current or the next `wait`. Any thread, signal handlers too; takes no lock."""
+        """End the current or the next `wait`. Callable from any thread and from signal handlers; takes no
+        lock.
+        """
         self._woken = True
         sleeper = self._sleeper
         if sleeper is not None:
@@ -398,7 +409,7 @@ class AsyncQueue(Generic[T]):
         return len(self._items)
 
     def deliver(self, item: T) -> None:
-        """Queue an item, unless the queue is closed. Any thread."""
+        """Queue an item, unless the queue is closed. Callable from any thread."""
         if self.closed:
             return
         if len(self._items) == self._items.maxlen:
@@ -408,7 +419,9 @@ class AsyncQueue(Generic[T]):
             self._wake()
 
     def close(self) -> None:
-        """End the queue: the waiting items are given out, then `async for` ends. Any thread; idempotent."""
+        """End the queue: the waiting items are given out, then `async for` ends. Callable from any thread;
+        idempotent.
+        """
         self.closed = True
         self._wake()
 
@@ -422,7 +435,7 @@ class AsyncQueue(Generic[T]):
             try:
                 sleeper = self._sleepers.pop(0)
             except IndexError:
-                return  # another thread wakes the loop
+                return  # another thread wakes the sleeper
             self._waker.call(sleeper.resume)
 
     def __aiter__(self) -> Self:
@@ -452,7 +465,7 @@ class AsyncQueue(Generic[T]):
         return items.popleft()
 
     def _leave(self, direct: DirectFuture) -> None:
-        with suppress(ValueError):  # the loop was woken
+        with suppress(ValueError):  # not there: a wake-up has taken it out
             self._sleepers.remove(direct)
 
 
@@ -471,5 +484,5 @@ async def in_thread(function: Callable[[], T]) -> T:
             cancellation = error
     if cancellation is None:
         return source.result()
-    source.exception()  # so that asyncio does not log it: the cancellation is raised instead
+    source.exception()  # read, so that asyncio does not log it as never retrieved
     raise cancellation

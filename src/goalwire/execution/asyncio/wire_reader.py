@@ -27,8 +27,8 @@ _readers: WeakKeyDictionary[AbstractEventLoop, dict[int, WireReader]] = WeakKeyD
 def read_wire(loop: AbstractEventLoop, wire_poller: WirePoller | None) -> Callable[[], None] | None:
     """Have the running loop read a wire, and return the function that ends the reading.
 
-    Returns None if the wire or the loop is not able to. If several users read the same wire, the reading ends
-    when the last of them ends it.
+    Returns None if the wire or the loop does not support that. If several users read the same wire, the
+    reading ends when the last of them ends it.
     """
     _release_closed_loops()
     if wire_poller is None:
@@ -46,7 +46,7 @@ def read_wire(loop: AbstractEventLoop, wire_poller: WirePoller | None) -> Callab
 
 def _release_closed_loops() -> None:
     """Stop the readers of loops that were closed earlier than their nodes."""
-    for key in _readers.keyrefs():  # a list, as other threads may add loops
+    for key in _readers.keyrefs():  # copied, since other threads may add loops
         loop = key()
         if loop is not None and loop.is_closed():
             for reader in _readers.pop(loop, {}).values():
@@ -67,7 +67,7 @@ class WireReader:
         self._timer: TimerHandle | None = None
 
     def open(self) -> bool:
-        """Begin to read; False if the wire or the loop is not able to."""
+        """Begin to read; False if the wire or the loop does not support that."""
         fd = self._wire_poller.attach_loop()
         if fd is None:
             return False
@@ -76,7 +76,7 @@ class WireReader:
         except BaseException as error:
             self._wire_poller.detach_loop(self._thread)
             os.close(fd)
-            if isinstance(error, NotImplementedError):  # this loop watches no descriptors
+            if isinstance(error, NotImplementedError):  # this loop cannot watch descriptors
                 return False
             raise
         self._fd = fd
