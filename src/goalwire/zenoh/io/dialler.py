@@ -1,4 +1,4 @@
-"""Connects without blocking: to configured addresses for ever, to nodes of gossip for a limited time.
+"""Connects without blocking: to configured addresses for ever, to nodes from gossip for a limited time.
 
 A connection is started, and checked again when its socket is writable. A host name that needs DNS is looked
 up on a thread of its own, which ends with the answer. After a failure the next address is tried, and after
@@ -38,7 +38,7 @@ class Retry:
 
 
 class DialSlots:
-    """Limits how many nodes of gossip are dialled at one time; the others wait for their turn.
+    """Limits how many nodes from gossip are dialled at one time; the others wait for their turn.
 
     Only the thread that reads uses it.
     """
@@ -73,7 +73,7 @@ class LookUps:
         self._threads = 0
 
     def add(self, ask: Callable[[], None]) -> None:
-        """Call `ask` on one of the threads."""
+        """Call `ask`, which looks a name up, on one of the threads."""
         with self._lock:
             self._waiting.append(ask)
             if self._threads >= self._most:
@@ -112,7 +112,7 @@ class Dial:
     ) -> None:
         """`when_failed` is called after each failed round; `expected` is the id that must answer, if known.
 
-        All dials of nodes that gossip has told of share `slots` and `look_ups`.
+        All dials of nodes from gossip share `slots` and `look_ups`.
         """
         self._slots = slots
         self._has_slot = self._awaits_slot = False

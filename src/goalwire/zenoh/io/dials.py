@@ -1,4 +1,4 @@
-"""The connections that a session opens: to configured addresses, and to nodes that routers told of."""
+"""The connections that a session opens: to configured addresses, and to nodes that routers have announced."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Dials:
         self._take = take
         self._note_failure = note_failure
         self._dials: dict[object, Dial] = {}
-        """The dials by their configured addresses, or by the id of a node of gossip."""
+        """The dials by their configured addresses, or by the id of a node from gossip."""
         self._dialled: dict[Link, Dial] = {}
         self._slots = DialSlots(bounds.MOST_DIALS)
         self._look_ups = LookUps(bounds.MOST_LOOK_UPS)
@@ -45,11 +45,11 @@ class Dials:
             self._poller.call(dial.start)
 
     def meet(self, node: Node) -> None:
-        """Connect to a node of gossip. Only the thread that reads calls this."""
+        """Connect to a node from gossip. Only the thread that reads calls this."""
         self._add(node.zid, node.locators, _TO_NODES, node.zid).start()
 
     def is_meeting(self, zid: bytes) -> bool:
-        """True while a node of gossip is dialled, or linked because it was dialled."""
+        """True while a node from gossip is dialled, or linked because it was dialled."""
         return zid in self._dials
 
     def _add(
@@ -74,7 +74,7 @@ class Dials:
             self._gossip.forget(dial.expected)
         self._note_failure()
 
-    # ---- the links that come of them
+    # ---- the links that the dials lead to
 
     def keep(self, dial: Dial, link: Link) -> None:
         """Remember which dial has led to a link."""
@@ -111,7 +111,7 @@ class Dials:
             dial.refused()
 
     def node_to_meet(self, zid: bytes) -> Node | None:
-        """Return a lost node that this side has to dial again. Forget a node that dials us; return None."""
+        """Return a lost node if this side has to dial it again; else forget it, since it dials this side."""
         node = self._gossip.nodes.get(zid)
         if node is not None and not connects_to(self._own_zid, node):
             self._gossip.forget(zid)
@@ -123,7 +123,7 @@ class Dials:
         dial = self._dialled.get(link)
         return '' if dial is None else dial.address
 
-    # ---- how far they are
+    # ---- the progress of the dials
 
     def is_connected(self) -> bool:
         """True if the link to at least one of the configured addresses is up."""

@@ -17,8 +17,8 @@ from goalwire.zenoh.protocol.outgoing import Outgoing
 HOLD_S = 0.001
 """How long messages are held back at most; Zenoh's own default."""
 LONGEST_HOLD_S = 0.005
-"""The same while a flood goes on: its own messages push the held ones out. Each check costs 20 µs, and other
-threads wait as long for the GIL."""
+"""How long messages are held back at most during a flood, whose next messages push them out anyway. A shorter
+time means more checks: each costs 20 µs, in which other threads wait for the GIL."""
 
 
 class Flusher:
@@ -39,7 +39,7 @@ class Flusher:
         """Have `link` send its held-back messages soon. The caller holds the link's lock."""
         self._holds += 1
         self.held.append(link)
-        # Only now look whether the thread sleeps: it sets `_sleeps` first, and looks at `held` after that.
+        # `_sleeps` is read after `held` has changed: the thread sets `_sleeps` before it reads `held`.
         if self._sleeps:
             self._wake()
         elif self._thread is None:
@@ -49,7 +49,7 @@ class Flusher:
         self._thread = Thread(target=self._run, name=self._name, daemon=True)
         try:
             self._thread.start()
-        except RuntimeError:  # the interpreter ends, or there are too many threads
+        except RuntimeError:  # no thread can start: the interpreter ends, or too many run
             self._thread = None
             self.flush()
 

@@ -38,7 +38,7 @@ from goalwire.zenoh.protocol.transport import Role
 CONNECTING_S = 1.0
 """How long opening waits for an address that neither accepts nor refuses."""
 OTHERS_S = 0.1
-"""How long opening waits for nodes that will connect to this one."""
+"""How long opening waits for nodes that will connect to this session."""
 CLOSING_S = 1.0
 """How long closing waits for the others to read the last messages."""
 
@@ -237,7 +237,7 @@ class NativeSession:
         link = socket_link.link
         self._links.pop(link, None)
         self._greetings.pop(link, None)
-        # Before the queries end below, so that a caller who asks again at once waits for the link to return.
+        # Before `lose_link` ends the queries: a caller who asks again at once then waits for the new link.
         self._relinking.note_lost(link.zid)
         if is_fault and not self._is_closing:
             self._faults.tell(link, why)
@@ -267,10 +267,10 @@ class NativeSession:
     # ---- what the protocol asks for
 
     def meet(self, node: Node) -> None:
-        """Connect to a node that a router told of. Only the thread that reads calls this."""
+        """Connect to a node that a router has announced. Only the thread that reads calls this."""
         if not self._settings.meets_peers or self._is_closing or self._dials.is_meeting(node.zid):
             return
-        # gossip is not trusted: it may not lead to a link without TLS
+        # gossip is not trusted: it must not lead to a link without TLS
         if self._settings.identify is not None:
             safe = tuple(each for each in node.locators if each.startswith('tls/'))
             node = Node(node.zid, node.role, safe)

@@ -21,14 +21,14 @@ class QueryTimer:
         self._timer: Timer | None = None
 
     def set_for(self, queries: PendingQueries) -> None:
-        """Set the timer for the next timeout of `queries`, if that is earlier than now set. Any thread."""
+        """Set the timer to the next timeout of `queries`, unless its time is earlier already. Any thread."""
         when = queries.next_timeout
         with self._lock:
             if when >= self._when:
                 return
             timer = self._poller.call_later(when - monotonic(), lambda: self._expire(queries))
             later, self._timer, self._when = self._timer, timer, when
-        if later is not None:  # otherwise each timer that fires would set a new one for ever
+        if later is not None:  # cancelled: otherwise each timer that fires would set a further one
             later.cancel()
 
     def _expire(self, queries: PendingQueries) -> None:

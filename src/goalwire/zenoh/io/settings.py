@@ -36,7 +36,7 @@ class Settings:
     lease_ms: int = 60_000
     retry: Retry = Retry()
     meets_peers: bool = True
-    """True to connect to peers that routers tell of."""
+    """True to connect to peers that routers announce."""
     tls: TlsFiles = TlsFiles()
     """The TLS files for addresses that begin with tls/."""
     identify: Identify | None = None

@@ -127,7 +127,7 @@ class SocketLink:
 
     # ---- writing: under the link's lock
     # A signal's handler may raise after a C function has returned, before Python has stored the result, which
-    # would be lost. `map` and the unpacking of its one result are a single step, so the result is kept.
+    # would be lost. `map` and the unpacking of its one result are one bytecode, so the result is kept.
 
     def wait_for_room(self, is_answer: bool) -> None:
         """Block until fewer bytes wait, if this thread may block."""
@@ -180,7 +180,7 @@ class SocketLink:
             if not self._has_ended:
                 self.request_flush()
 
-    # ---- what the poller says
+    # ---- calls of the poller
 
     def on_ready(self, events: int) -> None:
         """Read if bytes have come; write queued bytes if the socket has room."""
@@ -256,7 +256,7 @@ class SocketLink:
     def _check(self) -> None:
         if self._has_ended:
             return
-        self._timer.cancel()  # done first: a signal's handler may raise
+        self._timer.cancel()  # set anew before a signal's handler may raise below
         self._timer = self._poller.call_later(self._period, self._check)
         self.outgoing.tick()
         now = monotonic()

@@ -138,7 +138,7 @@ class TlsStream:
         )
         self._unsent = memoryview(b'')
         self._is_sending = False
-        """True while bytes go to the socket: then a signal's handler may not send others in between."""
+        """True while bytes go to the socket: then a signal's handler must not send other bytes in between."""
         self._is_over = False
         # Reentrant: a signal's handler may publish while its thread holds this lock.
         self._lock = RLock()
@@ -204,7 +204,7 @@ class TlsStream:
                 self._is_sending = False
 
     def _send(self, data: memoryview) -> int:
-        """Encrypt as long as the socket takes all. So at most JOINED_SIZE bytes wait encrypted."""
+        """Encrypt piece by piece while the socket takes all. So at most one piece waits encrypted."""
         if not self._flush():
             raise BlockingIOError
         taken = 0

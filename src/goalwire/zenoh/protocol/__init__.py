@@ -1,8 +1,8 @@
 """Zenoh's protocol, version 9, without I/O: takes bytes and times, returns bytes and makes calls.
 
 Nothing here opens a socket, starts a thread or reads a clock. A session (`session_protocol.SessionProtocol`)
-has links (`link.Link`). The owner of the sockets hands each link the bytes that were read. It is called in
-turn: to write (`outgoing.Connection`), to connect and to close (`session_protocol.SessionOwner`). Users
+has links (`link.Link`). The owner of the sockets hands each link the bytes that were read. The links call it
+to write (`outgoing.Connection`), the session to connect and to close (`session_protocol.SessionOwner`). Users
 declare entities at the session, and send by a publication or querier (`senders`).
 
 The parts of messages:
@@ -39,7 +39,7 @@ One session:
     incoming_queries  a received query, and its answers
     routes            the receivers of the messages and queries that come over a link
     own_entities      the session's declarations, and the links that were told of them
-    gossip            the nodes that routers told of
+    gossip            the nodes that routers have announced
     stamps            timestamps, each later than every earlier one
     senders           publications and queriers, each for one key
     session_protocol  the session itself: keeps its own and its peers' declarations in step

@@ -17,7 +17,7 @@ KEY_LIMIT = 8192
 """Bytes of a key. The longest key of ROS 2, a token with five names of a thousand characters each, has some
 5300."""
 WILD_SIGNS = 32
-"""Asterisks in an expression; ROS 2's have two. Comparing a chunk that has asterisks costs some 2 µs."""
+"""Asterisks in an expression; ROS 2's keys have two. Comparing a chunk that has asterisks costs some 2 µs."""
 MOST_WILD = 256
 """Expressions of each kind that one link may declare with asterisks in other places than a '/**' at the end.
 Each new endpoint is compared with all of them, which takes 10 ms at most. Expressions with '/**' at the end
@@ -28,31 +28,31 @@ most. ROS 2's sessions declare numbers for their keys, so their messages have no
 ROUTES_LIMIT = 4096
 """The number of keys whose receivers one link remembers."""
 CACHED_PAIR = 1024
-"""Characters of two expressions up to which their comparison is remembered; a thousand pairs take 1 MB."""
+"""The most characters of two expressions whose comparison is remembered; a thousand pairs take 1 MB."""
 
 # ---- what is declared
 
 DECLARED_LIMIT = 32 << 20
 """Bytes of all declarations of one link. 20,000 endpoints with keys of 300 bytes count as 11 MB."""
 DECLARED_COST = 256
-"""Bytes that each declaration counts in addition to its key."""
+"""Bytes that are counted for each declaration in addition to its key."""
 MOST_INTERESTS = 4096
 """Interests that one client may have. A client of rmw_zenoh has one for each endpoint and kind."""
 
 # ---- gossip
 
 MOST_NODES = 4096
-"""Nodes that are remembered from gossip: four times the processes of a hundred robots. One more replaces the
-oldest node without a link."""
+"""Nodes that are remembered from gossip: four times the processes of a hundred robots. A further node
+replaces the oldest node without a link."""
 MOST_LOCATORS = 8
 """Addresses of one node that are tried: a machine rarely has more interfaces."""
 MOST_DIALS = 32
-"""Nodes of gossip that are dialled, or in their handshake, at one time; the others wait for their turn. They
-use as many descriptors, of the 1024 that Linux allows a process."""
+"""Nodes from gossip that are dialled, or in their handshake, at one time; the others wait for their turn.
+Each uses one of the 1024 descriptors that Linux allows a process."""
 GOSSIP_CONNECT_S = 3.0
-"""How long a connection to an address of gossip may stay unanswered."""
+"""How long a connection to an address from gossip may stay unanswered."""
 MOST_LOOK_UPS = 4
-"""Threads that look up the host names of gossip."""
+"""The number of threads that look up host names from gossip."""
 
 # ---- links
 
@@ -60,9 +60,9 @@ MOST_LINKS = 10_000
 """Links of one session, including those in the handshake. Links also use at most half of the descriptors that
 the process may have, so that programs can still open files."""
 MOST_GREETINGS = 128
-"""Connections that others have opened and that are in their handshake, as many as the system's backlog. One
-more takes the place of the oldest: handshakes take milliseconds; a peer that needs seconds rarely ends
-one."""
+"""Connections that others have opened and that are in their handshake, as many as the system's backlog. A
+further connection replaces the oldest: handshakes take milliseconds, and a peer that needs seconds rarely
+completes one."""
 MOST_FAULTS = 100
 """The number of reasons for closing links that the log distinguishes. Numbers within a reason are ignored."""
 
@@ -70,8 +70,8 @@ MOST_FAULTS = 100
 
 UNREAD_LIMIT = 64 << 20
 """Bytes of answers that may be queued for the asking side before further answers wait for room. So a client
-that does not read its answers does not delay other clients of a service. A client that asks on while more is
-queued loses its link."""
+that does not read its answers does not delay other clients of a service. A client that sends further queries
+while more is queued loses its link."""
 UNREAD_S = 1.0
 """How long an answer waits for room before the link is closed. The time starts anew if the asking side takes
 PROGRESS bytes meanwhile."""

@@ -113,7 +113,7 @@ class ReceivedNumbers:
 
 
 class PieceBudget:
-    """The bytes that unfinished messages may take: in a link, or `above` it in a session."""
+    """Bytes that the unfinished messages of a link may take, and within `above` those of all links."""
 
     __slots__ = ('above', 'limit', 'used')
 
@@ -244,7 +244,7 @@ class SendQueue:
         self.taken = 0
         """Bytes of the last `next_buffers` that the socket took; the caller that writes them sets this."""
         self._moved: tuple[deque[Sequence[Buffer] | Frame], int, int] | None = None
-        """Noted while a batch moves: its queue, the length of that queue, and the length of `_begun`."""
+        """Noted while a batch moves to `_begun`: its queue, the queue's length, the length of `_begun`."""
         self._written: tuple[list[Buffer], int] | None = None
         """Noted while buffers are written: these buffers, and the number of further buffers in `_begun`."""
 
@@ -271,7 +271,7 @@ class SendQueue:
         self.size += len(rest)
 
     def next_buffers(self, limit: int) -> list[Buffer]:
-        """Return the buffers to write next, `limit` or a few more."""
+        """Return the buffers to write next, at most `limit` of them."""
         begun = self._begun
         # The queues are in the order of priority: urgent batches go before all batches that have not begun.
         for waiting in self._waiting:

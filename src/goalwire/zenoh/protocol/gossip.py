@@ -1,4 +1,4 @@
-"""The nodes that routers tell of, and how this session is announced to routers."""
+"""The nodes that routers announce, and how this session is announced to routers."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ class Gossip:
         self._changes = 0
 
     def introduce(self) -> bytes:
-        """Return a message that tells a router of this session."""
+        """Return a message that announces this session to a router."""
         self._changes += 1
         return tell_of(Node(self._identity.zid, self._identity.role, self.locators), self._changes)
 
     def take(self, link: Link, nodes: list[Node]) -> None:
-        """Remember the nodes that a router tells of, and connect to those that this side has to dial."""
+        """Remember the nodes that a router announces, and connect to those that this side has to dial."""
         # Only routers announce other nodes, and only peers connect to them.
         if link.role is not Role.ROUTER or self._identity.role is not Role.PEER:
             return

@@ -28,7 +28,7 @@ class Act(Enum):
 
 
 Witness: TypeAlias = Callable[[bytes | memoryview | None], object]
-"""Is told of each message or query on a key: it gets the payload, None for a deletion. It must not wait."""
+"""Is called with the payload of each message or query on a key, None for a deletion. It must not wait."""
 
 
 class Guard(Protocol):
@@ -49,4 +49,4 @@ class Guard(Protocol):
         """Count an act that was refused."""
 
     def witness(self, act: Act, key: str) -> Witness | None:
-        """Return who is told of each allowed `act` on `key`; None if nobody is. Asked once for each key."""
+        """Return the witness of each allowed `act` on `key`, if there is one. Called once for each key."""

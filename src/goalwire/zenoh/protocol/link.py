@@ -140,7 +140,7 @@ class LinkOwner(Protocol):
         """Take an INTEREST."""
 
     def take_nodes(self, link: Link, nodes: list[Node]) -> None:
-        """Take an OAM, which tells of nodes."""
+        """Take an OAM, which announces nodes."""
 
 
 class Link:
@@ -259,7 +259,8 @@ class Link:
             elif kind == RESPONSE_FINAL:
                 request, at = read_request_id(data, at + 1)
                 if header & MORE:
-                    if data[at] == QOS and data[at + 1] < MORE:  # hot path: as rmw_zenoh sends it
+                    # hot path: rmw_zenoh sends one extension only, QOS
+                    if data[at] == QOS and data[at + 1] < MORE:
                         at += 2
                     else:
                         _, at = read_extensions(data, at)
@@ -277,7 +278,7 @@ class Link:
                 elif kind == OAM:
                     self._owner.take_nodes(self, self._link_states.read(reader))
                 at = reader.at
-            if at > end:  # the functions above trust the lengths in a message
+            if at > end:  # the functions above do not check the lengths in a message
                 raise ZenohProtocolError('a message is cut off')
         return at
 

@@ -33,7 +33,7 @@ _NUMBERS = {role: number for number, role in _ROLES.items()}
 
 @record
 class Node:
-    """A node that a router told of."""
+    """A node that a router has announced."""
 
     zid: bytes
     role: Role
@@ -110,7 +110,7 @@ class LinkStates:
 
 
 def connects_to(own: bytes, node: Node) -> bool:
-    """Return whether this side dials a node of gossip. If not, the node dials this side."""
+    """Return whether this side dials a node from gossip. If not, the node dials this side."""
     if node.zid == own or node.role is Role.CLIENT:
         return False
     return node.role is Role.ROUTER or own > node.zid

@@ -196,7 +196,7 @@ def put_body(
     """Return an encoded PUT; `stamp` and `source` are encoded already."""
     size = len(payload)
     if source is None and stamp is not None and attachment is not None and size < SMALL_END:
-        # hot path of all messages that ROS publishes: 0.3 µs, and 1.0 with put_head and its calls
+        # hot path of all messages that ROS publishes: takes 0.3 µs instead of 1.0 for put_head and its calls
         length, about = SMALL_Z[size], SMALL_Z[len(attachment)]
         return b''.join((_PUT_OF_ROS, stamp, _ATTACHMENT, about, attachment, length, payload))
     return b''.join((put_head(size, attachment, stamp, source), payload))
@@ -234,7 +234,7 @@ def del_body(
 
 
 def shared_put_head(attachment: bytes | None, stamp: bytes | None, source: bytes | None) -> bytes:
-    """Return a PUT up to its slices."""
+    """Return a PUT up to the slices that stand in place of its payload."""
     header = PUT | MORE if stamp is None else PUT | MORE | HAS_STAMP
     extensions = b'' if source is None else bytes((SOURCE | MORE,)) + encode_data(source)
     if attachment is None:
@@ -311,7 +311,7 @@ def read_body(
 
 
 _UNIT = EXTENSION | MANDATORY
-"""The bits of an extension without a body that identify it."""
+"""The bits that identify an extension which has no body."""
 
 
 def skip_encoding(data: bytes, at: int) -> int:
@@ -486,7 +486,7 @@ def whole_answer(
         body = put_body(payload, attachment)
         head = response_head(request_id, key, qos, replier)
         return b''.join((head, REPLY_HEADER, body, response_final(request_id, qos)))
-    # hot path of all answers in ROS: 1.0 µs, and 2.3 with the calls above
+    # hot path of all answers in ROS: takes 1.0 µs instead of 2.3 for the calls above
     tail, final, rest = _answer_parts(key, qos, replier)
     about = SMALL_Z[len(attachment)]
     return b''.join((_RESPONSE, number, tail, about, attachment, SMALL_Z[size], payload, final, number, rest))

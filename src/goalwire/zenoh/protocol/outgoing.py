@@ -304,7 +304,7 @@ class Outgoing:
         if not self._has_priorities:
             channel = 2 * DATA_PRIORITY | channel & 1
         self.spoke = True
-        is_free = self.is_held or not self.queue.size  # else `flush` sends the message in its turn
+        is_free = self.is_held or not self.queue.size  # if False, a later `flush` sends the message
         if sum(map(len, message)) <= self.room:
             self.queue.add(channel >> 1, (self._frame(channel, b''.join(message)),))
         else:
@@ -374,7 +374,7 @@ class Outgoing:
             self._send_now(CONTROL_CHANNEL, message)
 
     def tick(self) -> None:
-        """Send KEEP_ALIVE if nothing was sent since the last call, a quarter of the own lease ago."""
+        """Send KEEP_ALIVE if nothing was sent since the last call, a quarter of this side's lease ago."""
         if self._is_agreed and not self.spoke and not self.queue.size:
             self.send_transport(KEEP_ALIVE_MESSAGE)
         self.spoke = False

@@ -96,7 +96,7 @@ class OwnEntities:
 
     def _take_back(self, kind: Kind, number: int) -> None:
         for link in self._links.up:
-            # Only links that know an entity are told of its end; clients and guarded links know `told_of`.
+            # A client or a guarded link learns of the end only of entities that it knows (`told_of`).
             told_of = link.peer.told_of
             is_told_all = link.role is not Role.CLIENT and link.guard is None
             if is_told_all or number in told_of:
@@ -117,7 +117,7 @@ class OwnEntities:
         out: list[bytes] = []
         for kind, number, key, complete in self._all(wish.about):
             if link.peer.is_about(wish, key) and self._may_learn(link, kind, key):
-                # A client that asks only for present entities is not told of their end, so it gets no number.
+                # A client that asks only for present entities does not learn of their end: the number is 0.
                 told = number if wish.when & When.FUTURE else 0
                 out += self._declaration(link, kind, told, key, complete=complete, interest=wish.number)
         return out

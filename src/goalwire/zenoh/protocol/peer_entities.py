@@ -68,7 +68,7 @@ class PeerEntities:
             return None
         return key
 
-    # ---- what it declares
+    # ---- what the other side declares
 
     def add_expression(self, number: int, key: str) -> bool:
         """Keep the number of a key. Return False if the number is in use, or the bounds are exceeded."""
@@ -128,7 +128,7 @@ class PeerEntities:
             return number in self.tokens
         return number in (self.subscribers if kind is Kind.SUBSCRIBER else self.queryables)
 
-    # ---- what it wants to know
+    # ---- what the other side asks for
 
     def add_interest(self, wish: Interest) -> None:
         """Keep an interest of the other side, unless it has too many."""
@@ -154,7 +154,7 @@ class PeerEntities:
         return bool(_ABOUT[kind] & wish.about) and self.is_about(wish, key)
 
     def is_about(self, wish: Interest, key: str) -> bool:
-        """Return whether an interest asks for entities on a key. Without a key of its own it asks for all."""
+        """Return whether an interest asks for entities on a key. Without a key an interest asks for all."""
         if not wish.has_key:
             return True
         wanted = self.key_wanted(wish)

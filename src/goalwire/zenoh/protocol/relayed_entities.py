@@ -107,7 +107,7 @@ class RelayedEntities:
                     continue
                 if wish.when & When.FUTURE:
                     link.peer.told_of.add(entity.number)
-                else:  # the link is never told of the entity's end, so it gets no number
+                else:  # the link never learns of the entity's end, so the entity gets no number
                     entity = entity._replace(number=0)
                 out.append(_declaration(kind, entity, wish.number))
         return out

@@ -20,7 +20,7 @@ _ENTITIES = About.SUBSCRIBERS | About.QUERYABLES
 
 
 class RouterInterests:
-    """The questions of one session to its routers. Callers hold the session's section."""
+    """The INTERESTs that one session sends to its routers. Callers hold the session's section."""
 
     def __init__(self, links: Links, next_number: Callable[[], int]) -> None:
         self.token_keys: list[str] = []
@@ -36,7 +36,7 @@ class RouterInterests:
         return self.entity_keys is not None
 
     def ask_all(self, link: Link) -> list[bytes]:
-        """Return the questions to the router of a new link."""
+        """Return the INTERESTs to send to a router over a new link."""
         if not self.token_keys:
             return [interest(self._next_number(), _WHEN, About.ALL)]
         asked = [interest(self._next_number(), _WHEN, About.TOKENS, key) for key in self.token_keys]
@@ -44,20 +44,20 @@ class RouterInterests:
         return [*asked, *(self._ask_entities(link, key) for key in keys)]
 
     def _ask_entities(self, link: Link, key: str | None) -> bytes:
-        """Return a question. Until it is answered, the router gets every message and query."""
+        """Return an INTEREST. Until it is answered, the router gets every message and query."""
         number = self._next_number()
         link.peer.awaited.add(number)
         link.peer.knows_all = False
         return interest(number, _WHEN, _ENTITIES, key)
 
     def add_token_key(self, key: str) -> None:
-        """Ask for tokens, unless an earlier question covers them."""
+        """Ask for tokens, unless an earlier INTEREST covers them."""
         if self.token_keys and self._is_new(self.token_keys, key):
             for link in self._routers():
                 link.outgoing.declare(interest(self._next_number(), _WHEN, About.TOKENS, key))
 
     def add_entity_key(self, key: str) -> None:
-        """Ask for the subscribers and queryables of a key, unless an earlier question covers it."""
+        """Ask for the subscribers and queryables of a key, unless an earlier INTEREST covers it."""
         if self.entity_keys is not None and self._is_new(self.entity_keys, key):
             for link in self._routers():
                 link.outgoing.declare(self._ask_entities(link, key))

@@ -44,7 +44,7 @@ class Passing(NamedTuple):
 
     @property
     def channel(self) -> int:
-        """The reliable channel of its priority."""
+        """The reliable channel of the message's priority."""
         return 2 * (self.qos & 7) + 1
 
 

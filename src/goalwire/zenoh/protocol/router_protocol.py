@@ -155,7 +155,7 @@ class RouterProtocol(SessionProtocol):
                 self.queries.take_final(each, number)
 
     def _answerers(self, link: Link, target: int, key: str) -> list[Link]:
-        """Return the links that a query goes to: those with a queryable, with a complete one, or the best."""
+        """Return the links that a query goes to: all with a queryable, the complete ones, or the best one."""
         found: list[Link] = []
         complete: list[Link] = []
         for each in self._relayed.others(link) if key else ():

@@ -49,23 +49,23 @@ _NOBODY = Receivers('', ())
 
 
 def _count_refused(link: Link, sample: Sample) -> None:
-    """Count a refused message. Replaces the subscribers if the other side may not publish on the key."""
+    """Count a refused message: called instead of subscribers if the other side may not publish on a key."""
     if link.guard is not None:
         link.guard.count(Act.PUT, sample.key)
 
 
 def _witness_of(link: Link, act: Act, key: str) -> Witness | None:
-    """Return who is told of each `act` of the other side on `key`; None if nobody is."""
+    """Return the witness of each `act` of the other side on `key`; None if there is none."""
     return None if link.guard is None else link.guard.witness(act, key)
 
 
 def _tell_of_message(witness: Witness, sample: Sample) -> None:
-    """Stands before the subscribers of a key whose messages a witness is told of."""
+    """Call the witness with a message; called before the subscribers of the message's key."""
     witness(sample.payload)
 
 
 def _told_of(queryable: Queryable, witness: Witness) -> Queryable:
-    """Return a stand-in for a queryable, which tells a witness of each query first."""
+    """Return a stand-in for a queryable: it calls the witness with each query before the queryable."""
     answer = queryable.callback
 
     def tell(query: Query) -> None:
@@ -153,7 +153,7 @@ class Routes:
         try:
             zid = decode_source(source).zid
         except ZenohProtocolError:
-            return False  # the code that decodes the source rejects it later
+            return False  # a malformed source is rejected later, when it is decoded
         if zid == link.zid or not (zid == self._own_zid or self._links.is_linked(zid)):
             return False
         self._refuse(

@@ -124,7 +124,7 @@ class Publication:
     def _share(self, payload: Payload, begin: bytes, links: Links) -> Links:
         """Send a payload through shared memory to the links that can take it; return the others.
 
-        The payload is copied into a chunk once for all these links, and not if there are none.
+        The payload is copied into a chunk once for all these links, and not copied if there are none.
         """
         pool = self._session.memory
         loan = None if pool is None else pool.borrow(len(payload))

@@ -58,7 +58,7 @@ class SessionOwner(Protocol):
     """The owner of a session's sockets, as far as the session needs it. Only `relink` may block."""
 
     def meet(self, node: Node) -> None:
-        """Connect to a node that a router told of."""
+        """Connect to a node that a router has announced."""
 
     def welcome(self, link: Link) -> None:
         """Take note that a link is up, and that the session has declared everything to it."""
@@ -293,7 +293,7 @@ class SessionProtocol:
             if link.peer.add_expression(number, key):
                 link.forget_receivers()
         elif not number and declaration.interest is not None:
-            return  # the answer to an interest in present entities only: it will never be undeclared
+            return  # not kept: it answers an interest in present entities, so its end is never declared
         elif link.refusal(_DECLARES[kind], key):
             return
         elif kind is Kind.TOKEN:
@@ -322,5 +322,5 @@ class SessionProtocol:
         self.section.run(partial(self._entities.take_interest, link, wish))
 
     def take_nodes(self, link: Link, nodes: list[Node]) -> None:
-        """Take note of nodes that a router tells of."""
+        """Take note of nodes that a router announces."""
         self.gossip.take(link, nodes)

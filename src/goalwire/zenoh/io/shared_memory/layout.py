@@ -17,7 +17,7 @@ WORD = (1 << 64) - 1
 # ---- the handshake's segment
 
 AUTH_HEAD = Struct('=QQQ')
-"""How many protocols, the challenge, the version."""
+"""The segment's first fields: the number of protocols, the challenge, the version."""
 AUTH_SIZE = 12_288
 OLD_VERSION, VERSION = 1, 2
 PROTOCOLS_AT = 24
@@ -30,21 +30,21 @@ MARK = Struct('=QII')
 MAGIC = 0x67_6F_61_6C_77_69_72_65
 """Marks a segment of goalwire's: the bytes of 'goalwire'."""
 READS_OWN_HEADERS = 1
-"""In the mark: the owner can read goalwire's pointers, each with a header for one reader only."""
+"""A flag in the mark: the owner can read goalwire's pointers, whose headers each serve one reader only."""
 COUNTERS_AT = 1048
 COUNTERS = 2810
 
 # ---- the metadata segment
 
 HEADER = Struct('=IB3xIIIIQ')
-"""Count, invalidated, generation, protocol, data segment, offset, length."""
+"""The fields of a header: count, invalidated, generation, protocol, data segment, offset, length."""
 HEADERS = 32_768
 WATCHDOGS_AT = HEADERS * HEADER.size
 METADATA_SIZE = WATCHDOGS_AT + HEADERS * 8
 OWNER_AT = METADATA_SIZE - 16
 """The offset of goalwire's mark, which names the segment's owner, in unused words of the watchdogs."""
 OWNER = Struct('=QQ')
-"""MAGIC, and the number of the owner's segment of the handshake."""
+"""The fields of the owner's mark: MAGIC, and the number of the owner's segment for the handshake."""
 
 MOST_CHUNK = 1 << 32
-"""Bytes of a data segment at most: offsets have 32 bits."""
+"""The largest size of a data segment, in bytes: offsets have 32 bits."""

@@ -10,7 +10,7 @@ from goalwire.zenoh.protocol.network import push_head, shared_put_head, wire_key
 from goalwire.zenoh.protocol.shared_memory import Pointer, encode_pointer
 
 PROBE_KEY = '@goalwire/probe'
-"""No subscriber gets it: wildcards do not match a part of a key that begins with @."""
+"""The key of probes. No subscriber gets them: wildcards match no part of a key that begins with @."""
 PATIENCE_S = 5.0
 """How long a probe may stay unreturned before the log warns that the reader does not read."""
 

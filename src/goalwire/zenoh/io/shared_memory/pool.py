@@ -26,7 +26,7 @@ from goalwire.zenoh.protocol.shared_memory import Pointer
 FIRST_SEGMENT = 4 << 20
 """Bytes of the first data segment. C++ readers lock it in memory, where 8 MiB is the usual limit."""
 MOST_LENT = 4096
-"""Headers that are lent at one time, of all links."""
+"""The most headers that are lent at one time, over all links."""
 PROBE_SIZE = 64
 PAUSE_S = 1.0
 """How long the pool does not try to grow again after a failure."""
@@ -49,7 +49,7 @@ class DataSegment:
 
     def close(self) -> None:
         """Remove it."""
-        with suppress(BufferError):  # another thread is filling a chunk just now
+        with suppress(BufferError):  # raised while another thread fills a chunk
             self.view.release()
         self.file.close()
 
@@ -72,7 +72,7 @@ class Chunk:
         """Copy the payload into the chunk; False if the session was closed meanwhile."""
         try:
             self.segment.view[self.offset : self.offset + self.size] = payload
-        except ValueError:  # the view was released
+        except ValueError:  # closing the session has released the view
             return False
         return True
 
@@ -98,7 +98,7 @@ class Lent:
     """The headers that one reader holds."""
 
     def __init__(self, reader: ForeignSegment) -> None:
-        """`reader` is the reader's segment of the handshake. Its lock shows whether the process lives."""
+        """`reader` is the reader's segment for the handshake; its lock shows if that process lives."""
         self.reader = reader
         self.chunks: dict[int, Chunk] = {}
         """The lent chunks by the index of their header."""

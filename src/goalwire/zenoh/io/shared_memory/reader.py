@@ -194,7 +194,7 @@ class MemoryReader:
         return memoryview(mapped)[offset - start :]
 
     def _take_foreign(self, metadata: Metadata, atomic: AtomicView, pointer: Pointer) -> bytes | None:
-        """Copy a chunk of a writer that reuses chunks after a timeout. The watchdog bit delays that."""
+        """Copy a chunk of a writer that reuses chunks after a timeout, which the watchdog bit starts anew."""
         if pointer.header >= layout.HEADERS:
             raise ValueError(f'header {pointer.header} of {layout.HEADERS}')
         atomic.fetch_or_u64(layout.WATCHDOGS_AT + pointer.header // 64 * 8, 1 << pointer.header % 64)

@@ -19,7 +19,7 @@ SUFFIX = '.zenoh'
 IS_SUPPORTED = sys.platform == 'linux' and os.path.isdir(FOLDER)  # noqa: PTH112 - pathlib costs 4 ms of a start
 """True if this system supports segments: locked files in /dev/shm. Other systems send bytes only."""
 MOST_SWEPT = 10_000
-"""The file names that a sweep checks."""
+"""The most file names that a sweep checks."""
 _TRIES = 100
 
 
@@ -60,7 +60,7 @@ class OwnSegment:
         self._close()
 
     def unlink(self) -> None:
-        """Remove its name; the lock stays."""
+        """Remove the segment's name; the lock stays."""
         with suppress(OSError):
             path = path_of(self.number)
             if os.stat(path).st_ino == self._inode:  # noqa: PTH116
@@ -82,7 +82,7 @@ def _create(bits: int) -> tuple[int, int]:
             fcntl.flock(fd, fcntl.LOCK_SH | fcntl.LOCK_NB)
             if os.fstat(fd).st_nlink:
                 return number, fd
-        except BlockingIOError:  # another process sweeps now, and takes the new file for an orphan
+        except BlockingIOError:  # a sweep of another process takes the new file for an orphan
             pass
         os.close(fd)
     raise OSError(f'no free name for shared memory after {_TRIES} tries')
