@@ -41,7 +41,7 @@ LOOK_S = 1.0
 inotify would need no checks, but it reports no changes in network folders.
 """
 GOAL_ID = slice(4, 20)
-"""The place of a goal's id in a serialized request: right behind the header of CDR."""
+"""The bytes of a serialized SendGoal request that hold the goal's id, right after the CDR header."""
 MOST_TOLD = 4096
 """How many different refusals are logged, since a peer could invent names without limit."""
 
@@ -134,10 +134,10 @@ class SessionSecurity:
         self.refused.count(f'refused {act.value}', who)
         self.refusals.count(who, questions.describe(act, key))
 
-    # ---- what moves
+    # ---- acts that move the robot
 
     def witness(self, who: str, act: Act, key: str) -> Witness | None:
-        """Return who writes each act of an identity's into the audit log; None if it moves nothing."""
+        """Return a function that audits an identity's acts on the key; None if they move nothing."""
         policy = self._policy
         for question in questions.all_of(act, key, '') or ():
             verb = question.verbs[0]
@@ -149,7 +149,7 @@ class SessionSecurity:
     def _tell_of_move(
         self, who: str, verb: Verb, name: str, reason: str, payload: bytes | memoryview | None
     ) -> None:
-        """Queue an entry about an act that moves the robot, with the id of the goal if it is one."""
+        """Queue an audit entry about an act that moves the robot; for a sent goal the entry has its id."""
         if verb is Verb.PUBLISH:
             self._streams.note(MOVES, who, verb.value, name, reason)
             return

@@ -21,7 +21,7 @@ class Judge(Protocol):
         """Count an act that was refused."""
 
     def witness(self, who: str, act: Act, key: str) -> Witness | None:
-        """Return who is told of each allowed act of an identity's; None if nobody is."""
+        """Return a function to call at each allowed act of an identity; None if no call is needed."""
 
 
 class LinkGuard:
@@ -47,5 +47,5 @@ class LinkGuard:
         self._judge.count(self.who, act, key)
 
     def witness(self, act: Act, key: str) -> Witness | None:
-        """Return who is told of each allowed act of the peer's, of a router's too; None if nobody is."""
+        """Return a function to call at each allowed act of the peer, even a router; None if not needed."""
         return self._judge.witness(self.who, act, key)
