@@ -1,9 +1,9 @@
-"""Tests without a robot: an isolated graph, scripted servers, recorders, virtual time, faults.
+"""Helpers for tests without a robot: an isolated graph, scripted servers, recorders, virtual time, faults.
 
 Each name is imported when it is first asked for. The pytest plugin is goalwire.testing.plugin.
 """
 
-TYPE_CHECKING = False  # typing's, which this module does not wait for
+TYPE_CHECKING = False  # typing's name; its import would take 5 ms
 
 if TYPE_CHECKING:
     from goalwire.errors import DeadlockError as DeadlockError

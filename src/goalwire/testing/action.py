@@ -30,11 +30,11 @@ class Conduct(Generic[GoalT, ResultT, FeedbackT]):
     every: float = 0.1
     """Seconds between feedback messages, and from the last one to the end."""
     result: ResultT | Callable[[GoalT], ResultT] | None = None
-    """The result of a goal; None: one of default values."""
+    """The result of a goal; None: a result with default values."""
     refuse: bool | Callable[[GoalT], bool] = False
     """True to refuse all goals, or a function that returns True for a goal to refuse."""
     abort: bool = False
-    """True if goals end aborted instead of succeeded."""
+    """True if goals end as aborted instead of succeeded."""
     never_ends: bool = False
     """True if goals run on after their feedback, until they are cancelled."""
     cancel: bool = True
@@ -71,7 +71,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
         self._core = ActionServerCore(node, support, name, callbacks, ReentrantCallbackGroup())
         self._spinning = host(node)
 
-    # -- what it does --------------------------------------------------------------------------------------
+    # -- the action's callbacks ------------------------------------------------------------------------------
 
     def _judge(self, goal: GoalT) -> GoalResponse:
         refuse = self.conduct.refuse
@@ -88,7 +88,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
         called_off = self._called_off.get(handle.goal_id_bytes)
         if not self.conduct.cancel or called_off is None:
             return CancelResponse.REJECT
-        called_off.set_result(None)  # seen in a later turn of this one thread, when the goal is CANCELING
+        called_off.set_result(None)  # `_execute` sees it on this same thread, after the goal is CANCELING
         return CancelResponse.ACCEPT
 
     async def _execute(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> ResultT:
@@ -124,10 +124,10 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
         self.endings.append(ending)
         return self._result_type() if made is None else made
 
-    # -- what a test asks ----------------------------------------------------------------------------------
+    # -- methods for tests -----------------------------------------------------------------------------------
 
     def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[GoalT]:
-        """Block until `count` goals were accepted; raises AssertionError after `timeout` s."""
+        """Block until the server has accepted `count` goals; raises AssertionError after `timeout` s."""
         return self.goals.wait_for(count, timeout=timeout)
 
     def assert_goals(self, count: int) -> None:
@@ -150,7 +150,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
 
 
 async def _pause(called_off: Future[None], seconds: float) -> None:
-    """Sleep, but end early if the goal is to be cancelled or aborted."""
+    """Sleep, but return early if the goal is to be cancelled or aborted."""
     import asyncio
 
     try:

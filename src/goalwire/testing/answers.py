@@ -16,7 +16,7 @@ class _Never(Enum):
 
 
 NEVER: Final = _Never.NEVER
-"""Stands for an answer that never comes as long as the service exists."""
+"""An answer in a script: no answer comes as long as the service exists."""
 
 
 @record
@@ -28,7 +28,7 @@ class After(Generic[ResponseT]):
 
 
 def after(seconds: float, answer: Answer[ResponseT] = None) -> After[ResponseT]:
-    """Give `answer`, of any kind that a script may have, after a delay."""
+    """Return an entry of a script: it gives `answer`, which may be any entry of a script, after a delay."""
     return After(seconds, answer)
 
 
@@ -37,7 +37,9 @@ Answers: TypeAlias = 'Answer[ResponseT] | Sequence[Answer[ResponseT]]'
 
 
 class Script(Generic[ResponseT]):
-    """The answers: one for all calls, or a list with one for each. Raises TypeError for other values."""
+    """The answers of a service: one for all calls, or a list with one for each call. Raises TypeError for
+    other values.
+    """
 
     def __init__(self, answers: Answers[ResponseT], response: type[ResponseT]) -> None:
         self._answers = list(answers) if isinstance(answers, Sequence) else None
@@ -47,7 +49,7 @@ class Script(Generic[ResponseT]):
             _check(answer, response)
 
     def next(self) -> Answer[ResponseT]:
-        """Return the next answer. Raises AssertionError if the script is at its end."""
+        """Return the next answer. Raises AssertionError if the script has no further answer."""
         self._given += 1
         if self._answers is None:
             return self._same

@@ -1,4 +1,4 @@
-"""Regression tests from a bag: its requests and goals are sent to the tested program."""
+"""Regression tests from a bag: the bag's requests and goals are sent to the tested program."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Expect:
-    """`gw_expect('bag')` fails the test if the servers in the graph answer otherwise than recorded."""
+    """`gw_expect('bag')` fails the test if the servers in the graph answer differently from the bag."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
@@ -33,11 +33,11 @@ class Expect:
         rate: float = 1.0,
         timeout: float = 10.0,
     ) -> None:
-        """Send the calls and goals of a bag, and wait for all answers; it blocks.
+        """Send the calls and goals of a bag, and block until all answers have come.
 
         Raises AssertionError with a line for each field that differs. `tolerance` is for floating-point
-        fields, `timeout` in s for each answer, and for goals beyond their recorded time. Raises BagError
-        for a bag without calls, InterfaceError for types that are unknown here.
+        fields, `timeout` is the time in s for each answer; a goal gets this time in addition to its recorded
+        duration. Raises BagError for a bag without calls, InterfaceError for types that are unknown here.
         """
         allowed = Tolerance(tolerance, feedback_tolerance, ignore_stamps, tuple(ignore_fields))
         options = ReplayOptions(selection, allowed, rate, timeout)

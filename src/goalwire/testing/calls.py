@@ -69,7 +69,7 @@ def send_goal(
 
 
 def run_here(coroutine: Coroutine[Any, Any, T]) -> T:
-    """Run a coroutine on this thread; raises RuntimeError in an asyncio loop, which it would block."""
+    """Run a coroutine on this thread; raises RuntimeError in an asyncio loop, which the call would block."""
     if running_loop() is not None:
         coroutine.close()
         raise RuntimeError(
@@ -78,4 +78,4 @@ def run_here(coroutine: Coroutine[Any, Any, T]) -> T:
     try:
         return asyncio.run(coroutine)
     except GoalwireError as error:
-        raise error.with_traceback(None) from None  # the loop's frames tell a test nothing
+        raise error.with_traceback(None) from None  # asyncio's frames do not help the test's author

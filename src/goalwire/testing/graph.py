@@ -1,4 +1,4 @@
-"""The graph of a test: isolated, with scripted servers and recorders for the node under test to talk to."""
+"""The graph of a test: isolated, with scripted servers and recorders that the node under test talks to."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ EVERYTHING = QoS(history=HistoryPolicy.KEEP_ALL)
 class Graph:
     """`with Graph() as graph:` nodes that the process opens in the block meet only each other.
 
-    The end of the block ends all that was started through it. It raises an AssertionError for anything else
-    left open, and for errors that callbacks of the nodes raised.
+    The end of the block ends all that was started through the graph. It raises an AssertionError for anything
+    else that is still open, and for errors that callbacks of the nodes raised.
     """
 
     def __init__(self, transport: str = 'memory') -> None:
@@ -61,7 +61,7 @@ class Graph:
         self._numbers: dict[str, int] = {}
         self._opened_rclpy = False
 
-    # -- its life ------------------------------------------------------------------------------------------
+    # -- begin and end ---------------------------------------------------------------------------------------
 
     def __enter__(self) -> Self:
         self._world = self._ends.enter_context(World(self._transport))
@@ -102,7 +102,7 @@ class Graph:
         for program in self._programs:
             program.stop()
         if rclpy is not None and self._programs:
-            rclpy.get_default_context().shutdown_signal.end('the graph was closed')  # a signal does the same
+            rclpy.get_default_context().shutdown_signal.end('the graph was closed')  # as a signal would
         for program in self._programs:
             if not program.close():
                 self.blame(f"program '{program.name}' did not end with its context")
@@ -110,7 +110,7 @@ class Graph:
                 self.blame(f"program '{program.name}' raised {program.unseen_error!r}")
 
     def _rclpy(self) -> Any:
-        """Return rclpy, if it is loaded and its default context is in this graph."""
+        """Return rclpy if it is imported and its default context is in this graph; else None."""
         rclpy = sys.modules.get('rclpy')
         if rclpy is None or rclpy.get_default_context() not in open_contexts() - self._before:
             return None
@@ -124,10 +124,10 @@ class Graph:
             context.try_shutdown()
 
     def blame(self, problem: str) -> None:
-        """Make the test fail with this sentence at the end of the block. Any thread."""
+        """Make the test fail with this sentence at the end of the block. Callable from any thread."""
         self._problems.append(problem)
 
-    # -- what it is ----------------------------------------------------------------------------------------
+    # -- the graph itself ------------------------------------------------------------------------------------
 
     @property
     def transport(self) -> str:
@@ -156,7 +156,7 @@ class Graph:
     def faults(self) -> Faults:
         """The faults of the graph's transport, at first none: `graph.faults.partition('talker', 'listener')`.
 
-        Raises LocalError if they are first asked for after a node was made.
+        Raises LocalError if `faults` is first read after a node was made.
         """
         if self._faults is None:
             if open_contexts() - self._before:
@@ -167,16 +167,16 @@ class Graph:
         return self._faults
 
     def nodes(self) -> list[str]:
-        """Return the qualified names of the nodes in the graph, with the test's own ones."""
+        """Return the qualified names of the nodes in the graph, those of the test itself included."""
         return sorted(entity.node.qualified for entity in self.context.graph.nodes())
 
     def wait_for_node(self, name: str, *, timeout: float = PATIENCE) -> None:
-        """Block until a node is there; raises AssertionError after `timeout` s."""
+        """Block until the graph has a node of that name; raises AssertionError after `timeout` s."""
         qualified = f'/{name.lstrip("/")}'
         if not wait_for_graph(self.context, lambda: qualified in self.nodes(), timeout):
             raise AssertionError(f"wanted node '{qualified}' within {timeout:g} s, got {self.nodes()}")
 
-    # -- what is tested ------------------------------------------------------------------------------------
+    # -- what is tested --------------------------------------------------------------------------------------
 
     @overload
     def start(
@@ -187,8 +187,8 @@ class Graph:
     def start(self, node: Any, *, executor: Callable[[], Executor] | None = None) -> Any:
         """Make a node of rclpy (with its class, or any function) and let it spin until the end of the block.
 
-        It has its own thread, with a SingleThreadedExecutor or the executor that `executor()` makes. If
-        rclpy is not initialised yet, this does it. An existing node may be given, too.
+        It has its own thread, with a SingleThreadedExecutor or the executor that `executor()` makes. If rclpy
+        is not initialised yet, this method initialises it. An existing node may be given, too.
         """
         import rclpy
 
@@ -211,8 +211,8 @@ class Graph:
     def run(self, main: Callable[..., Any], *arguments: str, node: str | None = None) -> Program:
         """Run a program's `main()`, plain or `async def`, in a thread, with these command line arguments.
 
-        With `node` this waits until the node of that name is there. The end of the block shuts down rclpy,
-        which ends a program that spins, and cancels one of asyncio.
+        With `node` this method waits until the node of that name is there. The end of the block shuts down
+        rclpy, which ends a program that spins; a program of asyncio is cancelled.
         """
         from goalwire.testing.programs import Program
 
@@ -228,7 +228,7 @@ class Graph:
 
         return Node(name, context=self.context, **options)
 
-    # -- what it talks to ----------------------------------------------------------------------------------
+    # -- what the node under test talks to -------------------------------------------------------------------
 
     def service(
         self,
@@ -239,8 +239,9 @@ class Graph:
         node: str | None = None,
     ) -> FakeService[RequestT, ResponseT]:
         """Serve requests with `answer`: a response, or a function from a request to a response; NEVER;
-        `after(seconds, answer)`; an exception, with which the handler fails; or a list of such, one for each
-        call. None is a response of default values. `node` is the name of the server's node.
+        `after(seconds, answer)`; an exception, with which the handler fails; or a list of such answers, one
+        for each call. None stands for a response with default values. The server runs in a node with the name
+        `node`.
         """
         core = self._own_node(node or f'fake_{_last(name)}')
         return self._keep(FakeService(core, service_support(srv_type), name, answer, self.blame))
@@ -285,7 +286,8 @@ class Graph:
         timeout: float = PATIENCE,
         **fields: object,
     ) -> ResponseT:
-        """Call a service under test, with a request or one made of `fields`; see goalwire.Client.call.
+        """Call a service under test, with a given request or one that is made of `fields`; see
+        goalwire.Client.call.
 
         It blocks: in an `async def` test use a client of `graph.node(…)`.
         """
@@ -302,7 +304,8 @@ class Graph:
     ) -> Outcome[ResultT, FeedbackT]:
         """Send a goal to the action under test and wait for its end.
 
-        Raises GoalRefused, GoalAborted, GoalCanceled, DeadlineError and their kin; see goalwire.Run. Blocks.
+        Raises GoalRefused, GoalAborted, GoalCanceled, DeadlineError and similar errors; see goalwire.Run. The
+        call blocks.
         """
         return send_goal(self.node(self._unique('goal_sender')), action_type, name, goal, timeout, fields)
 

@@ -2,7 +2,7 @@
 
 The marks are `launch_test`, and `rostest` of launch_testing_ros, which means the same.
 
-If ROS 2's own launch_testing is installed, its plugin does the work, and this one does nothing.
+If ROS 2's own launch_testing is installed, its plugin does the work, and goalwire's plugin does nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ MARKS = ('launch_test', 'rostest')
 
 
 def is_ours() -> bool:
-    """Return whether `launch_testing` is goalwire's: another one has a plugin of its own."""
+    """Return whether the importable `launch_testing` is goalwire's: ROS 2's has its own pytest plugin."""
     from importlib.util import find_spec
 
     found = find_spec('launch_testing')
@@ -35,7 +35,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module | None:
-    """Collect the file if it has one of the marks; pytest collects all others."""
+    """Collect the file if its text has one of the marks; leave all other files to pytest."""
     try:
         text = module_path.read_text(encoding='utf-8', errors='replace')
     except OSError:

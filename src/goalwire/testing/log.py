@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 T = TypeVar('T')
 
 PATIENCE = 5.0
-"""How long a test waits for an expected item, in s, unless it says otherwise."""
+"""The time in s for which a test waits for an expected item, unless it passes another `timeout`."""
 
 _SHOWN = 10
 
 
 class Log(Generic[T]):
-    """A list that any thread appends to. It reads like a list, and can be waited for."""
+    """A list that any thread appends to. It reads like a list, and a test can wait for its items."""
 
     def __init__(self, what: str) -> None:
         """`what` names the content in error texts, such as "messages on '/chatter'"."""
@@ -28,7 +28,7 @@ class Log(Generic[T]):
         self._grown = Condition()
 
     def append(self, item: T) -> None:
-        """Add one item. Any thread."""
+        """Add one item. Callable from any thread."""
         with self._grown:
             self._items.append(item)
             self._grown.notify_all()
@@ -36,7 +36,8 @@ class Log(Generic[T]):
     def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[T]:
         """Block until there are `count` items, and return all items.
 
-        Raises AssertionError after `timeout` s, RuntimeError inside an asyncio loop, which it would block.
+        Raises AssertionError after `timeout` s, RuntimeError inside an asyncio loop, which the call would
+        block.
         """
         return self.wait_until(lambda items: len(items) >= count, f'{count}', timeout=timeout)
 
@@ -54,7 +55,7 @@ class Log(Generic[T]):
             return list(self._items)
 
     def clear(self) -> None:
-        """Forget what was seen so far."""
+        """Remove all items."""
         with self._grown:
             self._items.clear()
 

@@ -1,7 +1,8 @@
 """Crash tests for durable missions: a mission runs once for each place where its runner may die.
 
 The runner dies before and after each write to its journal, and before and after each send. Then another
-runner continues with the same file. The counts of the mission's servers show if anything happened twice.
+runner continues with the same file. The mission's servers count the goals that they get, so a step that
+happened twice is noticed.
 """
 
 from __future__ import annotations
@@ -23,12 +24,12 @@ if TYPE_CHECKING:
     from goalwire.rules.missions.entries import MissionState
 
 Between = Callable[[], Awaitable[object]]
-"""Awaited after a crash, before the next runner: it may restart a server, or let results expire."""
+"""Awaited after a crash, before the next runner: the function may restart a server, or let results expire."""
 MakeNode = Callable[[], AbstractAsyncContextManager['goalwire.Node']]
 
 
 class _Crash(BaseException):
-    """Ends a runner at a boundary, so that nothing after it happens."""
+    """Ends a runner at a boundary, so that no code after the boundary runs."""
 
 
 @record
@@ -36,7 +37,7 @@ class CrashRun:
     """One run of a mission whose runner died once."""
 
     mission: str
-    """Its id."""
+    """The id of the mission."""
     boundary: str
     """The boundary where its runner died, such as 'after write, intent of step 1'; '' if it did not die."""
     state: MissionState
@@ -53,7 +54,9 @@ class CrashRun:
 
 
 class _Life:
-    """One start of a runner, until the mission ends, asks a person, or the simulated crash comes."""
+    """One life of a runner: from its start until the mission ends or asks a person, or until the simulated
+    crash.
+    """
 
     def __init__(self, sends: list[str], crash_at: int | None) -> None:
         self.boundaries: list[str] = []
@@ -78,7 +81,7 @@ class _Life:
             self._over.set()
 
     async def last(self, run: MissionRun) -> None:
-        """Wait until the mission ends, asks a person, or the crash comes."""
+        """Wait until the mission ends or asks a person, or until the simulated crash."""
         self.run = run
         if run.state.waits_for_somebody:
             return
@@ -95,7 +98,7 @@ async def crash_everywhere(
     folder: Path,
     between: Between | None = None,
 ) -> list[CrashRun]:
-    """Run a mission once without a crash, then once for each boundary, and say how each run ended.
+    """Run a mission once without a crash, then once for each boundary, and return how each run ended.
 
     Each run has its own file in `folder`, and `make_node()` gives the node of each runner. The mission's
     servers belong to the test and stay alive, unless `between()` changes that: it is awaited after each

@@ -28,7 +28,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture
 def gw_clock(request: pytest.FixtureRequest) -> Iterator[VirtualClock]:
-    """Virtual time: hours take milliseconds, in the same order each time. Only on the memory wire."""
+    """Virtual time: hours take milliseconds, and events come in the same order in each run. Only for the
+    memory wire.
+    """
     transport = request.config.getoption('--gw-transport')
     if transport != 'memory':
         pytest.skip(f'virtual time needs the transport memory, and this run is on {transport}')

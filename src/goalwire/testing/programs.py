@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 
 class Program:
-    """Made by Graph.run: `main()`, plain or `async def`, with `sys.argv` as on its command line."""
+    """A program's `main()`, plain or `async def`, that runs in a thread with its own `sys.argv`. Made by
+    Graph.run.
+    """
 
     def __init__(self, main: Callable[..., Any], arguments: Sequence[str]) -> None:
         self.name = getattr(main, '__qualname__', repr(main))
@@ -41,7 +43,7 @@ class Program:
         except (asyncio.CancelledError, KeyboardInterrupt):
             self._result = None
         except BaseException as error:
-            # Its context was shut down while it ran, as for a program that is stopped by a signal.
+            # The program's context was shut down while it ran, as when a signal stops a program.
             if not (self._stopped and isinstance(error, (ExternalShutdownException, RCLError))):
                 self._error = error
 
@@ -55,7 +57,7 @@ class Program:
         return self._thread.is_alive()
 
     def wait(self, *, timeout: float = PATIENCE) -> object:
-        """Wait for its end; return main's result or its exit code; raise the error that it raised.
+        """Wait for the program's end; return main's result or exit code; raise the error that main raised.
 
         Raises AssertionError after `timeout` s.
         """
@@ -79,7 +81,9 @@ class Program:
         return not self._thread.is_alive()
 
     def stop(self) -> None:
-        """Cancel the program, if it is a coroutine. From now on the end of its context is not an error."""
+        """Cancel the program, if it is a coroutine. From now on the errors that the end of its context raises
+        in the program are ignored.
+        """
         self._stopped = True
         if self._loop is not None and self._task is not None and not self._loop.is_closed():
             try:

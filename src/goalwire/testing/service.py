@@ -22,7 +22,7 @@ ResponseT = TypeVar('ResponseT')
 
 
 class _Core(ServiceCore):
-    """A server whose callback may fail on purpose; the client learns of that."""
+    """A server whose callback may fail because the script says so; the client gets an error."""
 
     def failed(self, error: Exception) -> None:
         """Report nothing: the test wanted the failure."""
@@ -84,21 +84,23 @@ class FakeService(Generic[RequestT, ResponseT]):
         answer = self._give(later.answer, request)
         return await answer if isinstance(answer, Coroutine) else answer
 
-    # -- what a test asks ----------------------------------------------------------------------------------
+    # -- methods for tests -----------------------------------------------------------------------------------
 
     def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[RequestT]:
-        """Block until there were `count` requests; raises AssertionError after `timeout` s."""
+        """Block until `count` requests have come; raises AssertionError after `timeout` s."""
         return self.requests.wait_for(count, timeout=timeout)
 
     def assert_called(self, count: int | None = None) -> None:
-        """Raise AssertionError unless it was called, exactly `count` times if that is given."""
+        """Raise AssertionError unless the service was called; with `count`, unless it was called exactly so
+        often.
+        """
         if count is None and not self.requests:
             raise AssertionError(f"service '{self.name}' was not called")
         if count is not None and len(self.requests) != count:
             raise AssertionError(f"service '{self.name}': wanted {count} calls, got {self.requests}")
 
     def assert_not_called(self) -> None:
-        """Raise AssertionError if it was called."""
+        """Raise AssertionError if the service was called."""
         self.assert_called(0)
 
     def assert_called_with(self, **fields: object) -> None:

@@ -1,4 +1,4 @@
-"""A node under test, and a thread that spins it as its own process would."""
+"""Spins a node under test in a thread, as the node's own process would."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from goalwire.execution.executor import Executor
 
 GRACE_S = 5.0
-"""How long a callback that runs may take to end."""
+"""The time in s that `close` waits for a running callback to end."""
 
 
 class Hosted:
@@ -25,7 +25,9 @@ class Hosted:
 
 
 class Spinning:
-    """Spins `node` until `close`. Errors of its callbacks are kept, and spinning goes on."""
+    """Spins `node` until `close`. Errors of the node's callbacks are kept in `raised`, and spinning
+    goes on.
+    """
 
     def __init__(self, name: str, node: Any, executor: Executor) -> None:
         self.name = name

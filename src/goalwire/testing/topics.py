@@ -23,7 +23,7 @@ MsgT = TypeVar('MsgT')
 
 
 class _Core(SubscriptionCore[MsgT]):
-    """Decodes messages as soon as they arrive, without an executor."""
+    """A subscription that decodes messages as soon as they arrive, without an executor."""
 
     def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
         self.messages: Log[MsgT] = Log(f"messages on '{node.resolve(topic)}'")
@@ -50,14 +50,14 @@ class Recorder(Generic[MsgT]):
         self.messages = self._core.messages
         """The messages that have come so far."""
         self.times = self._core.times
-        """When each message arrived, in s of time.monotonic()."""
+        """The time of each message's arrival, in s of time.monotonic()."""
 
     def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[MsgT]:
         """Block until `count` messages have come; raises AssertionError after `timeout` s."""
         return self.messages.wait_for(count, timeout=timeout)
 
     def wait_for_publisher(self, count: int = 1, *, timeout: float = PATIENCE) -> None:
-        """Block until `count` publishers are there; raises AssertionError after `timeout` s."""
+        """Block until the topic has `count` publishers; raises AssertionError after `timeout` s."""
         _wait_for_peers(self._node, self.name, 'publishers', self._core.publisher_count, count, timeout)
 
     def close(self) -> None:
@@ -74,11 +74,11 @@ class Publisher(Generic[MsgT]):
         self.name = self._core.full_name
 
     def publish(self, message: MsgT | None = None, /, **fields: object) -> None:
-        """Send a message, or one that is made of `fields`."""
+        """Publish the given message, or one that is made of `fields`."""
         self._core.publish(message_of(self._core.msg_type, message, fields))  # type: ignore[arg-type]
 
     def wait_for_subscriber(self, count: int = 1, *, timeout: float = PATIENCE) -> None:
-        """Block until `count` subscriptions are there; raises AssertionError after `timeout` s."""
+        """Block until the topic has `count` subscriptions; raises AssertionError after `timeout` s."""
         _wait_for_peers(self._node, self.name, 'subscriptions', self._core.subscription_count, count, timeout)
 
     def close(self) -> None:

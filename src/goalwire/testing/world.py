@@ -1,4 +1,4 @@
-"""Isolates a test: its programs meet only each other, whatever else runs on the machine."""
+"""Isolates a test: its programs discover only each other, whatever else runs on the machine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
 TRANSPORTS = {'memory': 'goalwire_memory', 'zenoh': 'rmw_zenoh_cpp', 'dds': 'rmw_cyclonedds_cpp'}
-"""The transports: their names in tests, and in RMW_IMPLEMENTATION."""
+"""The transports: the name of each in tests, and its value of RMW_IMPLEMENTATION."""
 
 _OTHERS = (
     'CYCLONEDDS_URI',
@@ -24,7 +24,7 @@ _OTHERS = (
     'ZENOH_ROUTER_CONFIG_URI',
     'ZENOH_SESSION_CONFIG_URI',
 )
-"""Variables through which other programs could reach the test."""
+"""Environment variables that could connect the test to other programs; they are unset."""
 
 _FIRST_DOMAIN, _DOMAINS = 1, 100  # DDS computes port numbers from domains, which must be below about 230
 _FIRST_PORT = 18_700
@@ -34,7 +34,7 @@ _memory_domains = count(1000)
 
 
 class World:
-    """The variables of one graph, set in this process until `close`."""
+    """The environment variables of one graph, which are set in this process until `close`."""
 
     def __init__(self, transport: str) -> None:
         """Raises LocalError for an unknown transport, or if the machine has no domain left."""

@@ -15,18 +15,20 @@ if TYPE_CHECKING:
     from typing import Self
 
 _STEADY_NS = 1_000_000_000_000
-"""Where steady time begins: not at 0, which some programs take for 'never'."""
+"""The steady time in ns at the beginning: not 0, which some programs treat as 'never'."""
 
 _EPOCH_NS = 1_767_225_600_000_000_000
-"""Where system time begins: 2026-01-01 00:00 UTC."""
+"""The system time in ns since 1970 at the beginning: 2026-01-01 00:00 UTC."""
 
 
 class VirtualClock:
-    """`with VirtualClock():` for the thread that enters the block, and for those that it starts there.
+    """`with VirtualClock():` begins virtual time for the thread that enters the block and for threads it
+    starts.
 
-    For them `time` and `threading`, queues and asyncio's loops, and all of rclpy and goalwire go by virtual
-    time: it stands still while any of them runs, and jumps to the next deadline when all of them wait. If
-    there is no deadline, the thread of the block gets a DeadlockError. One at a time in a process.
+    In these threads `time` and `threading`, queues and asyncio's loops, and all of rclpy and goalwire use
+    virtual time: it stands still while any of the threads runs, and jumps to the next deadline when all of
+    them wait. If there is no deadline, the thread of the block gets a DeadlockError. A process can have one
+    VirtualClock at a time.
     """
 
     def __init__(self) -> None:
@@ -36,7 +38,7 @@ class VirtualClock:
 
     @property
     def elapsed(self) -> float:
-        """Virtual time in s since the beginning of the block; after the block, its length."""
+        """Virtual time in s since the beginning of the block; after the block, its duration."""
         now = self._end_ns if self._scheduler is None else self._scheduler.now
         return (now - _STEADY_NS) / 1e9
 

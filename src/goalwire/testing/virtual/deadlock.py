@@ -1,4 +1,4 @@
-"""The error text when every thread waits and nothing in virtual time can wake one."""
+"""Makes the error text for the case that all threads wait and nothing in virtual time can wake one."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from types import FrameType
 
 _SHOWN = 3
-"""How many places of each thread and coroutine are shown."""
+"""The number of places in the code that are shown for each thread and coroutine."""
 
 _INSTALLED = tuple(sysconfig.get_path(name) + os.sep for name in ('purelib', 'platlib'))
-"""The folder of pytest."""
+"""The folders of installed packages, such as pytest."""
 
 
 def describe(waiting: Iterable[Thread], here: Thread) -> str:
@@ -32,7 +32,7 @@ def describe(waiting: Iterable[Thread], here: Thread) -> str:
 
 
 def describe_stall(running: Iterable[Thread], seconds: float) -> str:
-    """Name the threads that keep the others waiting, and where they are."""
+    """Return a text that names the threads that keep the others waiting, and the places where they are."""
     lines = [
         f'virtual time has stood still for {seconds:g} s of real time, since somebody is busy elsewhere:'
     ]
@@ -44,18 +44,18 @@ def describe_stall(running: Iterable[Thread], seconds: float) -> str:
 
 
 def _show(places: StackSummary) -> str:
-    """Return the innermost places; those in goalwire and Python only if there are no others."""
+    """Return the innermost places as text; places in goalwire and Python only if there are no others."""
     own = [state for state in places if not _is_machinery(state.filename)] or places
     return ''.join(f'\n    {state.filename}:{state.lineno} in {state.name}' for state in own[-_SHOWN:][::-1])
 
 
 def _is_machinery(path: str) -> bool:
-    """Return True if a file belongs to goalwire, Python or an installed package, by its whole path."""
+    """Return True if a file's path is in goalwire, Python or an installed package."""
     return is_library(path) or is_standard(path) or path.startswith((*_INSTALLED, '<'))
 
 
 def _threads(threads: Iterable[Thread]) -> list[tuple[str, StackSummary]]:
-    frames = sys._current_frames()  # its documentation says that this function may be used
+    frames = sys._current_frames()  # Python documents it for such tools
     found = []
     for thread in threads:
         frame = frames.get(thread.ident or 0)
@@ -84,7 +84,7 @@ def _coroutines() -> list[tuple[str, StackSummary]]:
 
 
 def _frames_of(coroutine: Any) -> list[FrameType]:
-    """Return the frames of a coroutine and of those that it awaits, the outermost first."""
+    """Return the frames of a coroutine and of the coroutines that it awaits, the outermost first."""
     frames = []
     while frame := getattr(coroutine, 'cr_frame', None):
         frames.append(frame)

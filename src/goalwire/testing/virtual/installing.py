@@ -1,4 +1,4 @@
-"""Replaces Python's clocks, sleeps and locks in the loaded modules by the stand-ins, and puts them back."""
+"""Replaces Python's clocks, sleeps and locks in the loaded modules by stand-ins, and restores them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _WAITING = frozenset({'_thread', 'queue', 'threading', 'time'})
 _RUNNERS = frozenset({'_pytest', 'execnet', 'hypothesis', 'pluggy', 'pytest', 'pytest_timeout', 'xdist'})
 
 _clean: dict[str, tuple[ModuleType, int]] = {}
-"""Modules without any replaced name, with the number of their names when they were searched."""
+"""Modules in which no name had to be replaced, and the number of their names when they were searched."""
 
 
 class Installation:
-    """Puts the stand-ins in place of the real functions, which `remove` restores."""
+    """Replaces the real functions by the stand-ins; `remove` restores the real functions."""
 
     def __init__(self) -> None:
         self._undo: list[tuple[object, str, object]] = []

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from threading import Thread
 
 _POLLS = 1000
-"""How often a thread may read the time in a row before it counts as waiting for time to pass."""
+"""How many times in a row a thread may read the clock before it counts as waiting for time to pass."""
 
 _NAP_NS = 10_000_000
-"""How long such a thread then sleeps, unless a deadline comes earlier."""
+"""The virtual time in ns that passes for a thread that has read the clock `_POLLS` times without waiting."""
 
 
 _STALL_S = 30.0
@@ -52,7 +52,9 @@ class Child:
     def __init__(self, thread: Thread) -> None:
         self.thread = thread
         self.ready: Callable[[], bool] = never
-        """Takes the awaited thing, if it is there. Called on any member's thread; it must not block."""
+        """Returns True, and takes the awaited item, if the wait is over. Any member's thread calls it; it
+        must not block.
+        """
         self.deadline: int | None = None
         self.looks_outside = False
         """True if the awaited event may also come from the real world."""
@@ -61,13 +63,15 @@ class Child:
         self.outcome: bool | None = None
         self.stuck = False
         self.busy = False
-        """True while it is in the scheduler: a signal handler or a finalizer then waits in real time."""
+        """True while the thread is in the scheduler: signal handlers and finalizers that it runs wait in real
+        time.
+        """
         self.polls = 0
         self.over = False
 
 
 class Scheduler:
-    """`owner` is the thread that gets a DeadlockError when nothing can ever happen again."""
+    """Runs one member at a time. The thread `owner` gets a DeadlockError when no wait could ever end."""
 
     def __init__(self, owner: Thread, now_ns: int) -> None:
         self.now = now_ns
@@ -81,7 +85,7 @@ class Scheduler:
         self._children: dict[int, Child] = {get_ident(): self._owner}
 
     def here(self) -> Child | None:
-        """The calling thread, if it is a member and may wait now."""
+        """Return the calling thread's member if it may wait in virtual time now; else None."""
         child = self._children.get(get_ident())
         return None if child is None or child.busy or self.closed else child
 
@@ -101,10 +105,10 @@ class Scheduler:
     def wait(
         self, child: Child, ready: Callable[[], bool], deadline: int | None, *, outside: bool = False
     ) -> bool | None:
-        """Let others run until `ready()` (True) or `deadline` (False).
+        """Let other members run until `ready()` returns True (True) or until `deadline` (False).
 
-        None if virtual time has ended, or if only the real world can end the wait: then wait in real time.
-        Raises DeadlockError, on the owner's thread, if no wait could ever end.
+        Returns None if virtual time has ended, or if only the real world can end the wait: the caller then
+        waits in real time. Raises DeadlockError, on the owner's thread, if no wait could ever end.
         """
         child.busy = True
         try:
@@ -144,7 +148,7 @@ class Scheduler:
             turns = self._turns
 
     def _leave(self) -> None:
-        """Remove a member that has ended; the caller holds the lock."""
+        """Count one running member less, and choose the next if none runs; the caller holds the lock."""
         self._running -= 1
         if self._running == 0 and self._waiting:
             self._go_on()
@@ -190,20 +194,20 @@ class Scheduler:
         return child
 
     def strike(self, child: Child) -> None:
-        """Remove a member whose thread could not be started."""
+        """Remove a member because its thread could not be started."""
         with self._lock:
             self._waiting.pop(child, None)
         child.over = True
 
     def begin(self, child: Child) -> None:
-        """On the new thread: wait for its first turn."""
+        """Wait for the first turn of a new member; its own thread calls this."""
         child.busy = True
         child.gate.acquire()
         self._children[get_ident()] = child
         child.busy = False
 
     def end(self, child: Child) -> None:
-        """Note, on the thread itself, that it has ended."""
+        """Note that a member has ended; its own thread calls this."""
         child.busy = child.over = True
         with self._lock:
             if self._children.pop(get_ident(), None) is child and not self.closed:

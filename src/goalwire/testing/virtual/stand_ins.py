@@ -1,7 +1,7 @@
 """Stand-ins for Python's own clocks, sleeps, locks, threads and selectors.
 
-Each works for any thread at any time. It behaves like the real one, except on the members of a running
-virtual time. So a module may keep a stand-in for longer without harm.
+Each works for any thread at any time. It behaves like the real object, except on members of a running virtual
+time. So a module that keeps a stand-in after virtual time has ended does no harm.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _real_select = cast(
 )
 
 OUTSIDE = frozenset({'goalwire-signals'})
-"""Names of threads that always wait for the real world."""
+"""Names of threads that always wait in real time."""
 
 
 class Running:
@@ -45,7 +45,7 @@ class Running:
 
     scheduler: Scheduler | None = None
     epoch_ns = 0
-    """System time minus steady time."""
+    """System time minus steady time, in ns."""
 
 
 def _reset_in_child() -> None:
@@ -70,7 +70,7 @@ def _deadline(scheduler: Scheduler, seconds: float) -> int:
 
 
 def _time_left(scheduler: Scheduler, deadline: int) -> float:
-    """Return the rest of a wait in s, which goes on in real time after virtual time has ended."""
+    """Return the rest of a wait in s, for the real wait that continues it after virtual time has ended."""
     return max(deadline - scheduler.now, 0) / 1e9
 
 
@@ -99,11 +99,11 @@ def _whole(seconds: SupportsIndex) -> int:
 
 
 def sleep(seconds: float | SupportsIndex, /) -> None:
-    """Let virtual time pass."""
+    """Sleep: in virtual time on a member's thread, else in real time."""
     found = _here()
     wanted = seconds if isinstance(seconds, float) else _whole(seconds)
     if found is None or wanted < 0:
-        _real_sleep(seconds)  # the real sleep refuses anything but a time
+        _real_sleep(seconds)  # raises the usual error if `seconds` is not a time
         return
     scheduler, child = found
     deadline = _deadline(scheduler, wanted)
@@ -111,7 +111,7 @@ def sleep(seconds: float | SupportsIndex, /) -> None:
         _real_sleep(_time_left(scheduler, deadline))
 
 
-# -- locks, and whatever Python builds of them: events, conditions, queues
+# -- locks, and what Python builds from locks: events, conditions, queues
 
 
 class Lock:
@@ -166,13 +166,13 @@ _children: WeakKeyDictionary[threading.Thread, Child] = WeakKeyDictionary()
 
 
 def start(thread: threading.Thread) -> None:
-    """Start a thread. One that a member starts is a member, and begins when its turn comes."""
+    """Start a thread. A thread that a member starts is a member, too, and begins when its turn comes."""
     found = _here()
     if found is None:
         _real_start(thread)
         return
     scheduler, starter = found
-    starter.busy = True  # wait in real time until the new thread lives
+    starter.busy = True  # the starter waits in real time until the new thread runs
     try:
         if thread.name not in OUTSIDE:
             _enrol(thread, scheduler)
@@ -201,7 +201,7 @@ def _enrol(thread: threading.Thread, scheduler: Scheduler) -> None:
 
 
 def join(thread: threading.Thread, timeout: float | None = None) -> None:
-    """Wait for a thread's end. A thread that is not a member ends in real time."""
+    """Wait for a thread's end: in virtual time if both threads are members, else in real time."""
     found, child = _here(), _children.get(thread)
     if found is not None and child is not None and thread is not threading.current_thread():
         scheduler, joiner = found
@@ -228,7 +228,9 @@ def is_alive(thread: threading.Thread) -> bool:
 
 
 def select(selector: selectors.BaseSelector, timeout: float | None = None) -> Ready:
-    """Wait for file descriptors. Beyond the one that wakes a loop, they mean waiting for the real world."""
+    """Wait for file descriptors. If there are others than a loop's wake-up descriptor, the wait may also end
+    in real time.
+    """
     found = _here()
     if found is None or (timeout is not None and timeout <= 0):
         return _real_select(selector, timeout)
@@ -243,12 +245,12 @@ def select(selector: selectors.BaseSelector, timeout: float | None = None) -> Re
 def _is_ready(selector: selectors.BaseSelector) -> bool:
     try:
         return bool(_real_select(selector, 0))
-    except (OSError, ValueError):  # closed meanwhile: the real wait reports it
+    except (OSError, ValueError):  # closed meanwhile: the real wait raises the error
         return True
 
 
 def _names() -> dict[int, object]:
-    """Return the stand-in for each real object, by id; it replaces the object in every module that has it."""
+    """Return each stand-in under the id of the real object that it replaces in all modules."""
     clocks = {
         id(real): _clock(real, system=name.startswith('time'), nanoseconds=name.endswith('_ns'))
         for name in ('time', 'time_ns', 'monotonic', 'monotonic_ns', 'perf_counter', 'perf_counter_ns')
@@ -270,9 +272,9 @@ ATTRIBUTES: list[tuple[object, str, object]] = [
     (threading.Thread, 'start', start),
     (threading.Thread, 'join', join),
     (threading.Thread, 'is_alive', is_alive),
-    (threading, '_CRLock', None),  # threading.RLock() then gives the Python implementation, which uses a Lock
+    (threading, '_CRLock', None),  # without it threading.RLock() is Python code that uses a Lock
     (selectors.DefaultSelector, 'select', select),
     (SteadyClock, 'now', _of_class(SteadyClock.now)),
     (SteadyClock, 'system_now', _of_class(SteadyClock.system_now)),
 ]
-"""Owner, name and stand-in of objects that are only attributes of other objects."""
+"""The owner, the name and the stand-in of each real object that is an attribute of a class or module."""
