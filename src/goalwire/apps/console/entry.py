@@ -16,11 +16,11 @@ from goalwire.security.authorizer import Authorizer, Principal
 from goalwire.zenoh.io.identities import read_peer_certificate
 
 CERTIFICATE = 'certificate'
-"""The key of the browser's certificate in the state of a request, in the form of `ssl`."""
+"""The name under which a request's state holds the browser's certificate, in the form of `ssl`."""
 SIGN_OUT = '/console/sign-out'
-"""The path that takes the cookie away."""
+"""The path that deletes the cookie with the token."""
 PRINCIPAL = 'principal'
-"""The key of the visitor in the state of a request."""
+"""The name under which a request's state holds the visitor."""
 
 
 @record
@@ -28,9 +28,9 @@ class Visitor:
     """Somebody who may open the page."""
 
     principal: Principal | None = None
-    """None if this console knows no names."""
+    """The name under which the visitor has signed in, and its rights; None if visitors do not sign in."""
     token: str = ''
-    """The token that was shown; '' for a certificate, and where none is needed."""
+    """The token that the visitor has shown; '' with a certificate, and if no token is needed."""
 
 
 class Entry(Protocol):
@@ -45,11 +45,11 @@ class Entry(Protocol):
         """True if whoever reaches the port may open the page."""
 
     def admit(self, shown: Iterable[str], certificate: Mapping[str, Any] | None) -> Visitor:
-        """Return the visitor who shows these tokens. Raises SecurityError, which says why none counts."""
+        """Return the visitor who shows these tokens. Raises SecurityError, which says why no token counts."""
 
 
 class SharedToken:
-    """An Entry for all who know one token; '' is for all."""
+    """An Entry for all who know one shared token; with the token '' everybody may enter."""
 
     has_names = False
 
@@ -78,7 +78,7 @@ class SignIn:
         self._authorizer = authorizer
 
     def admit(self, shown: Iterable[str], certificate: Mapping[str, Any] | None) -> Visitor:
-        """Find the name of the first token that is not empty; without any, of the certificate.
+        """Find the visitor by the first token that is not empty, or by the certificate if there is no token.
 
         Raises SecurityError.
         """

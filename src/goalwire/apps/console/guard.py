@@ -3,7 +3,7 @@
 A page on another site can make a browser send requests to this server with this site's cookies, and open web
 sockets, to which the same-origin policy does not apply. If that site points its own host name at this machine
 (DNS rebinding), its requests even look like requests of this site. So three rules hold: if nobody needs a
-token, `Host` must be a name of this machine; `Origin` must be the requested address; if one is needed, a
+token, `Host` must be a name of this machine; `Origin` must be the requested address; if a token is needed, a
 cookie must contain it. `entry` decides which tokens count.
 
 The cookie is `SameSite=Strict`: a browser never sends it with a request that another site has begun, nor with
@@ -51,7 +51,7 @@ _HEADERS = [
     (b'cross-origin-resource-policy', b'same-origin'),
 ]
 _HOST_OF_A_POLICY = re.compile(r'[A-Za-z0-9.-]+(?::[0-9]+)?')
-"""A policy cannot contain IPv6 addresses; for them browsers accept `'self'`."""
+"""Hosts that a content security policy may name. It cannot name IPv6 addresses; `'self'` covers those."""
 
 _GO_ON = (
     'const address = new URL(location.href);'
@@ -228,7 +228,7 @@ class Guard:
 
 
 def _tells_that_it_left(error: Exception) -> bool:
-    """Return True if Starlette raises this error when a browser leaves; not all have an own class."""
+    """Return True if Starlette raises this error when a browser leaves; one is a plain RuntimeError."""
     from starlette.requests import ClientDisconnect
 
     return isinstance(error, ClientDisconnect) or str(error) == 'No response returned.'
@@ -284,7 +284,7 @@ async def _send_to_the_page(send: Send, cookie: str) -> None:
 
 async def _refuse(scope: Scope, send: Send, status: int, reason: str) -> None:
     if scope['type'] == 'websocket':
-        # Before the web socket is accepted: a 403
+        # A web socket that is closed before it is accepted gets the status 403.
         await send({'type': 'websocket.close', 'code': 1008, 'reason': reason})
         return
     policy = (b'content-security-policy', b"default-src 'none'; frame-ancestors 'none'")

@@ -93,7 +93,7 @@ def _logged_by(own: RcutilsLogger) -> Iterator[None]:
 
 
 class _Connection(h11.Connection):
-    """An h11 connection that refuses any large head. h11 itself refuses one only while it is incomplete."""
+    """An h11 connection that refuses all heads that are too large; h11 itself accepts complete ones."""
 
     def __init__(self) -> None:
         super().__init__(h11.SERVER, MOST_HEAD_BYTES)
@@ -276,7 +276,7 @@ def _config(
         access_log=False,
         server_header=False,
         ws_max_size=MOST_BYTES,
-        # Compression costs more than it saves, and a small frame could be a large message
+        # Compression costs more than it saves, and a small frame could decompress to a large message
         ws_per_message_deflate=False,
         ws_ping_interval=20,
         http=_Http,
@@ -297,9 +297,9 @@ def _config(
 
 
 def _ask_for_certificates(context: ssl.SSLContext, identity: Chosen) -> None:
-    """Let browsers show a certificate of the keystore, of people who sign in without a token."""
+    """Ask browsers for a certificate of the keystore, with which people sign in instead of with a token."""
     context.verify_mode = ssl.CERT_OPTIONAL
     context.load_verify_locations(identity.folder / 'trust.pem')
-    # A browser may show its own certificate alone. The identity's file has the one of the site's authority.
+    # A browser may send its certificate without that of the site's authority, which the identity's file has.
     for certificate in _CERTIFICATE.findall(identity.identity_path.read_text())[1:]:
         context.load_verify_locations(cadata=certificate)

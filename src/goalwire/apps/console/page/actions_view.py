@@ -33,7 +33,7 @@ TONES = {
 }
 _SPANS = {30: '30 s', 60: '1 min', 300: '5 min', 1800: '30 min'}
 _LABEL = 0.14
-"""The part of the width for the text before a short bar."""
+"""The fraction of a lane's width that the text before a short bar needs."""
 
 
 class ActionsView(View):
@@ -106,7 +106,7 @@ class ActionsView(View):
         self._version = -1
         self.page.refresh_soon()
 
-    # -- what is shown ---------------------------------------------------------------------------------------
+    # -- refreshing the view ---------------------------------------------------------------------------------
 
     def refresh(self) -> None:
         goals, now = self.session.goals, monotonic()

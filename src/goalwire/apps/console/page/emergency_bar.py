@@ -88,7 +88,7 @@ class EmergencyBar(Element, component='emergency_bar.js'):
             return {'tone': 'unknown', 'title': title, 'text': emergency.reason, 'release': ''}
         return None
 
-    # -- what is pressed -------------------------------------------------------------------------------------
+    # -- presses of the buttons ------------------------------------------------------------------------------
 
     async def _stop(self, event: Any) -> None:
         press = int(event.args['press'])

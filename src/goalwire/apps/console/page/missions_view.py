@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 _SPAN_S = 300
 _LABEL = 0.14
-"""The part of the width for the text before a short bar."""
+"""The fraction of a lane's width that the text before a short bar needs."""
 _MOVES = {'again', 'resume'}
-"""Words after which the robot may move: the page asks before it says them."""
+"""Answers and commands to a mission after which the robot may move: the user must confirm them."""
 _LABELS = {
     'done': 'It was done',
     'again': 'Do it again',
@@ -85,7 +85,7 @@ class MissionsView(View):
     def set_dark(self, dark: bool) -> None:
         self._lanes.set_dark(dark)
 
-    # -- what is shown ---------------------------------------------------------------------------------------
+    # -- refreshing the view ---------------------------------------------------------------------------------
 
     def refresh(self) -> None:
         if not self._is_reading:

@@ -191,7 +191,7 @@ class RecordingPage:
         with ui.element('div').style('max-height: 26vh; overflow: auto; width: 100%'):
             self._lanes = SwimLanes(on_seek=self._seek_to, on_key=self._on_key).props('data-timeline')
 
-    # -- what is asked of it ---------------------------------------------------------------------------------
+    # -- the user's commands ---------------------------------------------------------------------------------
 
     def _seek_to(self, seconds: float) -> None:
         if math.isfinite(seconds):
@@ -230,7 +230,7 @@ class RecordingPage:
             self._picture.set_visibility(topic.type_name in {IMAGE, COMPRESSED})
             self._pacer.refresh_soon()
 
-    # -- what is shown ---------------------------------------------------------------------------------------
+    # -- refreshing the page ---------------------------------------------------------------------------------
 
     def _put_lanes(self) -> None:
         duration = max(self._recording.duration, 0.001)

@@ -120,7 +120,7 @@ class RobotView(View):
     def set_dark(self, dark: bool) -> None:
         self._scene.set_dark(dark)
 
-    # -- which robot -----------------------------------------------------------------------------------------
+    # -- the selected robot ----------------------------------------------------------------------------------
 
     def _look_at_graph(self) -> None:
         seen = (self.node.graph.version, self.page.robot)
@@ -174,7 +174,7 @@ class RobotView(View):
         self._way.set_visibility(bool(found))
         self._hint.set_visibility(bool(found))
 
-    # -- what is shown ---------------------------------------------------------------------------------------
+    # -- refreshing the view ---------------------------------------------------------------------------------
 
     def refresh(self) -> None:
         self._look_at_graph()
@@ -289,7 +289,7 @@ class RobotView(View):
         if await self.page.attempt(self.session.sender.cancel(action, self.rights, goal_id)) is not None:
             self.page.tell('The goal is being cancelled')
 
-    # -- where it is to go -----------------------------------------------------------------------------------
+    # -- navigation goals ------------------------------------------------------------------------------------
 
     async def _on_floor(self, event: Any) -> None:
         way = self._targets.get(str(self._way.value or ''))

@@ -36,7 +36,7 @@ class SendForm:
         self._history: LiveTable | None = None
         self._used: Callable[[Sent], None] | None = None
 
-    # -- its buttons -----------------------------------------------------------------------------------------
+    # -- the form's buttons ----------------------------------------------------------------------------------
 
     def send_button(self, text: str, mark: str, press: Callable[[], Awaitable[None]]) -> None:
         """Add the button that sends; it is disabled and says why if the visitor may not send there."""
@@ -131,7 +131,7 @@ class SendForm:
         sending = self.sending()
         return None if sending is None else write(sending)
 
-    # -- what it holds ---------------------------------------------------------------------------------------
+    # -- the form's content ----------------------------------------------------------------------------------
 
     def fill(self, values: Mapping[str, Any]) -> None:
         """Fill in other values; fields without one get their defaults."""

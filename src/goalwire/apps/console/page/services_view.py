@@ -95,7 +95,7 @@ class ServicesView(View):
                 continue
             is_served = bool(self.node.graph.servers(name))
             if not is_served and name not in called:
-                continue  # only this console calls it
+                continue  # its only client is this console
             short = types[0].replace('/srv/', '/')
             tone = {'tone': 'bad'} if len(types) > 1 else {} if is_served else {'tone': 'dim'}
             text = short if is_served else f'{short}, without a server'
@@ -202,7 +202,7 @@ class ServicesView(View):
     def close(self) -> None:
         self._forget_events()
 
-    # -- what was called from here ---------------------------------------------------------------------------
+    # -- calls from this console -----------------------------------------------------------------------------
 
     def _show(self, sent: Sent | None) -> None:
         assert self._form is not None

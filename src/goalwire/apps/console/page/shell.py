@@ -196,7 +196,7 @@ class Shell:
         """Offer the present robots. A selected robot stays selected when it is gone."""
         there, page = self._session.robot_names(), self._page
         if there and page.robot not in self._session.vitals:
-            page.select_robot(there[0])  # the first robot that appears
+            page.select_robot(there[0])  # selects the first robot that appears
         offered = sorted({*there, page.robot}) if there else [page.robot]
         state = [name if name in there else f'{name} (gone)' for name in offered]
         if state != self._robots:

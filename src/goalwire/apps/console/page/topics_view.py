@@ -112,7 +112,7 @@ class TopicsView(View):
             self._put_topics()
         if self._reading is not None:
             self._put_message(self._reading)
-        elif self._type in self.session.types.described:  # its type was unknown when it was chosen
+        elif self._type in self.session.types.described:  # a node has described the unknown type
             self._choose(self._topic)
         if self._paused_at is None and self._plots:
             self._put_plot(now)

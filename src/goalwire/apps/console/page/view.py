@@ -24,7 +24,7 @@ class View:
     title = ''
     icon = ''
     period = 0.5
-    """s between two refreshes, if the browser keeps up."""
+    """Seconds between two refreshes, if the browser keeps up."""
 
     def __init__(self, page: Page) -> None:
         self.page = page
@@ -35,7 +35,7 @@ class View:
 
     @classmethod
     def is_offered(cls, session: Session) -> bool:  # noqa: ARG003 - others look at the session
-        """Return True if the list of views has it."""
+        """Return True if the page's list of views has this view."""
         return True
 
     def build(self) -> None:
@@ -45,10 +45,10 @@ class View:
         """Send the changes to the browser."""
 
     def set_dark(self, dark: bool) -> None:
-        """Choose colours, if an element has its own."""
+        """Choose dark or light colours for elements that do not follow the page's theme."""
 
     def why_not_shown(self) -> str:
-        """Return why the visitor may not see this view; '' if it may."""
+        """Return why the visitor may not see this view; '' if the visitor may."""
         return ''
 
     def close(self) -> None:
@@ -119,7 +119,7 @@ class Page:
 
     def _refresh(self) -> float:
         view = self.view
-        if self.rights.problem():  # the name was revoked, or its token has ended
+        if self.rights.problem():  # the visitor's name or token is no longer valid
             ui.run_javascript('location.reload()')
             self.close()
             return 0.5

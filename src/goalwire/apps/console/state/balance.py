@@ -49,7 +49,7 @@ class Balance:
 
     @property
     def has_fallen(self) -> bool | None:
-        """None until the robot has said it."""
+        """True if the robot lies on the floor; None until the robot has reported it."""
         latest = None if self._reading is None else self._reading.reader.latest
         return None if latest is None else bool(latest.data)
 
@@ -83,9 +83,10 @@ def _service(name: str, served: Mapping[str, str], ending: str) -> Service | Non
 
 
 def push_values(newtons: float, degrees: float, base: Rigid) -> dict[str, Any]:
-    """Return the request of a push by `newtons` to a direction from where the robot faces.
+    """Return the request of a push by `newtons`.
 
-    Directions grow to the left, and `base` is the pose of the robot's root link in the world.
+    `degrees` is its direction, counted to the left from where the robot faces. `base` is the pose of the
+    robot's root link in the world.
     """
     x, y, z, w = base.rotation
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y**2 + z**2))

@@ -33,14 +33,14 @@ class Standing(Enum):
 
 
 class _Voice:
-    """One publisher: its last report, whether it repeats it, and how many looks it has been silent."""
+    """One publisher: its last report, whether it repeats its reports, and for how many looks it is silent."""
 
     def __init__(self, word: Word) -> None:
         self.word = word
         self.repeats = False
         self._same = 0
         self.missed = 0
-        self.was_seen = False  # True after the graph has shown it, perhaps after its first message
+        self.was_seen = False  # True once the graph has shown the publisher
 
     def say(self, word: Word) -> None:
         # A node may report "stopped" at each press of STOP, and people press it repeatedly. Nobody releases a
@@ -60,13 +60,13 @@ class EmergencyState:
 
     def __init__(self) -> None:
         self.servers: tuple[StopService, ...] = ()
-        """The present servers."""
+        """The present servers of the emergency stop."""
         self.known: tuple[StopService, ...] = ()
-        """The present servers; without any, the last known ones."""
+        """The present servers of the emergency stop; if there are none, the latest that were present."""
         self._voices: dict[tuple[str, bytes], _Voice] = {}
         self._lost: dict[str, Word] = {}
 
-    # -- what comes ------------------------------------------------------------------------------------------
+    # -- servers and their reports ---------------------------------------------------------------------------
 
     def serve(self, servers: Sequence[StopService]) -> None:
         """Note the present servers."""
@@ -102,7 +102,7 @@ class EmergencyState:
         for voice in self._voices.values():
             voice.missed += 1
 
-    # -- what follows ----------------------------------------------------------------------------------------
+    # -- the state that follows from reports -----------------------------------------------------------------
 
     @property
     def standing(self) -> Standing:

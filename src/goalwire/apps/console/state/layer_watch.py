@@ -114,11 +114,11 @@ class Layer:
         draw = _DRAWN.get(self._type_name)
         try:
             drawing = self._markers.draw() if draw is None else draw(reader.latest)
-            if drawing != self.drawing:  # A camera that repeats itself is not sent to the page again.
+            if drawing != self.drawing:  # An equal drawing, as of a still camera, is not sent again.
                 self.drawing = drawing
             self.problem = ''
         except goalwire.GoalwireError as error:
-            self.problem = peer_text(error, 300)  # The previous drawing stays.
+            self.problem = peer_text(error, 300)  # The layer keeps its previous drawing.
 
 
 class LayerWatch:

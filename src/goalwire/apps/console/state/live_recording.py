@@ -70,7 +70,7 @@ class LiveRecording:
         self._kept: Counter[str] | None = None
         """After a failure: the numbers of messages in the file, by topic."""
 
-    # -- what is asked of it ---------------------------------------------------------------------------------
+    # -- starting and ending ---------------------------------------------------------------------------------
 
     async def start(self, wanted: Wanted) -> None:
         """Begin a new bag. Raises NotAllowedError, BagError if one is being recorded, or cannot be made."""
@@ -93,7 +93,7 @@ class LiveRecording:
             self._task.cancel()
             await asyncio.wait({self._task})
 
-    # -- how it is doing -------------------------------------------------------------------------------------
+    # -- state of the latest recording -----------------------------------------------------------------------
 
     @property
     def folder(self) -> str:
@@ -133,7 +133,7 @@ class LiveRecording:
         failed = Counter[str]() if self._kept is None else self._recorder.counts() - self._kept
         return dropped.copy() + missed.copy() + failed
 
-    # -- its task --------------------------------------------------------------------------------------------
+    # -- the recording's task --------------------------------------------------------------------------------
 
     async def _record(self, wanted: Wanted, made: asyncio.Event) -> None:
         self._began = monotonic()

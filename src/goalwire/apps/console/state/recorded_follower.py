@@ -11,9 +11,9 @@ from goalwire.rosbag2.reader import Reader
 
 SECOND = 1_000_000_000
 WINDOW = 10 * SECOND
-"""Reading begins this long before the time of a jump, or earlier if a topic was silent longer."""
+"""Reading begins this many ns before the time of a jump, or earlier if a topic was silent for longer."""
 _FORWARD = 20 * SECOND
-"""A jump forward that is shorter reads the messages in between; a longer one starts again."""
+"""A jump forward by at most this many ns delivers the messages in between; a longer jump skips them."""
 
 Take: TypeAlias = Callable[[str, Any, int], object]
 """Called with a topic, its message, and the time of recording in ns since 1970."""

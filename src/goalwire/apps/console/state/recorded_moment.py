@@ -118,7 +118,7 @@ class _Reading:
         self._latest: _Latest | None = None
 
     def moment(self, time: int, robot: str | None, topic: str) -> Moment:
-        """Return the state at a time; if the bag is broken there, it has a problem and no robot."""
+        """Return the state at a time; if the bag is broken there, the Moment has a problem and no robot."""
         try:
             return self._moment(time, robot, topic)
         except BagError as error:

@@ -39,7 +39,7 @@ class Outline:
             return
         at = min(max(int((time - self._start) / self._width), 0), SPANS - 1)
         values, times = self._values[at], self._times[at]
-        if not values[0] <= value:  # also True for NaN
+        if not values[0] <= value:  # also True if values[0] is NaN
             values[0], times[0] = value, time
         if not values[1] >= value:
             values[1], times[1] = value, time

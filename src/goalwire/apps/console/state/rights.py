@@ -1,4 +1,4 @@
-"""What the visitor of a page may do: the console's options first, then the policy."""
+"""What the visitor of a page may do: the console's options must allow it, and then the policy."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Rights:
         """Return why the visitor must sign in again; '' if all is well."""
         return '' if self._visitor is None else self._visitor.problem()
 
-    # -- what may be done ------------------------------------------------------------------------------------
+    # -- questions about permissions -------------------------------------------------------------------------
 
     def why_not(self, verb: Verb, name: str) -> str:
         """Return why the visitor may not do something, as a sentence; '' if it may."""
@@ -76,19 +76,25 @@ class Rights:
         return next(filter(None, (self.why_not(Verb.SUBSCRIBE, topic) for topic in topics)), '')
 
     def why_not_record(self) -> str:
-        """Return why the visitor may not record: a bag takes all, so it needs `subscribe = ["/**"]`."""
+        """Return why the visitor may not record; '' if it may.
+
+        A bag may take every topic, so recording needs `subscribe = ["/**"]` in the policy.
+        """
         if self._settings.read_only:
             return 'this console is read-only (--read-only): it does not record'
         return self.why_not(Verb.SUBSCRIBE, '/**')
 
     def why_not_stop(self) -> str:
-        """Return why the visitor may not use the emergency stop; '' if it may. The options do not count."""
+        """Return why the visitor may not use the emergency stop; '' if it may.
+
+        The console's options do not limit the emergency stop.
+        """
         return '' if self._visitor is None else self._visitor.why_not_stop()
 
     def _why_not(self, permission: Permission) -> str:
         return '' if self._visitor is None else self._visitor.why_not(permission)
 
-    # -- what is done ----------------------------------------------------------------------------------------
+    # -- checks before something is done ---------------------------------------------------------------------
 
     def check_to_look(self, kind: str, name: str) -> None:
         """Raise NotAllowedError if the visitor may not see a topic's messages, or an action's goals."""
@@ -103,12 +109,12 @@ class Rights:
     def check_to_send(self, kind: str, name: str, what: str = '') -> None:
         """Raise NotAllowedError if the visitor may not send to a 'service', 'action' or 'topic'.
 
-        If it may, it is logged as done; `what` says what is sent, in one line.
+        If the visitor may, the sending is logged; `what` describes the message in one line.
         """
         self._check(_to_send(kind, name), name, what)
 
     def check(self, verb: Verb, name: str, what: str = '') -> None:
-        """Raise NotAllowedError if the visitor may not CANCEL, or SET; else it is logged as done."""
+        """Raise NotAllowedError if the visitor may not CANCEL or SET (`verb`) `name`; else log the act."""
         self._check(Permission((verb,), name), name, what)
 
     def _check(self, permission: Permission, name: str, what: str) -> None:

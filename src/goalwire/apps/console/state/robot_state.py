@@ -74,7 +74,7 @@ class RobotState:
             self._lengthen_trail(self.pose()[1])
 
     def take_static_frames(self, message: Any, _at: float) -> None:
-        """Take static frames. They are no sign of life, because their robot may be gone already."""
+        """Take static frames. They do not show that the robot is alive, because it may be gone already."""
         self._keep_frames(message)
 
     def _keep_frames(self, message: Any) -> list[str]:

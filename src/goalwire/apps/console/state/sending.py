@@ -80,7 +80,7 @@ class Target:
 
 
 class Sender:
-    """Sends, for all browsers."""
+    """Sends calls, messages, goals and cancel requests for all browsers."""
 
     def __init__(self, node: goalwire.Node, goals: GoalTable) -> None:
         self._node = node
@@ -250,14 +250,14 @@ class Sender:
         return await self.cancel_as_asked(action, goal_id, before)
 
     async def cancel_as_asked(self, action: str, goal_id: str = '', before: float = 0.0) -> list[str]:
-        """Cancel as `cancel` does, without asking for rights: it was asked for when the goal was sent."""
+        """Cancel as `cancel` does, without a check of rights: they were checked when the goal was sent."""
         from action_msgs.srv import CancelGoal
 
         client = self.client(CancelGoal, f'{action}/_action/cancel_goal', 'action_msgs/srv/CancelGoal')
         answer = await client.call(cancel_request(goal_id, before), timeout=CANCEL_S)
         return goals_canceling(answer)
 
-    # -- its end ---------------------------------------------------------------------------------------------
+    # -- background tasks ------------------------------------------------------------------------------------
 
     def _in_background(self, coroutine: Any) -> None:
         task = asyncio.get_running_loop().create_task(coroutine)

@@ -75,7 +75,7 @@ def draw_cloud(message: Any) -> Drawing:
 
 
 def _column(points: _Array, field: Any, order: str) -> _Array:
-    """Return one number of each point."""
+    """Return one field of all points, such as their x."""
     kind = np.dtype(_FLOATS[field.datatype].replace('<', order))
     if field.offset + kind.itemsize > points.shape[1]:
         raise RemoteError(f"the cloud's field {field.name[:40]!r} lies outside of its points")

@@ -140,7 +140,7 @@ class Session:
         return namespaces([(name, types) for name, types in graph.topics() if graph.publishers(name)])
 
     def select(self, namespace: str) -> None:
-        """Watch a robot's vitals, even after it has gone, until `deselect` was called as often."""
+        """Watch a robot's vitals, even after it has gone, until `deselect` was called once for each call."""
         self._selected[namespace] += 1
         self._look_at_robots()
 
@@ -156,7 +156,7 @@ class Session:
         self._look_at_robots()
 
     def watch_robot(self, namespace: str) -> RobotWatch:
-        """Follow a robot until `leave_robot` was called as often."""
+        """Follow a robot until `leave_robot` was called as often as this method."""
         watch, users = self._robots.get(namespace, (None, 0))
         if watch is None:
             watch = RobotWatch(self.node, self.topics, namespace)

@@ -101,7 +101,7 @@ class Meter:
         qos = goalwire.QoS(
             depth=1,
             reliability=_suiting(node, topic, 1).reliability,
-            durability=goalwire.DurabilityPolicy.VOLATILE,  # history arrives all at once
+            durability=goalwire.DurabilityPolicy.VOLATILE,  # messages of the history come at once
         )
         self._subscription: goalwire.Subscription[Any] = node.subscription(
             serialized_type(node.context.graph, topic, type_name), topic, qos=qos, raw=True
@@ -184,7 +184,7 @@ class Topics:
         for key, meter in list(self._meters.items()):
             pace = await meter.read()
             if self._meters.get(key) is not meter:
-                continue  # `close` was called meanwhile
+                continue  # the meter was closed during `read`
             if pace is None:
                 self.rates.pop(key[0], None)
             else:

@@ -43,7 +43,7 @@ class TypeWatch:
             )
             for _, types in names
             for type_name in types
-            if f'/{kind}/' in type_name  # the action's type covers them
+            if f'/{kind}/' in type_name  # an action's type covers those of its parts
         }
         self._seen &= shown
         for name in sorted(shown - self._seen - self._asking.keys()):

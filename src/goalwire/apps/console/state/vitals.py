@@ -51,12 +51,15 @@ class Vitals:
         """`changed` is called when the emergency stop's state or its possible actions have changed."""
         self.namespace = namespace
         self.was_there = False
-        """True if this is a robot; False if '' stands for everything on the wire."""
+        """True once a robot of this namespace was in the graph.
+
+        It stays False for a namespace '' that stands for everything on the wire.
+        """
         self.emergency = EmergencyState()
         self.battery: float | None = None
-        """The charge, from 0 to 1."""
+        """The charge of the battery, from 0 to 1; None if it is unknown."""
         self.battery_at = 0.0
-        """The time at which the charge arrived, by the monotonic clock."""
+        """The time at which the battery's charge was received, by the monotonic clock."""
         self._node = node
         self._topics = topics
         self._changed = changed
