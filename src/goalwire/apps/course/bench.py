@@ -1,4 +1,4 @@
-"""The checks test a program with these: a node of their own, and waits for the program's node and servers."""
+"""Shared by the checks: the node that tests a program, and waits for the program's node and servers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from goalwire.testing.world import World
 STARTS_WITHIN = 15.0
 """Seconds that a program has until its node appears, even on a busy machine."""
 SERVES_WITHIN = 5.0
-"""Seconds from then on until its server appears."""
+"""Seconds that a program has from the appearance of its node until its server appears."""
 
 
 @asynccontextmanager

@@ -26,10 +26,10 @@ class Report:
 
 
 def check(exercise: Exercise, file: Path, tell: Callable[[str], None] = lambda _step: None) -> Report:
-    """Run the program in `file` and try it; `tell` is called with each step that it has passed.
+    """Run the program in `file` and test it; `tell` is called with each step that the program has passed.
 
-    It runs as a process of its own, on a graph where it meets only this check. Every wait has a limit, so
-    this returns whatever the program does. The interfaces are those of the exercise's material.
+    The program runs as a process of its own, on a graph where it meets only this check. Every wait has a
+    limit, so `check` returns whatever the program does. The interfaces are those of the exercise's material.
     """
     before = os.environ.get('GOALWIRE_INTERFACE_PATH')
     os.environ['GOALWIRE_INTERFACE_PATH'] = str(MATERIAL)

@@ -18,9 +18,9 @@ class Failure:
     """An exception in a student's program."""
 
     text: str
-    """Its type without the module, and its message: `ValueError: too hot`."""
+    """The exception's type without the module, and the exception's message: `ValueError: too hot`."""
     advice: str
-    """The line of the program that raised it, if the traceback has it, and the lines after the message."""
+    """The program's line that raised the exception, if the traceback shows it, and the message's rest."""
 
 
 def find_failure(output: str, program: str) -> Failure | None:

@@ -76,7 +76,7 @@ class Student:
         return ''.join(self._output)
 
     def last_lines(self) -> str:
-        """Return the end of its output, for a message."""
+        """Return the last lines of the program's output, for an error message."""
         lines = [line for line in self.output.splitlines() if line.strip()]
         return '\n'.join(f'    | {line}' for line in lines[-_SHOWN_LINES:]) or '    | (it printed nothing)'
 
@@ -93,7 +93,7 @@ class Student:
         return find_failure(self.output, self._file.name)
 
     async def during(self, waiting: Coroutine[Any, Any, T], doing: str) -> T:
-        """Return the result of `waiting`. Raises Wrong if the program ends before; `doing` names its task."""
+        """Return the result of `waiting`. Raises Wrong if the program ends first, while it should `doing`."""
         task = asyncio.create_task(waiting)
         if await self.is_first(task) and not await self._is_lost(task.exception()):
             return task.result()
@@ -114,7 +114,7 @@ class Student:
         return isinstance(error, ServerLostError) and self._end.done()
 
     async def is_first(self, task: asyncio.Task[T]) -> bool:
-        """Wait for the task or the program's end. If the program ends first, cancel the task: False."""
+        """Wait until the task or the program ends. Return False, and cancel the task, if it is not first."""
         try:
             await asyncio.wait({task, self._end}, return_when=asyncio.FIRST_COMPLETED)
             return task.done()

@@ -79,7 +79,7 @@ class Robot:
 class Reluctant:
     """An arm that refuses its goal, or accepts it and never arrives. It records every later request.
 
-    The five parts of the action are served one by one, because an action server answers them by itself.
+    The five parts of the action are served one by one, because an action server would answer by itself.
     """
 
     def __init__(self, *, accepts: bool) -> None:
