@@ -1,4 +1,4 @@
-"""Runs the programs of this folder: each spins one node until it is told to stop."""
+"""Runs the programs of this folder: each spins one node until Ctrl-C, SIGTERM or a shutdown."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def spin(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> in
             except (NotInitializedException, ShutDownError):
                 if rclpy.ok():
                     raise
-                # Otherwise a signal came while the node was made: an end as any other.
+                # If rclpy is shut down, a signal came while the node was being made: a normal end.
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
     except ParameterException as error:

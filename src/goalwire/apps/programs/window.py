@@ -26,7 +26,7 @@ class Window:
     """Serves the page, and sends each browser first the whole picture and then the changes.
 
     `describe` returns the whole picture; `receive` takes a command of the page, and None forbids commands.
-    The threads of browsers call both under `lock`. Hold it to change the picture, too.
+    The threads of browsers call both under `lock`. Hold `lock` to change the picture, too.
     """
 
     def __init__(self, page: bytes, port: int = 0) -> None:

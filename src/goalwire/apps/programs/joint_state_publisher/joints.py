@@ -27,7 +27,7 @@ class JointSettings:
     use_mimic_tags: bool = True
     use_smallest_joint_limits: bool = True
     positions: bool = True
-    """True if joints have positions before a source publishes any; likewise for the next two fields."""
+    """True if joints have positions before a source publishes any; `velocities` and `efforts` likewise."""
     velocities: bool = False
     efforts: bool = False
 

@@ -15,10 +15,10 @@ from tf2_ros import Buffer, TransformException, TransformListener
 from goalwire.apps.programs.running import UsageError, spin_with_words
 
 KEPT = 1000
-"""The number of latest delays of a frame, and of times of a node, in the figures."""
+"""How many of a frame's latest delays, and of the latest arrivals, the printed means are made of."""
 REPORT_S = 10.0
 SOMEBODY = '<no authority available>'
-"""The name that ROS 2 prints for a publisher of transforms, because it does not know it."""
+"""The text that ROS 2's tf2_monitor prints instead of a publisher's name, which it does not know."""
 
 
 class Monitor(Node):
