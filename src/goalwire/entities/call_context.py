@@ -1,4 +1,4 @@
-"""The context of one call or goal: its name, its servers, its deadline, and the errors that tell them."""
+"""The context of one call or goal: its name, its servers, its deadline, and the errors that name them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,8 @@ class CallContext:
     __slots__ = ('attempts', 'begun', 'context', 'deadline', 'kind', 'name', 'servers')
 
     def __init__(self, context: Context, kind: str, name: str, timeout: float | None) -> None:
-        """`kind` is 'service' or 'action', `name` fully qualified; a `timeout` (s) of None or inf has no end.
+        """`kind` is 'service' or 'action', `name` fully qualified; a `timeout` (s) of None or inf is no
+        limit.
 
         Raises TypeError for a timeout that is not a number, ValueError for nan.
         """
@@ -81,17 +82,17 @@ class CallContext:
 
     @property
     def peers(self) -> tuple[str, ...]:
-        """The nodes that served when the request went out."""
+        """The nodes that offered the service when the request went out."""
         return tuple(dict.fromkeys(server.node.qualified for server in self.servers))
 
     @property
     def waited(self) -> float:
-        """s since the beginning."""
+        """The time since the call began, in s."""
         return (self.now() - self.begun) / 1e9
 
     def left_ns(self, margin_s: float) -> int | None:
-        """Return how long the wire has to hold a request: the time left and `margin_s`, so that this side
-        times out first.
+        """Return how long, in ns, the wire has to hold a request: the time left plus `margin_s`, so that this
+        call times out before the wire.
         """
         deadline = self.deadline
         if deadline is None:
@@ -100,7 +101,7 @@ class CallContext:
         return max(left, 0) + int(margin_s * 1e9)
 
     def retell(self, error: CallError) -> CallError:
-        """Complete a client's error with what this call knows; an error that is complete stays as it is."""
+        """Add this call's facts to a client's error. An error that has them already stays as it is."""
         return error if error.name else self.error(type(error), str(error))
 
     def error(self, kind: type[ErrorT], problem: str) -> ErrorT:
@@ -112,7 +113,9 @@ class CallContext:
         return kind(text, name=self.name, peers=peers, waited=waited)
 
     def no_server(self) -> NoServerError:
-        """Make the error of a call that met no server. It names the place of search and similar names."""
+        """Make the error of a call that met no server. It tells where the call looked for a server, and names
+        that are similar.
+        """
         error = self.error(NoServerError, f'no server came {where(self.context)}')
         hint = self.hint()
         if hint:
@@ -140,14 +143,15 @@ class CallContext:
         self.see_servers(served_as)
 
     async def shows(self, predicate: Callable[[], bool], problem: str) -> None:
-        """Wait until the graph looks as wanted. Raises DeadlineError, ShutDownError."""
+        """Wait until `predicate` holds for the graph. Raises DeadlineError, ShutDownError."""
         if not await await_graph(self.context, predicate, self.deadline):
             self.check_alive()
             raise self.error(DeadlineError, problem)
 
     async def settle(self, future: Awaitable) -> None:
         """Wait until `future` is no longer pending. Raises DeadlineError, ShutDownError."""
-        from goalwire.execution.asyncio.waiting import settle  # asyncio is slow to import
+        # imported here: asyncio is slow to import
+        from goalwire.execution.asyncio.waiting import settle
 
         if not await settle(future, self.context.shutdown_signal, self.deadline):
             self.check_alive()

@@ -72,10 +72,11 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
     def call_async(self, request: Any) -> Future[Any]:
         """Send a request and return the future of its response.
 
-        Raises TypeError for another type, EncodeError if a field cannot go on the wire, InvalidHandle
-        once destroyed, TooManyCallsError. As in ROS 2 the future stays pending if nobody answers, and after
-        the context's end, which is logged once: destructors say goodbye in this way. With a `default_timeout`
-        it ends with an error, and after the context's end ShutDownError is raised.
+        Raises TypeError for a request of another type, EncodeError if a field cannot go on the wire,
+        InvalidHandle once destroyed, TooManyCallsError. As in ROS 2 the future stays pending if nobody
+        answers, and after the context's end, which is logged once: destructors often call a service then.
+        With a `default_timeout` the future ends with an error, and after the context's end ShutDownError is
+        raised.
         """
         if not self._has_called:
             self._has_called = True
@@ -91,11 +92,11 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
             return Future()
 
     def begin(self, request: Any, timeout: float | None) -> PendingCall:
-        """Send a request with a time for all of it: waiting for a server, sending, the answer.
+        """Send a request. `timeout` limits the whole call: waiting for a server, sending, the answer.
 
         The future ends with the response, NoServerError or DeadlineError after `timeout` s, another CallError
-        as soon as it is known, InvalidHandle or ShutDownError; inf has no end, and None means what ROS 2
-        means. Raises as `call_async` does, and ValueError for a time that is not a number.
+        as soon as it is known, InvalidHandle or ShutDownError; inf is no limit; with None the future behaves
+        as in ROS 2. Raises as `call_async` does, and ValueError for a timeout that is not a number.
         """
         if request.__class__ is not self._request_class and not isinstance(request, self._request_class):
             raise TypeError(explain_wrong_message(self._request_class, request))
@@ -124,7 +125,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
 
     @property
     def retry(self) -> Retry | None:
-        """How requests are sent again; None: they are not."""
+        """The policy for sending requests again; None: each is sent once."""
         return None if self.retries is None else self.retries.policy
 
     @retry.setter
@@ -138,9 +139,9 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
 
         Raises DeadlineError or NoServerError, both TimeoutErrors, after `timeout_sec`, as newer rclpy does.
         Works inside callbacks: the thread that brings the reply wakes this one. Raises as call_async does,
-        and at once if the server's callback would need the very thread or group that waits here. Without
-        `timeout_sec` the `default_timeout` is used, if there is one; then a call that fails raises its error.
-        Raises ShutDownError if the context ends meanwhile.
+        and WouldDeadlockError, at once, if the server's callback needs the thread or group that waits here.
+        Without `timeout_sec` the `default_timeout` is used, if there is one; then a call that fails raises
+        its error. Raises ShutDownError if the context ends meanwhile.
         """
         context = self.node.context
         if self.full_name in context.deadlock_detector.event_queues:
@@ -162,7 +163,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         try:
             return future.result()
         finally:
-            del future  # the traceback of its exception holds this frame
+            del future  # break a reference cycle: its exception's traceback holds this frame
 
     def _late_error(self, timeout_sec: float) -> CallError:
         served = self._port is not None and self.server_is_there()
@@ -250,7 +251,8 @@ class AwaitedCalls:
         Raises CancelledError if `cancel` is called meanwhile, DestroyedError for a destroyed client,
         ShutDownError at shutdown; TypeError and EncodeError for what is no such request.
         """
-        from asyncio import CancelledError  # imported here, since that is slow
+        # imported here: asyncio is slow to import
+        from asyncio import CancelledError
 
         from goalwire.execution.asyncio.waiting import settle
 
@@ -272,7 +274,7 @@ class AwaitedCalls:
         try:
             return future.result()
         finally:
-            del future  # the traceback of its exception holds this frame
+            del future  # break a reference cycle: its exception's traceback holds this frame
 
     async def until_served(self) -> None:
         """Wait until there is a server. Raises InvalidHandle if the client is destroyed, ShutDownError."""

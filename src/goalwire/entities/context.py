@@ -124,12 +124,12 @@ class Context:
 
     @property
     def initialized(self) -> bool:
-        """True from init() on, after the end too."""
+        """True from init() on, also after the context's end."""
         return self._domain_id is not None
 
     @property
     def is_inherited(self) -> bool:
-        """True in a child that was forked since this was made."""
+        """True in a child process that was forked after this context was made."""
         return self._fork_guard.is_forked
 
     def reset_in_child(self) -> None:
@@ -138,7 +138,7 @@ class Context:
 
     @property
     def handle(self) -> Self:
-        """Its handle, as rclpy's programs use it."""
+        """The context's handle, as rclpy's programs use it."""
         return handle_of(self)
 
     def ok(self) -> bool:
@@ -146,7 +146,7 @@ class Context:
         return self._domain_id is not None and self.shutdown_signal.alive
 
     def shutdown(self) -> None:
-        """End: wake every waiter, run the shutdown callbacks, close the session.
+        """End the context: wake every waiter, run the shutdown callbacks, close the session.
 
         Raises RuntimeError before init(), RCLError if a signal or an earlier call ended it already.
         """
@@ -158,18 +158,20 @@ class Context:
             raise RCLError('failed to shutdown: rcl_shutdown already called on the given context')
 
     def try_shutdown(self) -> None:
-        """End if that has not happened yet; otherwise do nothing."""
+        """End the context unless it has ended already."""
         if self._domain_id is not None:
             self._end()
 
     def end_at_exit(self) -> None:
-        """Wake every waiter, since the interpreter ends. In a forked child they are the parent's."""
+        """Wake every waiter, since the interpreter ends. In a forked child do nothing: the waiters are the
+        parent's.
+        """
         if self.is_inherited:
             return
         if self.ok():
             self._tell_mistakes()
             self.shutdown_signal.end(_AT_EXIT)
-        elif self._has_spun and not self._are_mistakes_told:  # a signal has ended it
+        elif self._has_spun and not self._are_mistakes_told:  # a signal has ended the context
             self._are_mistakes_told = True
             self._tell_misspelt_overrides()
 
@@ -194,8 +196,10 @@ class Context:
             logging.get_logger('rclpy').warning(complaint)
 
     def _tell_misspelt_overrides(self) -> None:
-        """Log those that are most likely mistakes: a launch file may give a parameter to nodes without it."""
-        may_grow = 'rclpy_components' in sys.modules  # nodes are loaded into it at any time
+        """Log unused parameters whose names look misspelt: a launch file may give others to nodes without
+        them.
+        """
+        may_grow = 'rclpy_components' in sys.modules  # nodes may be loaded at any time
         use = None if may_grow or ends_early(has_spun=self._has_spun) else self.override_use
         for complaint in use.describe_misspelt() if use else ():
             logging.get_logger('rcl').warning(complaint)
@@ -242,7 +246,7 @@ class Context:
             self._let_go()
 
     def leave_to_parent(self) -> None:
-        """End it in a forked child that begins anew, and run no shutdown callbacks. Idempotent."""
+        """End the context in a forked child that makes its own, and run no shutdown callbacks. Idempotent."""
         with self._lock:
             first, self._shut_down = not self._shut_down, True
         if first and self._domain_id is not None:
@@ -257,7 +261,9 @@ class Context:
             logging.release()
 
     def on_shutdown(self, callback: ShutdownCallback) -> None:
-        """Call `callback` at the end (at once if it has come). Methods are held weakly, as in rclpy."""
+        """Call `callback` at the context's end (at once if it has ended). Methods are held weakly, as in
+        rclpy.
+        """
         if not callable(callback):
             raise TypeError(f'callback should be a callable, got {type(callback)}')
         with self._lock:
@@ -281,7 +287,7 @@ class Context:
         self.try_shutdown()
 
     def __enter__(self) -> Self:
-        """Open it, unless that was done before."""
+        """Initialise the context, unless it is initialised."""
         if self._domain_id is None:
             self.init()
         return self
@@ -364,7 +370,9 @@ at_exit(Stage.CONTEXTS, _end_at_exit)
 
 
 def _report(session: str, places: EndpointPlaces, mismatch: Mismatch) -> None:
-    """Warn once of a reason why two peers do not hear each other, with the lines of those of `session`."""
+    """Warn of a reason why two endpoints do not match, and name the program's lines that made those of
+    `session`.
+    """
     own = [side for side in (mismatch.first, mismatch.second) if side.session == session]
     lines = dict.fromkeys(places.find(side.kind, side.name) for side in own)
     logging.get_logger('goalwire').warning(f'{mismatch}{at(", ".join(filter(None, lines)))}')
@@ -387,7 +395,9 @@ def domain_from_environment() -> int:
 
 
 def call_timeout_from_environment() -> float | None:
-    """Return the s that GOALWIRE_CALL_TIMEOUT gives to calls, None if it is not set; raises RCLError."""
+    """Return the time limit of calls in s that GOALWIRE_CALL_TIMEOUT sets, None if it is not set; raises
+    RCLError.
+    """
     text = os.environ.get('GOALWIRE_CALL_TIMEOUT', '').strip()
     if not text:
         return None

@@ -14,8 +14,9 @@ class Answering(Coroutine[Any, Any, None]):
 
     It steps `callback`; `answer(response, request)` gets what it returns, `failed(error)` what it raises.
 
-    Where it raises, is cancelled or is closed, the request is given up, also before its first step: an
-    `async def` around it would not even have begun, and could not clean up.
+    If the callback raises, or is cancelled or closed, the request is given up, even before the callback's
+    first step. An `async def` that wraps it could not do that: it would not have begun, so its `finally`
+    would not run.
     """
 
     __slots__ = ('_answer', '_callback', '_failed', '_on_cancel', '_request')
@@ -28,7 +29,9 @@ class Answering(Coroutine[Any, Any, None]):
         failed: Callable[[Exception], None] | None = None,
         on_cancel: Callable[[], object] = bool,
     ) -> None:
-        """Without `failed`, errors go on to the caller. `on_cancel` is called if the request is cancelled."""
+        """Without `failed`, the callback's errors propagate. `on_cancel` is called if the request is
+        cancelled.
+        """
         self._callback = callback
         self._request = request
         self._answer = answer
@@ -79,9 +82,11 @@ class Answering(Coroutine[Any, Any, None]):
 
 
 class Enclosing(Coroutine[Any, Any, None]):
-    """Steps `outer`. Closed before its first step, it closes those that `outer` would have awaited.
+    """Steps the coroutine `outer`. If `outer` is closed before its first step, the coroutines that it would
+    have awaited are closed, too.
 
-    Python warns of a coroutine that was never awaited, and an `async def` that has not begun cannot close it.
+    Python warns of a coroutine that was never awaited, and an `async def` that has not begun cannot close
+    one.
     """
 
     __slots__ = ('_inner', '_outer')
@@ -97,7 +102,7 @@ class Enclosing(Coroutine[Any, Any, None]):
         return self._outer.send(value)
 
     def throw(self, *error: Any) -> Any:
-        """Go on with an error, as coroutines do: one that has not begun ends by it at once."""
+        """Raise an error in `outer`, as coroutines do. If `outer` has not begun, it ends at once."""
         try:
             return self._outer.throw(*error)
         except BaseException:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class DeadlockDetector:
-    """By the name of their service: the event queues from which their callbacks run."""
+    """Knows the event queues of all request servers of a context, by the names of their services."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -35,7 +35,7 @@ class DeadlockDetector:
                 self.event_queues.pop(name, None)
 
     def check(self, graph: Graph, name: str) -> None:
-        """Raise WouldDeadlockError if all servers of `name` wait for the calling thread."""
+        """Raise WouldDeadlockError if no server of `name` can answer while the calling thread blocks."""
         with self._lock:
             event_queues = list(self.event_queues.get(name, ()))
         if not event_queues or graph.count(EndpointKind.SERVICE, name) > len(event_queues):

@@ -28,13 +28,13 @@ class EndpointPlaces:
     """The lines of the program that made its endpoints, for warnings about them."""
 
     MOST = 1000
-    """Names that are kept: a program may make and drop endpoints of new names for ever."""
+    """How many names are kept: a program may make and drop endpoints of new names for ever."""
 
     def __init__(self) -> None:
         self._places: dict[tuple[EndpointKind, str], str] = {}
 
     def note(self, kind: EndpointKind, name: str) -> None:
-        """Note that the calling line of the program makes an endpoint of this full name."""
+        """Note that the program's line that is running makes an endpoint of this full name."""
         if len(self._places) < self.MOST:
             self._places[kind, name] = caller_place()
 
@@ -72,7 +72,7 @@ def describe_endpoint(
 ) -> Endpoint:
     """Return the endpoint of a fully qualified name; raises RCLError for a policy that is UNKNOWN.
 
-    Called for the line of the program that makes it: the context keeps that line for warnings.
+    The context keeps the line of the program that makes the endpoint, for warnings.
     """
     node.context.endpoint_places.note(kind, name)
     return Endpoint(

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 SILENCE_S = 5.0
-"""How long a program waits for a server before it is told that there is none yet."""
+"""How long, in s, a program waits for a server before the log says that there is none yet."""
 
 
 def wait_for_graph(
@@ -34,8 +34,8 @@ def wait_for_graph(
 ) -> bool:
     """Block until `predicate()` holds (True), or until the timeout or the context's end (False).
 
-    None and negative times wait without limit. Needs no executor. `on_silence` is called once, if that takes
-    longer than SILENCE_S.
+    None and negative times wait without limit. Needs no executor. `on_silence` is called once, if the wait
+    takes longer than SILENCE_S.
     """
     if predicate():
         return True
@@ -68,7 +68,9 @@ def where(context: Context) -> str:
 
 
 class ServerWait:
-    """The blocking waits of one client for its server. They tell what stands in their way, once."""
+    """The blocking waits of one client for its server. They log once what may be the reason that no server is
+    found.
+    """
 
     def __init__(self, node: NodeCore, kind: str, name: str, is_there: Callable[[], bool]) -> None:
         """`kind` is 'service' or 'action', `name` fully qualified."""
@@ -144,14 +146,15 @@ class Waiting(Protocol):
     """A request that waits for a server."""
 
     def resume(self) -> None:
-        """There is a server now. Raises nothing."""
+        """Go on: there is a server now. Raises nothing."""
 
 
 class ServerWaitQueue:
     """The requests of one client that wait for a server, first come first served.
 
-    One look at the graph after each change serves them all; it and the sending happen on a thread of the
-    context's, for a change comes on the transport's. A server that was seen is there until the graph changes.
+    One look at the graph after each change serves all requests. A thread of the context looks and sends,
+    since changes are reported on the transport's thread. A server that was seen counts as present until the
+    graph changes.
     """
 
     def __init__(self, context: Context, is_there: Callable[[], bool], served_as: str) -> None:
@@ -170,7 +173,7 @@ class ServerWaitQueue:
         self._alarm = TimerEntry(self._look)
 
     def has_server(self) -> bool:
-        """Whether there is a server. The last answer holds until the graph changes: twelve calls less."""
+        """Whether there is a server. An answer holds until the graph changes: saves twelve calls."""
         version = self._graph.version
         if version == self._seen:
             return True

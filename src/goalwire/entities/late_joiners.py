@@ -1,13 +1,13 @@
-"""Tells of a subscription that came after the last message, and waits for it in vain.
+"""Warns of a subscription that came after a topic's last message, and waits for that message in vain.
 
-Two mistakes lead there. A program publishes at its start, before anybody listens, and its publisher keeps
-nothing. Or the publisher keeps its last messages, and the subscription does not ask for them.
+Two mistakes lead to this. A program publishes at its start, before anybody listens, and its publisher keeps
+no messages. Or the publisher keeps its last messages, and the subscription does not ask for them.
 
-A warning that is wrong does more harm than a mistake that stays untold. So a publisher is looked at only if
-it most likely publishes nothing more: a thread published its messages, and then began to spin without end. If
-a callback or another thread publishes, or if the node has a slow timer, the next message may come at any
-time. Nothing is told either if the subscription may have been there before (discovery takes its time), if it
-has left again, if it is a monitor's, or if another publisher of the topic serves it.
+A false warning does more harm than a missing one. So there is a warning only if the publisher most likely
+publishes nothing more: a thread published its messages, and then began to spin without end. If a callback or
+another thread publishes, or if the node has a slow timer, the next message may come at any time. There is no
+warning, either, if the subscription may have been there before (discovery takes its time), if it has left
+again, if a monitoring tool has made it, or if another publisher of the topic serves it.
 """
 
 from __future__ import annotations
@@ -34,11 +34,13 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import Endpoint, GraphEntity
 
 WAIT_S = 3.0
-"""How long the next message has time to come."""
+"""How long, in s, to wait for a further message before the warning."""
 _DISCOVERY_NS = 2_000_000_000
-"""How old a publisher is when a subscription of another process that it discovers must be new."""
+"""Once a publisher is this old, a subscription of another process that is discovered now must be new."""
 _STARTUP_NS = 30_000_000_000
-"""Up to which age of a publisher that keeps nothing it counts as a mistake that it has published before."""
+"""For a publisher that keeps no messages: a subscription that comes within this time after it has come too
+late.
+"""
 _MOST = 1000
 """How many subscriptions are remembered."""
 
@@ -58,7 +60,8 @@ class LateJoiners:
         self._before_spin = 0
         """How many messages the publishing thread had published when it began to spin without end."""
         self._met: set[bytes] = set()
-        """The gids of the subscriptions so far. A link that was cut shows the same ones again."""
+        """The gids of the subscriptions so far: after a cut of the link the same ones are discovered again.
+        """
         self._is_done = False
         node.context.shutdown_signal.spin_listeners.add(self)
         self._watch: CounterpartWatch = node.graph.watch_counterparts(
@@ -67,7 +70,9 @@ class LateJoiners:
         node.remains.add(self._watch.close)
 
     def on_first_message(self) -> None:
-        """Note the thread that publishes; called by it. A callback may publish again at any time."""
+        """Note the calling thread, which publishes, unless it spins: a callback may publish again at any
+        time.
+        """
         if current_thread() not in self._spinning:
             self._publishing_thread = current_thread()
 
@@ -79,7 +84,7 @@ class LateJoiners:
             self._before_spin = self._published[0]
 
     def close(self) -> None:
-        """Look no more. Idempotent."""
+        """Stop looking at subscriptions. Idempotent."""
         self._is_done = True
         self._node.context.shutdown_signal.spin_listeners.discard(self)
         self._node.remains.discard(self._watch.close)
@@ -96,7 +101,7 @@ class LateJoiners:
             self._met.add(peer.gid)
         count, age = self._published[0], self._now() - self._made
         is_new = peer.session == self._node.graph.session or age > _DISCOVERY_NS
-        is_tool = peer.node.name.startswith('_')  # tools hide their nodes by that
+        is_tool = peer.node.name.startswith('_')  # tools hide their nodes by such names
         if is_again or not count or not is_new or is_tool:
             return
         keeps = self._endpoint.qos.durability is DurabilityPolicy.TRANSIENT_LOCAL
@@ -106,7 +111,7 @@ class LateJoiners:
             self._look_later(peer, count, self._describe_lost(peer, count))
 
     def _look_later(self, peer: GraphEntity, count: int, text: str) -> None:
-        """Tell if the subscription waits in vain seconds later. In virtual time nothing is told."""
+        """Warn if the subscription still waits in vain after WAIT_S. In virtual time there is no warning."""
         context = self._node.context
 
         def look() -> None:
@@ -120,7 +125,9 @@ class LateJoiners:
             context.deadlines.set(TimerEntry(look), self._now() + int(WAIT_S * 1e9))
 
     def _waits_in_vain(self, peer: GraphEntity, count: int) -> bool:
-        """Whether all `count` messages came before the spin, and nobody will publish another one soon."""
+        """Whether all `count` messages were published before the spin, and nobody will publish another one
+        soon.
+        """
         graph, name = self._node.graph, self._endpoint.name
         return (
             count == self._before_spin == self._published[0]
@@ -147,12 +154,12 @@ class LateJoiners:
 
 
 def _is_default(qos: QoS) -> bool:
-    """Whether a subscription has the QoS of one that gets a depth alone, so that nobody chose VOLATILE."""
+    """Whether a subscription has the QoS that a depth alone gives, so that nobody chose VOLATILE."""
     return (qos.reliability, qos.durability) == (DEFAULT.reliability, DEFAULT.durability)
 
 
 def _is_slow_timer(owned: object) -> bool:
-    """Whether an entity is a timer whose next call may come after the look."""
+    """Whether an entity is a timer with a period above WAIT_S, which may publish after the warning."""
     try:
         return isinstance(owned, Timer) and not owned.is_canceled() and owned.timer_period_ns > WAIT_S * 1e9
     except InvalidHandle:

@@ -1,4 +1,4 @@
-"""Loaned messages: a program writes a large sequence of numbers where subscribers read it.
+"""Loaned messages: a program writes a large sequence of numbers into memory that subscribers read.
 
 The names are rclcpp's: `can_loan_messages`, `borrow_loaned_message`, `get`. A message's bytes are a head, the
 numbers, and maybe a tail. The numbers are written by the program, into memory of the wire; the head is
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from goalwire.cdr.layout import Leaf
 
 HEAD_ROOM = 4096
-"""Bytes before the numbers: for all fields before them, texts included. More is sent by copying."""
+"""Bytes reserved before the numbers, for all fields before them. A message that needs more is copied."""
 TAIL_ROOM = 1024
-"""Bytes behind the numbers: PointCloud2 has one field there."""
+"""Bytes reserved after the numbers, for the fields after them: PointCloud2 has one."""
 
 
 def loanable_fields(cls: type) -> dict[str, Leaf]:
@@ -37,11 +37,11 @@ class OwnMemory:
         self.view = memoryview(bytearray(size))
 
     def narrow(self, start: int, size: int) -> None:
-        """Make `size` bytes from `start` on the message."""
+        """Keep only the `size` bytes from `start` on: they are the message."""
         self.view = self.view[start : start + size]
 
     def end(self) -> None:
-        """Nobody else has it."""
+        """Do nothing: nobody else has this memory."""
 
 
 def borrow(port: PublisherPort, cls: type[MsgT], lengths: dict[str, int]) -> LoanedMessage[MsgT]:
@@ -60,7 +60,7 @@ def borrow(port: PublisherPort, cls: type[MsgT], lengths: dict[str, int]) -> Loa
 
 
 def publish(port: PublisherPort, loaned: LoanedMessage[MsgT]) -> None:
-    """Publish a loaned message, and end it. Raises ValueError for one that has ended, EncodeError."""
+    """Publish a loaned message, and end it. Raises ValueError if it has ended, EncodeError."""
     try:
         loan = loaned.place()
         if loan is None:
@@ -74,7 +74,7 @@ def publish(port: PublisherPort, loaned: LoanedMessage[MsgT]) -> None:
 
 
 class LoanedMessage(Generic[MsgT]):
-    """A message one field of which lies in memory of the wire. It ends when it is published, or its block."""
+    """A message with one field in memory of the wire. It ends when it is published, or with its block."""
 
     def __init__(self, message: MsgT, field: str, count: int, loan: Loan) -> None:
         """`field` gets `count` numbers in the memory of `loan`."""
@@ -122,7 +122,7 @@ class LoanedMessage(Generic[MsgT]):
             return
         self._message = None
         for view in (self._numbers, self._bytes):
-            with suppress(BufferError):  # the program still has a view of it
+            with suppress(BufferError):  # the program still has a view of the memory
                 view.release()
         loan.end()
 

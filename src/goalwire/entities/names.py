@@ -27,7 +27,8 @@ _EXCEPTIONS = {
 class rclpy_exceptions:  # noqa: N801 - used as a function is
     """Turn InvalidName into the exception that rclpy's programs catch.
 
-    A class: each name of each endpoint passes here twice, and a generator would cost four times as much.
+    A class, since a generator would take four times as long, and each name of each endpoint passes here
+    twice.
     """
 
     __slots__ = ()
@@ -89,7 +90,7 @@ class ResolvedAction(NamedTuple):
 
 
 def resolve_action_names(name: str, node: NodeName, remaps: RemapRules) -> ResolvedAction:
-    """Resolve an action's name, as ROS 2 does from Kilted on, and then its parts one by one, as before.
+    """Expand and remap an action's name, as ROS 2 does from Kilted on; then remap the names of its parts.
 
     Raises InvalidTopicNameException.
     """

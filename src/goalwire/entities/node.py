@@ -74,7 +74,8 @@ class NodeCore:
         self._finalizer.atexit = False
         self._owned: dict[int, Owned] = {}
         if context.session.refusals is not None:
-            from goalwire.entities.refusal_diagnostics import publish_through  # most programs have no policy
+            # imported here: most programs have no policy
+            from goalwire.entities.refusal_diagnostics import publish_through
 
             publish_through(self, context.session.refusals, context.sends, context.ok)
         self.place = caller_place()
@@ -132,7 +133,9 @@ class NodeCore:
         return resolve_action_names(name, self.name, self.remaps)
 
     def parameter_overrides(self) -> dict[str, ParameterValue]:
-        """Return the values that the arguments give to this node's parameters, its own arguments last."""
+        """Return the values that arguments give to this node's parameters; the node's own win over the
+        process's.
+        """
         own, process = self._arguments
         qualified = self.name.qualified
         return {**process.overrides_for(qualified), **own.overrides_for(qualified)}
@@ -144,18 +147,20 @@ class NodeCore:
         return self.context.override_use if takes_them else None
 
     def note_callback(self, kind: str) -> None:
-        """Note that the program gave the node a callback, of a 'timer' for one: somebody has to spin it."""
+        """Note that the program gave the node a callback of this kind, such as 'timer': somebody has to spin
+        the node.
+        """
         if self._unspun is None:
             self._unspun = self.context.unspun.add(self)
         self._unspun.callbacks[kind] += 1
 
     @property
     def has_callbacks(self) -> bool:
-        """Whether the program gave it any, besides the services that every node has."""
+        """Whether the program gave the node any callback, apart from the services that every node has."""
         return self._unspun is not None
 
     def own(self, entity: Owned) -> None:
-        """Destroy `entity` together with the node."""
+        """Register `entity`, which is then destroyed together with the node."""
         self._owned[id(entity)] = entity
 
     def disown(self, entity: Owned) -> None:
@@ -168,7 +173,8 @@ class NodeCore:
 
     def statistics(self) -> NodeStatistics:
         """Return the statistics of each of the node's entities."""
-        from goalwire.rules import statistics  # made late, since most programs never ask
+        # imported here: most programs never ask for statistics
+        from goalwire.rules import statistics
 
         found: dict[type, list[Any]] = {}
         for entity in self.owned():

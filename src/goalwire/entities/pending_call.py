@@ -74,13 +74,13 @@ class PendingCall(Future[Any]):
     """One request, and the future of its response. The response is decoded by the thread that asks for it.
 
     An attribute that few calls need belongs to the class until a call sets it. Programs set attributes of
-    their own on futures, so these names are unlikely ones.
+    their own on futures, so the names here are unlikely to collide with them.
     """
 
     __slots__ = ('awaited_by', 'decode', 'end_lock', 'sent_as', 'sent_ns')
 
     awaited_by: RequestClient
-    """The client that has sent it."""
+    """The client that has made this call."""
     decode: Callable[[Any], Any]
     end_lock: LockType
     """Taken by the thread that ends the call."""
@@ -103,7 +103,7 @@ class PendingCall(Future[Any]):
 
     def __init__(self, client: RequestClient, decode: Callable[[Any], Any]) -> None:
         """`decode` makes the response from the reply's payload."""
-        # hot path: the constructor of Future written out, one of the 40 calls that a service call makes
+        # hot path: the constructor of Future is written out, which saves one of a service call's 40 calls
         self.completion_state = PENDING
         self._result = self._exception = self._raw = None
         self._wakers = []
@@ -125,10 +125,10 @@ class PendingCall(Future[Any]):
         self.call_context, self.encoded = call_context, payload
         if client.retries is not None:
             self._attempts = CallAttempts(client.retries, call_context, self.out_of_patience, self.resume)
-        client.timed[self] = None  # then look at the signal; the end sets that first and then looks here
+        client.timed[self] = None  # before the look at the signal: the end sets it, then looks in `timed`
         if deadline is None and not client.watches_end:
             client.watch_end()
-        if not context.shutdown_signal.alive:  # otherwise the alarm would fail a future that nobody has yet
+        if not context.shutdown_signal.alive:  # else the alarm would fail a future that nobody has yet
             self.end()
             raise ShutDownError(call_context.title)
         try:
@@ -169,7 +169,7 @@ class PendingCall(Future[Any]):
 
     def on_reply(self, sample: Sample) -> None:
         """Take the first reply; those of further servers of the same name are ignored, as in ROS 2."""
-        # hot path: `take_reply` and `set_raw` written out, three calls of the 43 that a service call makes
+        # hot path: `take_reply` and `set_raw` are written out, which saves three of a service call's 43 calls
         if not self.end_lock.acquire(False):
             return
         client = self.awaited_by
@@ -199,7 +199,7 @@ class PendingCall(Future[Any]):
         return True
 
     def tell_reply(self, sample: Sample) -> None:
-        """Publish a reply as an event of the call, if that is asked for."""
+        """Publish a reply as an event of the call, if call events are asked for."""
         if self.introspected is not None:
             self.introspected.received(sample)
 
@@ -265,7 +265,7 @@ class PendingCall(Future[Any]):
         alarm, attempts = self._alarm, self._attempts
         if alarm is not None:
             context.context.deadlines.discard(alarm)
-            alarm.call = do_nothing  # no circle is left for the garbage collector
+            alarm.call = do_nothing  # leave no reference cycle to the garbage collector
         queue = client.wait_queue
         if queue is not None and self in queue.waiting:
             queue.discard(self)
@@ -289,7 +289,7 @@ class PendingCall(Future[Any]):
     def _lacks_server(self) -> bool:
         client = self.awaited_by
         if self.was_sent:
-            # The request is sent again then
+            # The call waits for a server to send its request again
             return client.wait_queue is not None and self in client.wait_queue.waiting
         try:
             return not client.server_is_there()
@@ -314,7 +314,7 @@ class PendingCall(Future[Any]):
             attempts.discard_alarms()  # the call has ended meanwhile
 
     def out_of_patience(self) -> None:
-        """An attempt has had its time."""
+        """Fail the present attempt: its time is over."""
         context, attempts = self.call_context, self._attempts
         assert context is not None
         assert attempts is not None
@@ -341,7 +341,7 @@ class PendingCall(Future[Any]):
 
 
 class RequestClient:
-    """One client of one service on the wire, and its calls that are not over."""
+    """One client of one service on the wire, and its calls that have not ended."""
 
     margin_s = MARGIN_S
     """How much longer than the call the wire has to hold a request, in s."""
@@ -352,9 +352,9 @@ class RequestClient:
         self.pending: dict[int, PendingCall] = {}
         """The calls that wait for a reply, by the numbers of their requests."""
         self.timed: dict[PendingCall, None] = {}
-        """The calls with a context that are not over: on their way, or waiting for a server."""
+        """The calls with a call context that have not ended: on their way, or waiting for a server."""
         self.watches_end = False
-        """True while the calls in `timed` hear of the context's end: those without an alarm need that."""
+        """True while the context's end ends the calls in `timed`; calls without a deadline need that."""
         self.events = 0
         """How many responses have come; see waitable.Waited."""
         self.watchers: Sequence[Callable[[], None]] = ()
@@ -374,7 +374,7 @@ class RequestClient:
         """Send a request.
 
         Raises InvalidHandle once closed, ShutDownError after the context's end, TransportError if the wire
-        refuses it. With a context or retries it may be sent later, and then the future gets these.
+        refuses it. With a context or retries it may be sent later, and then the future gets these errors.
         """
         if call_context is None:
             self.send(payload, call)
@@ -413,7 +413,7 @@ class RequestClient:
     # -- what a subclass says ------------------------------------------------------------------------------
 
     def server_is_there(self) -> bool:
-        """True while there is a server that can be called. Raises ClosedError once this has ended."""
+        """True while there is a server that can be called. Raises ClosedError once the client has ended."""
         raise NotImplementedError
 
     def make_wait_queue(self) -> ServerWaitQueue:
@@ -421,7 +421,7 @@ class RequestClient:
         raise NotImplementedError
 
     def report_unanswered(self, reason: str) -> None:
-        """Nobody will answer a call that has no context: its future stays pending, as in ROS 2."""
+        """Report an unanswered call without a call context: its future stays pending, as in ROS 2."""
         raise NotImplementedError
 
     def what_fails(self) -> str:
@@ -441,7 +441,7 @@ class RequestClient:
             call.end_with_context()
 
     def close(self) -> None:
-        """Undeclare it. Calls with a context end with InvalidHandle, others stay pending. Idempotent."""
+        """Undeclare. Calls with a context end with InvalidHandle, others stay pending. Idempotent."""
         port, self._port = self._port, None
         if port is None:
             return

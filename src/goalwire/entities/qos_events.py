@@ -1,4 +1,4 @@
-"""The events of a publisher or subscription: their sources, and their way to a callback.
+"""The events of a publisher or subscription: their sources, and how they reach a callback.
 
 If the wire itself reports a kind of event, it comes from the endpoint's port (`Port.watch_event`). Else the
 graph tells which endpoints match and which cannot, and the numbers of messages tell how many were lost. Other
@@ -76,7 +76,9 @@ class EndpointEvents:
         port: Port,
         watch_arrivals: Callable[[Callable[[Sample], None]], None] | None = None,
     ) -> None:
-        """`watch_arrivals`, of a subscription, lets its transport's threads call with each message."""
+        """`watch_arrivals`, of a subscription, takes a function that its transport's threads call with each
+        message.
+        """
         self.node = node
         self.endpoint = endpoint
         session = node.context.session
@@ -120,7 +122,7 @@ class EndpointEvents:
             self.discard(reader)
             raise
         if reader.events:
-            reader.notify()  # the event has happened already
+            reader.notify()  # the event has happened before this reader came
         return reader
 
     def discard(self, reader: EventReader) -> None:
@@ -138,7 +140,7 @@ class EndpointEvents:
         return None if self._enforces_qos else registry.selected_identifier()
 
     def close(self) -> None:
-        """End with the endpoint. Idempotent."""
+        """Stop counting: the endpoint ends. Idempotent."""
         self._closed = True
         if self._watch is not None:
             self.node.remains.discard(self._watch.close)
@@ -181,11 +183,11 @@ class EndpointEvents:
     def _watch_graph(self) -> None:
         with self.lock:
             first, self._watches_graph = not self._watches_graph, True
-        if first:  # outside the lock: the present endpoints are reported at once
+        if first:  # outside the lock: `_on_counterpart`, which takes it, is called at once
             own = self.endpoint
             self._watch = self.node.graph.watch_counterparts(own.kind, own.name, weakly(self._on_counterpart))
             self.node.remains.add(self._watch.close)
-            if self._closed:  # another thread closed it before there was a watch
+            if self._closed:  # another thread called `close` before there was a watch
                 self._watch.close()
 
     def _on_counterpart(self, peer: GraphEntity, is_there: bool) -> None:
@@ -201,7 +203,7 @@ class EndpointEvents:
     def _meet(self, peer: GraphEntity) -> None:
         own = self.endpoint
         events = _FROM_GRAPH[own.kind]
-        known_hashes = {peer.type_hash, own.type_hash} - {''}  # some peers tell no hash
+        known_hashes = {peer.type_hash, own.type_hash} - {''}  # some peers announce no hash
         differs = len(known_hashes) > 1 and self._compares_definitions
         if peer.type_name != own.type_name or differs:
             self._add(events.incompatible_type, total_count=1)
@@ -232,7 +234,9 @@ class EndpointEvents:
 
 
 class EventReader(CallbackSource):
-    """One callback, and the totals it has seen. Changes that come before it runs are one call."""
+    """One callback, and the totals it has seen. Several changes that come before the callback runs make one
+    call.
+    """
 
     __slots__ = ('_posted', '_seen', '_source', 'callback', 'closed', 'event', 'watchers')
 
@@ -260,7 +264,7 @@ class EventReader(CallbackSource):
         return int(not self.closed and self._source.status(self.event) is not self._seen)
 
     def notify(self) -> None:
-        """Have the executor call back. Any thread."""
+        """Have the executor call back. Any thread may call this."""
         if not self._posted and not self.closed:
             self._posted = True
             self.work_queue.post(self)
@@ -270,7 +274,7 @@ class EventReader(CallbackSource):
     def take(self) -> EventStatus | None:
         """Return the record with the changes since it was last taken; None if there are none."""
         source = self._source
-        with source.lock:  # another thread may run this, too, if the callback group lets it
+        with source.lock:  # another thread may be in here, too, if the callback group allows that
             earlier, status = self._seen, source.status(self.event)
             if self.closed or status is earlier:
                 return None
@@ -295,7 +299,7 @@ class TopicEndpoint(Protocol):
 
     @property
     def events(self) -> EndpointEvents:
-        """The source of its events."""
+        """The source of the endpoint's events."""
 
 
 def default_callback(endpoint: TopicEndpoint, event: EventType, topic: str) -> Callable[[Any], object] | None:
@@ -305,7 +309,7 @@ def default_callback(endpoint: TopicEndpoint, event: EventType, topic: str) -> C
 
 
 def warn_by_default(endpoint: TopicEndpoint, topic: str) -> None:
-    """Warn of all that default callbacks warn of, as far as the wire can tell."""
+    """Have default callbacks warn of all events that have one, as far as this wire reports them."""
     publishes = endpoint.events.endpoint.kind is EndpointKind.PUBLISHER
     for event in _WARNINGS:
         if isinstance(event, PublisherEvent) is publishes:

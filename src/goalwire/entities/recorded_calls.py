@@ -1,4 +1,4 @@
-"""Service events for recorders: published while one asks for them, whatever introspection says.
+"""Service events for recorders: published while a recorder asks for them, even if introspection is off.
 
 Introspection is off in most programs, and a recorder cannot switch it on in them. So a recorder subscribes to
 a topic of goalwire's own beside each service, and servers and clients that see such a subscription in the
@@ -26,12 +26,14 @@ if TYPE_CHECKING:
 POSTFIX_FOR_RECORDERS = '/_service_event_for_recorders'
 """The end of the topic's name. Its messages are those of the service's `_service_event`."""
 SWITCH = 'GOALWIRE_RECORDED_CALLS'
-"""The environment variable; `off`: calls are shown to nobody."""
+"""The environment variable; `off`: calls are published to no recorder."""
 QOS = QoS(depth=1000)
 
 
 class RecorderWatch:
-    """Publishes the calls of one server or client while there is a recorder. Its owner holds it."""
+    """Publishes the calls of one server or client while there is a recorder. Its owner must hold it, or it
+    ends.
+    """
 
     def __init__(self, owner: Introspected) -> None:
         self._owner = owner
@@ -45,7 +47,9 @@ class RecorderWatch:
         node.remains.add(self._watch.close)
 
     def _note(self, recorder: GraphEntity, is_there: bool) -> None:
-        """A recorder has come or gone; on the graph's thread, which must declare nothing."""
+        """Note that a recorder has come or gone. Runs on the graph's thread, which must not declare
+        endpoints.
+        """
         with self._lock:
             before = bool(self._recorders)
             if is_there:
@@ -57,7 +61,9 @@ class RecorderWatch:
         self._owner.node.context.sends.soon(self._change)
 
     def _follow(self) -> None:
-        """Begin or stop publishing, as the recorders want it now. One thread does it, and under no lock."""
+        """Begin or stop publishing, as the recorders want it now. Only one thread calls this, and holds no
+        lock.
+        """
         with self._lock:
             is_wanted, current = bool(self._recorders), self._owner.recorded
         if is_wanted and current is None:
@@ -82,7 +88,7 @@ class RecorderWatch:
                 owner, owner.node.clock, QOS, contents=True, postfix=POSTFIX_FOR_RECORDERS
             )
         except (ClosedError, ShutDownError):
-            return None  # the client or server ends
+            return None  # the client or server is ending
         except GoalwireError as error:
             text = f"the calls of '{owner.full_name}' cannot be recorded: {error}"
             get_logger(owner.node.logger_name).warning(text)

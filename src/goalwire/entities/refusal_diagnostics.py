@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 TOPIC = '/diagnostics'
 ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
 MOST_VALUES = 20
-"""The acts that a status names: those that were refused most often."""
+"""How many refused acts a status names: those that were refused most often."""
 
 
 class PublishingNode(InGraph, Protocol):
@@ -62,12 +62,12 @@ class RefusalDiagnostics:
         refusals.listen(self)
 
     def join(self, node: PublishingNode) -> None:
-        """Publish through a node, if those before it have gone."""
+        """Publish through a node, if those that joined earlier have gone."""
         self._nodes.append(ref(node))
 
     def tell(self) -> None:
         """Publish soon."""
-        # Publishing may wait for room on the wire, which the caller's thread empties.
+        # Another thread publishes: that may wait for room on the wire, which the calling thread makes.
         self._sends.soon(self._entry)
 
     def _publish(self) -> None:
@@ -79,7 +79,7 @@ class RefusalDiagnostics:
             if self._port is not None:
                 self._port.publish(codec.encode(self._message()))
         except (ClosedError, ForkedError):
-            self._port = None  # the node has gone: the next one takes over
+            self._port = None  # the node has gone: the next node takes over
         except GoalwireError as error:
             from goalwire.logging import get_logger
 

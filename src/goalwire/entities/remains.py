@@ -1,7 +1,8 @@
-"""A node that a program drops without destroying it leaves the graph all the same.
+"""Closes a node that a program drops without destroying it, so that it leaves the graph.
 
 Python's garbage collector finds such a node, since nothing but the node holds its entities (weak_methods.py).
-It may do so on any thread, in the middle of anything. So nothing is closed there, where a lock may be held.
+It may do so on any thread, in the middle of any code, which may hold a lock. So another thread closes the
+node's parts.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Remains:
-    """The work that ends one node. It must not hold the node, nor anything that does."""
+    """The clean-up steps that end one node. They must not refer to the node, nor to anything that does."""
 
     def __init__(self, port: NodePort) -> None:
         self._port = port
@@ -35,7 +36,7 @@ class Remains:
 
     def close_soon(self) -> None:
         """Take everything off the wire, on a thread of its own. Takes no lock: a finalizer calls it."""
-        with suppress(RuntimeError):  # the interpreter ends, and closes all sessions
+        with suppress(RuntimeError):  # the interpreter is ending, and closes all sessions
             start_new_thread(self._start, ())
 
     def _start(self) -> None:

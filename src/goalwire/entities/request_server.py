@@ -26,8 +26,8 @@ user's depth says: ROS 2 drops the oldest silently, and its client waits for eve
 class RequestServer:
     """Declares a service, with `open`, and calls `handle(request, message)` on the executor, in `group`.
 
-    `decode` makes the message of the payload; the default is the request class's own. What `handle` raises
-    gives the request up, so that its client learns of it, and comes out of spin.
+    `decode` makes the message of the payload; the default is the request class's own. If `handle` raises, the
+    request is given up, so that its client learns of it, and the error comes out of spin.
     """
 
     def __init__(
@@ -55,13 +55,14 @@ class RequestServer:
         )
         self._forget = partial(node.context.deadlock_detector.remove, self.full_name, self.event_queue)
         self.entity: object = self
-        """The entity that this is a part of, for executors that users have written."""
+        """The service or action server that has this request server, for executors that users have written.
+        """
         self._endpoint = describe_endpoint(node, EndpointKind.SERVICE, self.full_name, support, qos)
         self._port: Port | None = None
         self.destroyed = False
 
     def open(self) -> None:
-        """Let requests in. They may be handled, on another thread, before this returns."""
+        """Begin to take requests. They may be handled, on another thread, before this method returns."""
         node = self.node
         node.context.deadlock_detector.add(self.full_name, self.event_queue)
         node.remains.add(self._forget)
@@ -84,7 +85,7 @@ class RequestServer:
             self._log('a request was refused', self.refused, f'{QUEUE_LIMIT} requests wait already')
 
     def work_off(self) -> None:
-        """Handle the waiting requests on the calling thread, past the executor."""
+        """Handle the waiting requests on the calling thread, without the executor."""
         while (request := self.event_queue.take()) is not None:
             self._handle(request)
 
@@ -104,7 +105,7 @@ class RequestServer:
             raise
 
     def take(self) -> tuple[Any, Request] | None:
-        """Take the oldest request that waits, decoded, past the executor; None if there is none."""
+        """Take the oldest waiting request, decoded, without the executor; None if there is none."""
         while (request := self.event_queue.take()) is not None:
             try:
                 return (self._decode or self.support.decode_request)(request.sample.payload), request
@@ -122,7 +123,7 @@ class RequestServer:
         log_rejected(self.node.logger_name, what, count, reason, is_error=True)
 
     def destroy(self) -> None:
-        """Undeclare; waiting requests are cancelled. Idempotent."""
+        """Undeclare the service; waiting requests are cancelled. Idempotent."""
         self.destroyed = True
         port, self._port = self._port, None
         if port is None:

@@ -30,7 +30,7 @@ class Retries:
     """The retries of one client: the policy, the budget and the hook that all its calls share."""
 
     def __init__(self, policy: Retry, node: NodeCore) -> None:
-        """Raises TypeError for anything but a policy."""
+        """Raises TypeError for anything but a Retry."""
         from goalwire.rules.retries import Retry, RetryBudget
 
         if not isinstance(policy, Retry):
@@ -47,14 +47,14 @@ class Retries:
 
     def count(self) -> Attempts:
         """Begin to count the attempts of one call."""
-        from random import random  # imported here: it takes 1 ms, and few calls are sent again
+        from random import random  # imported here: it takes 1 ms, and few calls are retried
 
         from goalwire.rules.retries import Attempts
 
         return Attempts(self.policy, self._budget, random)
 
     def tell(self, record: CallAttempt) -> None:
-        """Have the hook called with an attempt. Any thread."""
+        """Have the hook called with an attempt. Any thread may call this."""
         if self._records is not None:
             self._records.deliver(record)
 
@@ -135,7 +135,9 @@ class CallAttempts:
         return was_out
 
     def on_failure(self, error: CallError, *, is_last: bool = False) -> int | None:
-        """Return the ns until the next attempt; None if there is none, because the call's time is up, say."""
+        """Return the ns until the next attempt; None if there is none, for example because the call's time is
+        up.
+        """
         now = self._context.now()
         delay = self._counted.on_failure(error, now, now if is_last else self._context.deadline)
         self._tell(error, now, delay)
@@ -147,7 +149,7 @@ class CallAttempts:
         self._tell(None, self._context.now(), None)
 
     def discard_alarms(self) -> None:
-        """Cancel the alarms: the call has ended, and neither sends again nor ends an attempt."""
+        """Cancel the alarms: the call has ended, so it neither sends again nor ends an attempt."""
         deadlines, sends = self._context.context.deadlines, self._context.context.sends
         for thread, alarm in ((deadlines, self.patience), (sends, self.again)):
             thread.discard(alarm)

@@ -36,7 +36,7 @@ _NUMBER = Struct('<I')
 
 
 class LoggingNode(InGraph, Protocol):
-    """A node as its place on /rosout needs it."""
+    """A node, as far as publishing its log needs it."""
 
     @property
     def logger_name(self) -> str:
@@ -61,12 +61,12 @@ class LoggingNode(InGraph, Protocol):
 
 
 class Rosout:
-    """The ways to /rosout of one context's nodes."""
+    """Publishes on /rosout what the nodes of one context log."""
 
     def __init__(self) -> None:
         self._lock = Lock()
         self._outlets: dict[str, list[_Outlet]] = {}
-        """By logger name; the first one of each has the publisher."""
+        """The outlets by logger name; the first outlet of each name has the publisher."""
         self._ways: dict[str, Callable[[bytes], None]] = {}
         self._sink: SinkHandle | None = None
 
@@ -90,7 +90,7 @@ class Rosout:
             )
 
     def discard(self, outlet: _Outlet) -> None:
-        """Forget a node; the next of its logger's name takes over."""
+        """Forget a node's outlet; the next outlet of its logger's name takes over."""
         name = outlet.name
         with self._lock:
             fellows = self._outlets.get(name, [])
@@ -98,7 +98,7 @@ class Rosout:
                 return
             was_first = fellows[0] is outlet
             fellows.remove(outlet)
-            # A thread whose line is dropped passes the turn on, too
+            # The next outlet of this name takes over, even if this call comes from a line that is dropped
             heir = fellows[0] if was_first and fellows else None
             if not fellows:
                 del self._outlets[name]
@@ -135,7 +135,7 @@ class _Outlet:
         self.name = node.logger_name
         self.support = standard_message(LOG)
         self._hub = hub
-        self._node = ref(node)  # weakly: the hub must not keep it alive
+        self._node = ref(node)  # weakly: the hub must not keep the node alive
         self.forget = partial(hub.discard, self)
         self._qos = qos
         self._port: PublisherPort | None = None
@@ -166,7 +166,7 @@ class _Outlet:
 def encode_log(record: LogRecord) -> bytes:
     """Return a record as a serialized rcl_interfaces/msg/Log.
 
-    By hand, since making the class takes a hundred times as long as the first line of most programs may.
+    The bytes are written by hand: to make the message class would delay a program's first line a hundredfold.
     Characters that a ROS string cannot hold are spelt out: a line is never lost.
     """
     seconds, nanoseconds = divmod(min(record.stamp_ns, LATEST_STAMP), S_TO_NS)

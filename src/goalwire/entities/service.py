@@ -50,7 +50,7 @@ class ServiceCore(Introspected):
         self.given_up = 0
         """How many requests the callback gave up."""
         self.latencies = Latencies()
-        """From the arrival of requests to their responses."""
+        """The times from the arrival of requests to their responses."""
         self._clock = node.context.shutdown_signal.clock
         self._server = RequestServer(node, support, name, self._handle, qos, group)
         self._server.entity = self
@@ -80,9 +80,9 @@ class ServiceCore(Introspected):
         self.given_up += 1
 
     def send_response(self, response: object, header: Request) -> None:
-        """Answer the request that `header` stands for: every response goes this way, as in rclpy.
+        """Answer the request that `header` stands for. Every response goes through this method, as in rclpy.
 
-        So a program may put its own function here, and answer later. Raises TypeError for another type,
+        So a program may replace it by its own function, and answer later. Raises TypeError for another type,
         InvalidHandle once destroyed.
         """
         if self._server.destroyed:
@@ -94,7 +94,7 @@ class ServiceCore(Introspected):
                 f"return the {expected.__name__} that it was given: write 'return response'"
                 f'{at(function_place(self.callback))}'
             )
-        introspection = self.introspection  # read before replying: the client may make it change at once
+        introspection = self.introspection  # read before the reply, on which the client may switch it off
         header.reply(self.support.encode_response(response))
         took = self._clock.system_now() - header.sample.received_timestamp
         self.latencies.counts[took.bit_length() if took > 0 else 0] += 1
@@ -107,7 +107,7 @@ class ServiceCore(Introspected):
         return self._server.event_queue
 
     def take(self) -> tuple[Any, Request] | None:
-        """Take the oldest request that waits, past the callback, with the header of its response; else None.
+        """Take the oldest waiting request, without the callback, and the header for its response; else None.
 
         Raises InvalidHandle once destroyed.
         """
@@ -143,7 +143,9 @@ class ServiceCore(Introspected):
         return self._server.destroyed
 
     def destroy(self) -> None:
-        """Undeclare; waiting requests are cancelled, so that their clients get an error. Idempotent."""
+        """Undeclare the service; waiting requests are cancelled, so that their clients get an error.
+        Idempotent.
+        """
         self.node.disown(self)
         self.end_introspection()
         self._server.destroy()

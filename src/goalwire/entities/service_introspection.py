@@ -119,7 +119,7 @@ class ServiceIntrospection:
         self._logger_name = node.logger_name
         self._failed = False
         self.topic = node.resolve(owner.full_name + postfix)
-        # It never waits: the transport's own threads report some steps.
+        # The publisher never waits: the transport's own threads publish some events.
         endpoint = describe_endpoint(
             node, EndpointKind.PUBLISHER, self.topic, support, qos, waits_for_room=False
         )
@@ -145,7 +145,7 @@ class ServiceIntrospection:
         try:
             self._dispatcher.drain()
         except ClosedError:
-            return  # the context, node or entity ends
+            return  # the context, node or entity is ending
         except GoalwireError as error:
             self._complain(error)
 
@@ -161,7 +161,7 @@ class ServiceIntrospection:
         try:
             return decode(payload) if self._contents else None
         except GoalwireError:
-            return None  # the error comes when the message is read
+            return None  # whoever reads the message gets the error
 
     def _event_of(self, step: Step, gid: bytes, sequence: int, message: object) -> bytes:
         event = self._event()
@@ -190,7 +190,9 @@ class ServiceIntrospection:
 
 
 class IntrospectedCall:
-    """One call as its client sees it. Within one process the reply may come before the sequence number."""
+    """One call as its client sees it. Within one process the reply may come before the request's number is
+    known.
+    """
 
     __slots__ = ('_gid', '_introspection', '_request')
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from goalwire.rules.qos import QoS
 
 try:
-    from goalwire.entities.standard_hashes import MESSAGES, SERVICES  # the build writes that module
-# A checkout that was never installed: each hash is computed when it is first asked for
+    from goalwire.entities.standard_hashes import MESSAGES, SERVICES  # written by the build
+# In a checkout that was never installed each hash is computed when it is first asked for
 except ModuleNotFoundError:
     MESSAGES, SERVICES = {}, {}
 

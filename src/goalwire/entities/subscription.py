@@ -68,7 +68,9 @@ class SubscriptionCore(Generic[MsgT]):
         raw: bool = False,
         views: bool = False,
     ) -> None:
-        """With `views` sequences of numbers are read-only views of what came, and `raw` bytes are one."""
+        """With `views`, sequences of numbers are read-only views of the received bytes, and so is what `raw`
+        gives.
+        """
         self.node = node
         self.topic = topic
         self.qos = qos
@@ -111,7 +113,7 @@ class SubscriptionCore(Generic[MsgT]):
         self._callback = callback
 
     def _receiver(self) -> Callable[[Sample], None]:
-        """Return the function that the transport calls with each message: the event queue's method, which
+        """Return the function that the transport calls with each message: the event queue's own method, which
         saves a call.
         """
         return self.event_queue.deliver
@@ -129,7 +131,7 @@ class SubscriptionCore(Generic[MsgT]):
         return self._callback(message)
 
     def take(self) -> tuple[Any, MessageInfo] | None:
-        """Take the oldest message that waits, past the callback; None if there is none.
+        """Take the oldest waiting message, without the callback; None if there is none.
 
         Raises InvalidHandle once destroyed.
         """
@@ -158,7 +160,8 @@ class SubscriptionCore(Generic[MsgT]):
         log_rejected(self.node.logger_name, what, self.rejected, error, is_error=True)
 
     def publisher_count(self) -> int:
-        """How many publishers match: of this type, and with a QoS that goes together with this one's.
+        """How many publishers match: of this type, and with a QoS that is compatible with this
+        subscription's.
 
         Raises InvalidHandle once destroyed.
         """
@@ -182,7 +185,7 @@ class SubscriptionCore(Generic[MsgT]):
         self.event_queue.note = note
 
     def statistics(self) -> SubscriptionStatistics:
-        """Count what has come."""
+        """Return the counts of received messages."""
         return self._count(len(self.event_queue), self.event_queue.dropped)
 
     def _count(self, waiting: int, dropped: int) -> SubscriptionStatistics:
@@ -196,7 +199,7 @@ class SubscriptionCore(Generic[MsgT]):
         return self._port is None
 
     def destroy(self) -> None:
-        """Undeclare. Queued messages are not delivered. Idempotent."""
+        """Undeclare the subscription. Queued messages are not delivered. Idempotent."""
         port, self._port = self._port, None
         if port is not None:
             self.node.disown(self)
@@ -216,9 +219,8 @@ def queue_depth(qos: QoS) -> int | None:
 
 
 def _info(sample: Sample, taken: int) -> MessageInfo:
-    """Return the MessageInfo of a message before which `taken` were taken.
-
-    rmw_zenoh counts them from 0 on; DDS, which numbers nothing, tells neither number.
+    """Return the MessageInfo of a message; `taken` messages were taken before it. rmw_zenoh counts receptions
+    from 0; on DDS, which does not number messages, both numbers are None.
     """
     return {
         'source_timestamp': sample.source_timestamp,
@@ -248,8 +250,8 @@ def wait_for_message(
 ) -> MsgT | None:
     """Return the next message, or None at the end of the time (negative: without limit) or of the context.
 
-    It has a subscription of its own, which no executor serves: so it works inside callbacks, and beside
-    threads that spin. Raises what making a subscription raises.
+    It makes a subscription of its own, which no executor serves. So it works inside callbacks, and while
+    threads spin. Raises what making a subscription raises.
     """
     clock = node.context.shutdown_signal.clock
     subscription = _Awaited(node, msg_type, topic, qos)
@@ -277,7 +279,7 @@ class _Awaited(SubscriptionCore[MsgT]):
     def receive(self, deadline: int | None) -> MsgT | None:
         """Wait for a message that can be decoded; None at `deadline` (steady ns) or the context's end."""
         while block_on(self._arrival, deadline, self.node.context.shutdown_signal):
-            self._arrival = Future()  # before looking: a message that comes from now on completes this
+            self._arrival = Future()  # first: a message that comes from now on completes the new future
             while self._samples:
                 sample = self._samples.popleft()
                 try:

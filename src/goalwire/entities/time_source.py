@@ -64,7 +64,7 @@ class TimeSourceCore:
         """Stop listening to /clock."""
 
     def attach_clock(self, clock: ROSClock) -> None:
-        """Set `clock` too, from now on. It begins with the last time that came on /clock."""
+        """Set `clock`, too, from now on. It begins with the last time that came on /clock."""
         clock.set_ros_time_override(self._last)
         clock.switch_override(self._active)
         if clock not in self._clocks:
@@ -72,7 +72,7 @@ class TimeSourceCore:
             clock.before_sleep.append(self.catch_up)
 
     def _follow(self, parameters: Sequence[Parameter]) -> None:
-        """Take the new value of `use_sim_time` over, once it is set: a callback after sets."""
+        """Apply the new value of `use_sim_time`. The node calls this after parameters were set."""
         for parameter in parameters:
             if parameter.name == USE_SIM_TIME_NAME and isinstance(parameter.value, bool):
                 self.ros_time_is_active = parameter.value
@@ -82,7 +82,7 @@ class TimeSourceCore:
         return self.subscription is not None and self.subscription.catch_up()
 
     def wake_sleepers(self) -> None:
-        """Wake threads that sleep: a message waits for an executor that one of them may hold up."""
+        """Wake sleeping threads: a message waits for an executor, which one of these threads may hold up."""
         for clock in self._clocks:
             clock.wake_sleepers()
 
@@ -123,11 +123,11 @@ class NodeTimeSource(TimeSourceCore):
 
 
 class ClockSubscription(SubscriptionCore['ClockMessage']):
-    """Time must go on while the executor is busy: a callback may be sleeping until a later time.
+    """A subscription to /clock. Time must go on while the executor is busy: a callback may sleep until later.
 
-    So a message sets the clocks on the thread that brings it. If jump callbacks are to be called, messages
-    take the usual way through the executor until they have been called. The newest one waits there. A thread
-    that sleeps takes it itself if it holds up the executor or the group.
+    So a message sets the clocks on the thread that brings it. But if it would call jump callbacks, the
+    executor handles it and later messages until these callbacks have run. Only the newest message waits
+    there. A sleeping thread that holds up the executor or the callback group takes this message itself.
     """
 
     def __init__(self, node: NodeCore, group: CallbackGroup, source: TimeSourceCore) -> None:
@@ -144,7 +144,8 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
 
     @staticmethod
     def _deliver(reference: ReferenceType[ClockSubscription], sample: Sample) -> None:
-        # hot path: the wire does not hold the subscription, and yet this is one call.
+        # hot path: a static method with a weak reference, so that the wire neither keeps the subscription
+        # alive nor makes two calls.
         self = reference()
         if self is None:
             return
@@ -161,7 +162,7 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
         self._source.wake_sleepers()
 
     def catch_up(self) -> bool:
-        """Take the message that waits, if no executor can while the calling thread sleeps; True if so."""
+        """Take the waiting message if no executor can while the calling thread sleeps; True if so."""
         work_queue = self.node.work_queue
         if not self._queued or (
             work_queue.attached and why_it_cannot_answer(work_queue, self._group) is None

@@ -53,7 +53,7 @@ class TypeDescriptions:
 
     @classmethod
     def start(cls, node: NodeParameters) -> Any:
-        """Make the service of a node and return it; None if its parameter says no."""
+        """Make the service of a node and return it; None if the node's parameter switches it off."""
         descriptions = cls(node)
         return descriptions.offer() if descriptions.wanted() else None
 
@@ -67,7 +67,7 @@ class TypeDescriptions:
     def _answer(
         self, request: GetTypeDescription.Request, response: GetTypeDescription.Response
     ) -> GetTypeDescription.Response:
-        """Describe the type of a hash, whatever its name: so does rcl."""
+        """Answer with the type that has the request's hash; its name is not compared, as in rcl."""
         core = self._node.handle
         if _HASH.fullmatch(request.type_hash) is None:
             get_logger('rcl').error(f"Failed to parse type hash '{peer_text(request.type_hash)}'")
@@ -165,7 +165,7 @@ def sources(type_name: str) -> list[TypeSource]:
             continue
         try:
             text = definition_text(definition.full_name)
-        except InterfaceError:  # a class of an installed ROS 2 whose file is nowhere to be found
+        except InterfaceError:  # a class of an installed ROS 2, whose file is not found
             text = ''
         found.append(
             TypeSource(type_name=definition.full_name, encoding=definition.kind, raw_file_contents=text)

@@ -24,12 +24,12 @@ _ROS1_HINT = (
 
 _OF_INTERFACES = ('get_fields_and_field_types', 'Request', 'Goal')
 _support_of = attrgetter('_TYPE_SUPPORT')
-"""rosidl's name for it, in metaclasses of its making."""
+"""Reads the type support under rosidl's name, as the metaclasses that rosidl generates have it."""
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar as TypeVarWithDefault
 
-    # Type checkers have it; programs may write a bare Publisher, Client or Service, as rclpy's own do.
+    # Only type checkers need defaults: programs may write a bare Publisher or Client, as rclpy's own do.
     MsgT = TypeVarWithDefault('MsgT', default=Any)
     RequestT = TypeVarWithDefault('RequestT', default=Any)
     ResponseT = TypeVarWithDefault('ResponseT', default=Any)
@@ -107,7 +107,7 @@ class ServiceSupport:
         self.type_name = type_name
         self.type_hash = type_hash
         self.part_hashes = part_hashes or self._part_hashes
-        """Tells the hashes of the request and of the response."""
+        """Returns the hashes of the request and of the response."""
         self._find = find
 
     def _part_hashes(self) -> tuple[str, str]:
@@ -203,8 +203,8 @@ def _refuse_instance(given: object) -> None:
 def check_for_type_support(msg_or_srv_type: type) -> None:
     """Raise AttributeError for anything but a message, service or action class.
 
-    NoTypeSupportImportedException for a class that looks like one and has no type support. The classes of
-    an installed ROS 2 need none of theirs here.
+    NoTypeSupportImportedException for a class that looks like one and has no type support. The classes of an
+    installed ROS 2 need no compiled type support here.
     """
     metaclass: Any = type(msg_or_srv_type)
     if not hasattr(metaclass, '_TYPE_SUPPORT'):
@@ -219,14 +219,14 @@ def check_for_type_support(msg_or_srv_type: type) -> None:
 
 
 def check_is_valid_msg_type(msg_type: type) -> None:
-    """Raise RuntimeError for a service or action class, AttributeError for no interface class at all."""
+    """Raise RuntimeError for a service or action class, AttributeError for any other object."""
     check_for_type_support(msg_type)
     if not hasattr(msg_type, 'get_fields_and_field_types'):
         raise RuntimeError(f'The message type provided is not valid: {_explain_kind(msg_type, "message")}')
 
 
 def check_is_valid_srv_type(srv_type: type) -> None:
-    """Raise RuntimeError for a message or action class, AttributeError for no interface class at all."""
+    """Raise RuntimeError for a message or action class, AttributeError for any other object."""
     check_for_type_support(srv_type)
     if not (hasattr(srv_type, 'Request') and hasattr(srv_type, 'Response')):
         raise RuntimeError(f'The service type provided is not valid: {_explain_kind(srv_type, "service")}')
@@ -252,7 +252,7 @@ def _message_support(cls: type) -> MessageSupport:
 def named_message_support(type_name: str, type_hash: str = '') -> MessageSupport:
     """Return the support of 'pkg/msg/Name', which may be unknown here: serialized messages need no class.
 
-    Without a `type_hash` that of the definition known here counts, if there is one.
+    Without a `type_hash` the hash of the definition known here is used, if there is one.
     """
     from goalwire.cdr.type_hash import message_facts  # imported here, since it imports json
 
@@ -280,7 +280,7 @@ def _service_support(cls: type) -> ServiceSupport:
 def action_support(cls: type, name: object = None, *, call: str = '') -> ActionSupport:
     """Return the support of an action class; raises AttributeError or RuntimeError for anything else.
 
-    `call` is the call to write with the class and the action's `name`, if they stand in the other order.
+    `call` and `name` are for the error's advice if the class and the name were given in the wrong order.
     """
     given: object = cls
     if call and isinstance(given, str) and '/' not in given:

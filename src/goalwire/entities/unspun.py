@@ -1,7 +1,8 @@
 """Finds nodes that have callbacks and that nobody ever spun: the commonest mistake of a first program.
 
-They are told when the context ends: a program that is still being set up may spin later. A node is told
-earlier if its callbacks have waited for seconds while `rclpy.spin` runs another node, as that never returns.
+A warning names them when the context ends: a program that is still being set up may spin later. The warning
+comes earlier if a node's callbacks have waited for seconds while `rclpy.spin`, which never returns, runs
+another node.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import NodeName
 
 _MOST = 10
-"""Nodes that are kept: a program that makes and drops nodes for ever keeps the first ones."""
+"""How many nodes are kept: a program that makes and drops nodes for ever keeps the first ones."""
 _TEST_RUNNERS = frozenset({'pytest', 'unittest'})
 
 
@@ -38,38 +39,37 @@ class NodeOfProgram(Protocol):
 
 
 class UnspunNode:
-    """The facts that the log tells of a node. They do not keep the node alive."""
+    """The facts about a node that a warning names. They do not keep the node alive."""
 
     def __init__(self, node: NodeOfProgram) -> None:
         self.name = node.name.qualified
         self.logger = node.logger_name
         self.place = node.place
         self.callbacks: Counter[str] = Counter()
-        """How many of each kind the program made: {'timer': 2}."""
+        """How many callbacks of each kind the program made: {'timer': 2}."""
         self.is_told = False
         self._home = node.work_queue.home
         self._work_queue = ref(node.work_queue)
 
     @property
     def has_executor(self) -> bool:
-        """Whether it was added to an executor once."""
+        """Whether the node was ever added to an executor."""
         return self._home.driver is not None
 
     @property
     def was_spun(self) -> bool:
-        """Whether an executor that had it was spun; True if that executor is gone, and nobody knows."""
+        """Whether the node's executor was spun; True if the executor is gone, since nobody knows then."""
         driver = None if self._home.driver is None else self._home.driver()
         return self.has_executor and getattr(driver, 'has_spun', True)
 
     def waits(self, now: int) -> bool:
-        """Whether its callbacks have waited for a second at `now` (steady ns), without an executor."""
+        """Whether the node's callbacks have waited for a second at `now` (steady ns), without an executor."""
         work_queue = self._work_queue()
         return work_queue is not None and not self.has_executor and work_queue.waits(now - 10**9)
 
     def describe(self, *, beside_others: bool = False, beside_calls: bool = False) -> str:
-        """Return what to do, in one sentence; `beside_others` while other nodes are spun without end.
-
-        `beside_calls`: the program is told to wait for an answer, too, which rclpy.spin(node) would prevent.
+        """Return what to do, in one sentence; `beside_others` if other nodes are spun without end.
+        `beside_calls`: another warning advises to wait for an answer, which rclpy.spin(node) would prevent.
         """
         kinds = ', '.join(f'{n} {kind}{"s" if n > 1 else ""}' for kind, n in self.callbacks.items())
         what, call = (
@@ -103,7 +103,7 @@ class Calling(Protocol):
 
 
 class UnspunNodes:
-    """The nodes of one context that have callbacks, and the clients whose answers come to nodes."""
+    """The nodes of one context that have callbacks, and the clients that have called from these nodes."""
 
     def __init__(self) -> None:
         self._nodes: list[UnspunNode] = []
@@ -141,23 +141,23 @@ class UnspunNodes:
         return found
 
     def never_spun(self) -> list[UnspunNode]:
-        """Return those to tell at the end of the context: none where tests run, or after an error."""
+        """Return the nodes to warn of at the context's end: none if tests run, or after an error."""
         if not tells_at_end():
             return []
         return [node for node in self._nodes if not (node.is_told or node.was_spun)]
 
     def waiting(self, now: int) -> list[UnspunNode]:
-        """Return those whose callbacks wait while a thread spins other nodes."""
+        """Return the nodes whose callbacks wait while a thread spins other nodes."""
         return [node for node in self._nodes if not node.is_told and node.waits(now)]
 
 
 def tells_at_end() -> bool:
-    """Whether to tell what shows itself at the end alone: not where tests run, nor after an error."""
+    """Whether to log mistakes that only the end shows: not if tests run, nor after an error."""
     return not (_TEST_RUNNERS & sys.modules.keys() or ends_early())
 
 
 def ends_early(*, has_spun: bool = False) -> bool:
-    """Whether the program has not come to its end: an error ended it, or somebody types at a prompt.
+    """Whether the program stops early: an error ended it, or somebody types at a prompt.
 
     Ctrl-C and SIGTERM are the ordinary end of a program that `has_spun` without end.
     """

@@ -1,4 +1,4 @@
-"""The acceptances of goals: each completes its goal's future, at once or in its turn."""
+"""The servers' answers to goals: each completes its goal's future, at once or in a turn of the executor."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ class Acceptances:
     """The answers of servers to the goals of one action client.
 
     A reply completes its future on the thread that brings it. If the goal's server runs in the client's own
-    executor, the reply waits for a turn there: the execution of the goal begins first, as in rclpy.
+    executor, the reply waits for a turn of this executor: the execution of the goal begins first, as in
+    rclpy.
     """
 
     def __init__(self, node: NodeCore, goal_service: str, blocking: Container[Future[Any]]) -> None:
@@ -33,17 +34,20 @@ class Acceptances:
         )
 
     def take(self, call: GoalCall, payload: Payload) -> None:
-        """Complete the future of a goal that a server has accepted or refused, now or in its turn."""
+        """Complete the future of a goal that a server has accepted or refused, now or in a turn of the
+        executor.
+        """
         if call not in self._blocking and self._server_shares_executor():
             self._waiting.deliver((call, payload))
-            # By now: a blocking thread notes that it waits, and then looks at the answers
+            # A thread may have begun to block meanwhile: it first notes that it waits, then looks at the
+            # answers
             if call in self._blocking:
                 self.complete_waiting()
         else:
             _complete(call, payload)
 
     def complete_waiting(self) -> None:
-        """Complete the futures that wait for a turn: a thread blocks, and that turn might never come."""
+        """Complete the futures that wait for a turn of the executor: a thread blocks, so none might come."""
         while (answer := self._waiting.take()) is not None:
             _complete(*answer)
 
@@ -51,7 +55,7 @@ class Acceptances:
         _complete(*answer)
 
     def _server_shares_executor(self) -> bool:
-        """Whether a server of this action runs in this client's executor, and a thread spins that."""
+        """Whether a server of this action runs in this client's executor, and a thread spins the executor."""
         servers = self._node.context.deadlock_detector.event_queues.get(self._goal_service)
         if not servers:
             return False

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 class ActionService(RequestServer, Introspected):
-    """A request server that tells its calls to recorders."""
+    """A request server that reports its calls to recorders."""
 
     destroyed = False
 
     def open(self) -> None:
-        """Let requests in, as `RequestServer.open`."""
+        """Begin to take requests, as `RequestServer.open` does."""
         super().open()
         watch_recorders(self)
 
@@ -30,7 +30,7 @@ class ActionService(RequestServer, Introspected):
         return super()._handle(request)
 
     def destroy(self) -> None:
-        """Undeclare; waiting requests are cancelled. Idempotent."""
+        """Undeclare the service; waiting requests are cancelled. Idempotent."""
         super().destroy()
         self.end_introspection()
 

@@ -1,4 +1,4 @@
-"""Tells what the callbacks of an action server got wrong, once, with the line that is to be changed."""
+"""Logs each mistake in an action server's callbacks once, with the line of code to change."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
 
 CANCEL_UNSEEN_S = 3.0
-"""How long an execute callback may run on, after its goal was cancelled, before it is told."""
+"""How long, in s, an execute callback may go on after its goal was cancelled, before a warning is logged."""
 
 
 class ActionAdvice:
     """The advice that one action server logs. Each sentence is logged once."""
 
     def __init__(self, name: str, node: NodeCore, no_cancel: Callable[..., object]) -> None:
-        """`no_cancel` is the cancel callback of servers that were given none."""
+        """`no_cancel` is the default cancel callback, of servers that were given none."""
         self._name = name
         self._node = node
         self._no_cancel = no_cancel
@@ -54,7 +54,9 @@ class ActionAdvice:
     def on_cancel_answer(
         self, handle: ServerGoalHandle | None, callbacks: ActionCallbacks, answer: object
     ) -> None:
-        """Look at the answer of a cancel callback, and some seconds later whether execute heeds it."""
+        """Check a cancel callback's answer and, seconds later, that the execute callback noticed the
+        cancellation.
+        """
         if handle is None:
             return
         if callbacks.cancel is self._no_cancel:
@@ -73,7 +75,7 @@ class ActionAdvice:
             self.cancel_unseen(execute)
 
     def state_not_set(self, execute: object) -> None:
-        """Tell of an execute callback that returned and left the goal's state open."""
+        """Log that an execute callback returned without setting the goal's final state."""
         self._tell(
             'state',
             f'{_called(execute, "the execute callback")} returned and did not say how the goal ended, so it '
@@ -84,7 +86,7 @@ class ActionAdvice:
     def no_response(
         self, callback: object, answer: object, expected: type[GoalResponse | CancelResponse]
     ) -> None:
-        """Tell of a goal or cancel callback that returned neither ACCEPT nor REJECT."""
+        """Log that a goal or cancel callback returned neither ACCEPT nor REJECT."""
         kind, refused = ('goal', 'the goal') if expected is GoalResponse else ('cancel', 'cancelling')
         self._tell(
             kind,
@@ -94,7 +96,7 @@ class ActionAdvice:
         )
 
     def no_cancel_callback(self, place: str) -> None:
-        """Tell that a client wants to cancel a goal of a server that cancels none."""
+        """Log that a request to cancel a goal was refused, since the server has no cancel callback."""
         self._tell(
             'no cancel',
             'a client asked to cancel a goal, and was refused, since the server has no cancel callback: to '
@@ -104,7 +106,7 @@ class ActionAdvice:
         )
 
     def cancel_unseen(self, execute: object) -> None:
-        """Tell of an execute callback that goes on after its goal was cancelled."""
+        """Log that an execute callback goes on after its goal was cancelled."""
         self._tell(
             'unseen',
             f'the goal was cancelled, and {_called(execute, "the execute callback")} does not look at that: '

@@ -42,8 +42,9 @@ class BlockingCalls:
     def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
         """Ask the server, block until the answer is there and return it.
 
-        Raises WouldDeadlockError, with nothing asked, if the answer needs the thread that would wait;
-        ShutDownError and InvalidHandle if the context ends, or the client is destroyed, before it is there.
+        Raises WouldDeadlockError, without asking the server, if the answer needs the thread that would wait;
+        ShutDownError and InvalidHandle if the context ends, or the client is destroyed, before the answer is
+        there.
         """
         client = self._client
         context = client.node.context
@@ -62,7 +63,7 @@ class BlockingCalls:
         try:
             return future.result()
         finally:
-            del future  # the traceback of its exception holds this frame
+            del future  # break a reference cycle: its exception's traceback holds this frame
 
     def _refuse_after_the_end(self) -> NoReturn:
         if self._client.destroyed:

@@ -1,4 +1,4 @@
-"""Tells a program that its goal was not cancelled and goes on, if it does not look at the answer itself."""
+"""Warns a program that its goal was not cancelled and goes on, unless the program reads the answer itself."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
 
 UNREAD_S = 2.0
-"""How long a program has to look at the answer before it is told."""
+"""How long, in s, a program may leave a server's refusal unread before it is warned."""
 
 
 class Answered(Protocol):
@@ -36,9 +36,9 @@ def is_refusal(answer: CancelGoal.Response) -> bool:
 
 
 def watch_answer(call: Answered, node: NodeCore, action: str, place: str) -> None:
-    """Look at the answer of a cancel request that was made in the line `place`, if nobody else has looked.
+    """Check the answer of a cancel request that the program's line `place` made, unless the program reads it.
 
-    Call it when the answer has come.
+    To be called when the answer has come.
     """
     context = node.context
 
@@ -52,7 +52,7 @@ def watch_answer(call: Answered, node: NodeCore, action: str, place: str) -> Non
 
 
 def tell_refusal(node: NodeCore, action: str, place: str) -> None:
-    """Say that the goal goes on, and what to write at either end."""
+    """Log that the goal goes on, and what to write in the client and in the server."""
     get_logger(f'{node.logger_name}.action_client').warning(
         f"action '{action}': the server refused to cancel the goal, so the goal goes on, and this line does "
         'not look at the answer: give the ActionServer cancel_callback=… with a function that returns '

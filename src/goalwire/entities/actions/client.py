@@ -1,4 +1,4 @@
-"""An action client: sends goals and completes the futures of what the server answers.
+"""An action client: sends goals and completes futures with the server's answers.
 
 The rules, and the one record of each goal, are in goalwire.rules.goals.client; the requests in requests.py.
 Replies complete futures on the thread that brings them, so that no executor is needed to wait. The acceptance
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 class ActionClientCore(TimedCalls):
     """One action client: three clients, for goals, cancelling and results, and two subscriptions.
 
-    Its `call_timeout` ends with a goal's acceptance.
+    Its `call_timeout` limits the time until a goal's acceptance, not the goal's execution.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class ActionClientCore(TimedCalls):
         node.own(self)
 
     def _open(self, undo: ExitStack, support: ActionSupport, qos: ActionQoS) -> None:
-        """Declare everything. If one declaration fails, `undo` takes back those before it."""
+        """Declare the clients and subscriptions. If one of them fails, `undo` takes back the earlier ones."""
         names = self._names
         self.goal_requests = ActionRequests(self, 'goal', names.send_goal, support.send_goal, qos.goal)
         undo.callback(self.goal_requests.close)
@@ -133,7 +133,7 @@ class ActionClientCore(TimedCalls):
                     self.results.fail(future, error)
 
     def goal(self, goal_id: GoalId) -> ClientGoal[ResultFuture]:
-        """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
+        """Return the record of a goal; if there is none, a new record with the status UNKNOWN."""
         return self.goals.find(goal_id) or ClientGoal(goal_id)
 
     # -- sending -------------------------------------------------------------------------------------------
@@ -160,10 +160,10 @@ class ActionClientCore(TimedCalls):
         *,
         keep: bool = False,
     ) -> Future[ClientGoalHandle[Any, Any, Any]]:
-        """Send a goal; feedback goes to the queue, as it comes from the wire. Raises as `send` does.
+        """Send a goal; its feedback goes to the queue, still serialized. Raises as `send` does.
 
         With a context, or a `default_timeout`, the future ends with a typed error if nobody answers, and a
-        goal that is accepted too late is cancelled, unless `keep`.
+        goal that is accepted too late is cancelled, unless `keep` is set.
         """
         if not isinstance(goal, self.goal_type):
             raise TypeError(explain_wrong_message(self.goal_type, goal))
@@ -186,7 +186,7 @@ class ActionClientCore(TimedCalls):
         return call
 
     def _make_room(self) -> None:
-        """Put a goal away if need be. Raises TooManyCallsError if too many requests or goals wait."""
+        """If there are too many goals, drop one that can be spared. Raises TooManyCallsError if none can."""
         self.goal_requests.check_room()
         if len(self.goals.active) < PENDING_LIMIT:
             return
@@ -199,7 +199,9 @@ class ActionClientCore(TimedCalls):
             )
 
     def _new_context(self, timeout: float | None = None) -> CallContext | None:
-        """The context of a request that may take `timeout` s, or the `default_timeout`; None without both."""
+        """The context of a request that may take `timeout` s, or the `default_timeout`; None if there is
+        neither.
+        """
         limit = self.default_timeout if timeout is None else timeout
         return None if limit is None else CallContext(self.node.context, 'action', self.full_name, limit)
 
@@ -224,7 +226,7 @@ class ActionClientCore(TimedCalls):
         self.acceptances.take(call, payload)
 
     def discard_goal(self, goal: ClientGoal[ResultFuture], reason: str) -> None:
-        """Keep nothing of a goal that no server has accepted."""
+        """Drop the record of a goal that no server has accepted."""
         self.dispatch(self.goals.on_send_failed, goal.goal_id, unanswered('goal', reason))
 
     def cancel_sending(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
@@ -235,7 +237,7 @@ class ActionClientCore(TimedCalls):
     # -- goals that were sent before -----------------------------------------------------------------------
 
     def follow(self, goal_id: GoalId, feedback: FeedbackQueue) -> ClientGoal[ResultFuture]:
-        """Keep a record of a goal that was sent before, by whichever client; its feedback goes to the queue.
+        """Keep a record of a goal that any client has sent before; the goal's feedback goes to the queue.
 
         Raises GoalIdTaken if this client follows it already, InvalidHandle once destroyed.
         """
@@ -256,7 +258,9 @@ class ActionClientCore(TimedCalls):
         return self.results.ask(goal_id, call_context)
 
     def note_failure(self, goal_id: GoalId, reason: str) -> None:
-        """Log why a goal was aborted: programs written for rclpy know of no reason, and show none."""
+        """Log why a goal was aborted: programs written for rclpy cannot show the reason, since rclpy has
+        none.
+        """
         self.logger.warning(f"Action '{self.name}': goal {goal_id.hex()} was aborted: {reason}")
 
     # -- cancelling ----------------------------------------------------------------------------------------
@@ -266,7 +270,7 @@ class ActionClientCore(TimedCalls):
     ) -> Future[Any]:
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response.
 
-        `asked_at` is the program's line that is named if it does not look at a refusal.
+        `asked_at` is the line of the program that a warning names if the program does not read a refusal.
         """
         if self.destroyed:
             raise InvalidHandle
@@ -276,15 +280,15 @@ class ActionClientCore(TimedCalls):
         return call
 
     def cancel_quietly(self, goal_id: GoalId) -> None:
-        """Ask for cancellation, whatever the server says to that."""
+        """Ask for cancellation, and ignore the server's answer."""
         with suppress(ClosedError):
             asked = self.cancel_goal(goal_id, call_context=self._new_context(LATE_S))
-            asked.add_waker(lambda: cast('None', asked.exception()))  # the exception counts as seen
+            asked.add_waker(lambda: cast('None', asked.exception()))  # read it, or a warning follows
 
     # -- waiting -------------------------------------------------------------------------------------------
 
     def server_is_there(self) -> bool:
-        """True while the graph shows all five parts of a server; False once destroyed.
+        """True while the graph shows all five parts of a server; False once this client is destroyed.
 
         Raises ShutDownError after the context's end.
         """
@@ -317,12 +321,12 @@ class ActionClientCore(TimedCalls):
         return self.support.send_goal.type_name.removesuffix('_SendGoal')
 
     def event_queues(self) -> list[EventQueue[Any]]:
-        """Where statuses and the feedback of each goal wait for the executor."""
+        """The queues in which statuses and the feedback of each goal wait for the executor."""
         queues = self.goals.feedback_queues()
         return [self.streams.statuses, *(queue for queue in queues if isinstance(queue, EventQueue))]
 
     def statistics(self) -> ActionClientStatistics:
-        """Count goals and feedback."""
+        """Return the counts of goals and feedback messages."""
         from goalwire.rules.statistics import ActionClientStatistics
 
         with self.lock:
@@ -340,7 +344,9 @@ class ActionClientCore(TimedCalls):
     # -- the end -------------------------------------------------------------------------------------------
 
     def destroy(self) -> None:
-        """Undeclare. Pending futures stay pending, as in ROS 2; those with a timeout fail. Idempotent."""
+        """Undeclare the client. Pending futures stay pending, as in ROS 2; those with a timeout fail.
+        Idempotent.
+        """
         if self.destroyed:
             return
         self.destroyed = True

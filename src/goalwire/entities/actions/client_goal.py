@@ -74,12 +74,14 @@ class ResultWaiting(Protocol):
 
 
 class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
-    """The result of send_goal's future: was the goal accepted, its status, its result, cancelling it."""
+    """The handle that send_goal's future gives. It tells if the goal was accepted, gives its status and
+    result, and cancels it.
+    """
 
     def __init__(
         self, action_client: GoalSending, goal_id: ClientGoal[Any] | UUID, goal_response: Any
     ) -> None:
-        """`goal_id` is the goal's record in the client's reactor, or the id that it was sent with.
+        """`goal_id` is the goal's record in the client's reactor, or the id with which the goal was sent.
 
         `goal_response` is the action's SendGoal response.
         """
@@ -105,41 +107,43 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def stamp(self) -> Time:
-        """When the server accepted it; zero if it did not."""
+        """When the server accepted the goal; zero if it did not."""
         stamp: Time = self._goal_response.stamp
         return stamp
 
     @property
     def accepted(self) -> bool:
-        """True if the server accepted it."""
+        """True if the server accepted the goal."""
         return bool(self._goal_response.accepted)
 
     @property
     def status(self) -> int:
-        """Its action_msgs/msg/GoalStatus number, as far as is known here."""
+        """The goal's action_msgs/msg/GoalStatus number, as far as this client knows it."""
         return int(self._goal.status)
 
     @property
     def reason(self) -> str:
-        """Why it was aborted, if its server runs on goalwire; known with the result, else ''."""
+        """Why the goal was aborted; '' until the result comes, or if the server does not run on goalwire."""
         return self._goal.reason
 
     def cancel_goal(self) -> CancelGoal.Response | None:
-        """Ask for cancellation and wait for the answer; raises ShutDownError or InvalidHandle at the end."""
+        """Ask for cancellation and wait for the answer. Raises ShutDownError if the context ends,
+        InvalidHandle if the client is destroyed.
+        """
         answer: CancelGoal.Response | None = self._action_client.blocking.wait_for(self._ask_to_cancel)
         if answer is not None and is_refusal(answer) and (place := dropping_place()):
             tell_refusal(self._action_client.node, self._action_client.full_name, place)
         return answer
 
     def cancel_goal_async(self) -> Future[CancelGoal.Response]:
-        """Ask for cancellation; the future tells which goals will be cancelled."""
+        """Ask for cancellation; the future gives the CancelGoal response: the goals to be cancelled."""
         return self._action_client.cancel_goal(self._goal.goal_id, asked_at=caller_place())
 
     def _ask_to_cancel(self) -> Future[CancelGoal.Response]:
         return self._action_client.cancel_goal(self._goal.goal_id)
 
     def get_result(self) -> ResultResponse[ResultT] | None:
-        """Wait for the end and return status and result. Raises as cancel_goal does."""
+        """Wait for the goal's end and return its status and result. Raises as cancel_goal does."""
         answer: ResultResponse[ResultT] | None = self._action_client.blocking.wait_for(self.get_result_async)
         return answer
 
@@ -150,7 +154,7 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         return self._action_client.get_result(self._goal.goal_id)
 
     def _tell_refused(self) -> None:
-        """Say that no result will come; an answer comes, of default values."""
+        """Warn that a refused goal has no result: the server's answer will hold default values only."""
         node = self._action_client.node
         get_logger(node.logger_name).warning(
             'the server refused this goal, so it has no result: write '
@@ -159,9 +163,10 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
 
 class ResultFuture(Future[Any]):
-    """The future of a goal's result. Those of one goal share one request; the reader decodes the result.
+    """The future of a goal's result. All futures of one goal share one request; whoever reads a future
+    decodes the result.
 
-    If the goal has a feedback callback, the future is done after that callback's last turn.
+    If the goal has a feedback callback, the future is done after the last call of this callback.
     """
 
     __slots__ = ('_feedback', '_results', 'call_context', 'decode', 'goal_id')
@@ -181,12 +186,12 @@ class ResultFuture(Future[Any]):
         self.goal_id = goal_id
         self.decode = decode
         self.call_context = call_context
-        """The texts and times of its errors; None: it stays pending if nobody answers."""
+        """The names and times for this future's errors; None: the future stays pending if nobody answers."""
         self._results = results
         self._feedback = feedback if isinstance(feedback, GoalFeedback) else None
 
     def cancel(self) -> None:
-        """Give the result up. The goal goes on, as in ROS 2."""
+        """Stop waiting for the result. The goal goes on, as in ROS 2."""
         if self.pending():
             self._results.cancel(self)
         super().cancel()
@@ -209,11 +214,11 @@ class ResultFuture(Future[Any]):
 
 
 class GoalFeedback(EventQueue['Sample | None']):
-    """Calls back with each message. None, behind the last one, stands for the goal's end.
+    """Calls back with each feedback message of a goal. A None behind the last message is the goal's end.
 
-    Feedback, acceptance and result travel on different ways. What comes before the acceptance waits for
-    `open`. `end` lets the result wait until the callbacks have run for all that came before it, but never
-    if they could not run while somebody waits for that result: see `hurry`.
+    Feedback, acceptance and result arrive by different topics and services. Feedback that comes before the
+    acceptance waits for `open`. `end` delays the result until the callbacks have run for all earlier
+    feedback, but not if they cannot run while a thread waits for the result: see `hurry`.
     """
 
     __slots__ = ('_call', '_ends', '_is_ending', '_is_opening', '_owner', '_running', 'hurried')
@@ -227,11 +232,11 @@ class GoalFeedback(EventQueue['Sample | None']):
     ) -> None:
         super().__init__(work_queue, group, handle, depth=FEEDBACK_LIMIT)  # type: ignore[arg-type]
         self._call = handle
-        self._posted = True  # so that nothing posts it before `open`
+        self._posted = True  # so that no message posts this queue before `open`
         self._owner = owner
         self._is_opening = self._is_ending = False
         self._running: list[None] = []
-        """One for each callback under way, since callbacks may run beside each other."""
+        """One item for each callback under way, since several callbacks may run at the same time."""
         self._ends: list[Callable[[], object]] = []
         self.hurried = False
 
@@ -242,8 +247,9 @@ class GoalFeedback(EventQueue['Sample | None']):
     def open(self, *, in_a_turn: bool) -> None:
         """Let the feedback through: the goal is accepted.
 
-        `in_a_turn`: nobody has been told of that yet. Then one turn of the executor comes first, so that a
-        done callback which the program adds before it spins is before the feedback.
+        `in_a_turn`: the program does not know of the acceptance yet. Then one turn of the executor comes
+        first, so that a done callback which the program adds before it spins runs before the feedback
+        callbacks.
         """
         self._is_opening = in_a_turn
         if in_a_turn:
@@ -252,7 +258,7 @@ class GoalFeedback(EventQueue['Sample | None']):
             self._go_on()
 
     def end(self, then: Callable[[], object]) -> None:
-        """Take no more feedback, and call `then` after the callbacks for the waiting ones; now, if none
+        """Take no more feedback. Call `then` after the callbacks of all waiting messages; now, if no message
         waits.
         """
         self.closed = True
@@ -274,7 +280,8 @@ class GoalFeedback(EventQueue['Sample | None']):
     def hurry_if_stuck(self, *, blocks: bool) -> None:
         """Hurry if the caller, who is about to wait for the result, would hold up the feedback callbacks.
 
-        This is so if nobody spins, if the callback holds our group, or if it `blocks` our thread.
+        This is so if nobody spins, if the caller's callback holds their group, or if the caller `blocks`
+        their thread.
         """
         queue = self.work_queue.queue
         driver = None if queue is None else queue.driver()
@@ -297,7 +304,9 @@ class GoalFeedback(EventQueue['Sample | None']):
         return None
 
     def run(self) -> object:
-        """Run one callback, as `EventQueue.run` does. It is written out here, which saves a call."""
+        """Run one callback, as `EventQueue.run` does. The code of that method is repeated here, which saves a
+        call.
+        """
         if self._is_opening:
             self._is_opening = False
             self._go_on()
@@ -318,7 +327,7 @@ class GoalFeedback(EventQueue['Sample | None']):
             self._is_ending = True
             self._go_on()
         else:
-            running.append(None)  # before another thread may have the next event
+            running.append(None)  # first, since `_go_on` lets another thread take the next event
             self._go_on()
             try:
                 return self._call(event)
@@ -335,5 +344,5 @@ class GoalFeedback(EventQueue['Sample | None']):
             try:
                 then = self._ends.pop(0)
             except IndexError:
-                return  # another thread calls the callback
+                return  # another thread has taken the last function, and calls it
             then()

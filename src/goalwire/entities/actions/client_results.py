@@ -55,11 +55,11 @@ class ResultClient(Protocol):
         """Pass an event to the reactor and perform its effects."""
 
     def note_failure(self, goal_id: GoalId, reason: str) -> None:
-        """Tell why a goal was aborted."""
+        """Log why a goal was aborted."""
 
 
 class GoalResults:
-    """Asks for the results of one client's goals, and gives each to its waiters."""
+    """Asks for the results of one client's goals, and gives each result to the futures that wait for it."""
 
     def __init__(self, client: ResultClient, requests: ActionRequests) -> None:
         self._client = client
@@ -71,7 +71,8 @@ class GoalResults:
         """Return a future for a goal's result: it gives the action's GetResult response."""
         client = self._client
         if call_context is None and client.default_timeout is not None:
-            # A goal may run for ever, so its result has no deadline. If calls have one, it has typed errors.
+            # A goal may run for ever, so its result has no deadline. But if calls have one, its errors are
+            # typed.
             call_context = CallContext(client.node.context, 'action', client.full_name, inf)
             call_context.see_servers(client.goal_service)
         goal = client.goals.find(goal_id)
@@ -82,10 +83,11 @@ class GoalResults:
         return future
 
     def ask_once(self, goal_id: GoalId, call_context: CallContext) -> Future[Any]:
-        """Send one request for a goal's result, beside those of the goal's followers; for probing.
+        """Send one request for a goal's result, in addition to the shared request of the futures that wait
+        for it. Probes of a goal need this.
 
-        The future gives the action's GetResult response and the text behind it ('' without one). Raises
-        InvalidHandle if the client is destroyed.
+        The future gives the action's GetResult response and the text that follows it on the wire ('' if there
+        is none). Raises InvalidHandle if the client is destroyed.
         """
         if self._client.destroyed:
             raise InvalidHandle
@@ -117,7 +119,7 @@ class GoalResults:
     def cancel(self, future: ResultFuture) -> None:
         """Leave this future pending for good.
 
-        With a goal's last waiter the request for its result is cancelled.
+        If no other future waits for the goal's result, the request for it is cancelled.
         """
         with self._client.lock:
             request = self._client.goals.on_result_cancelled(future.goal_id, future)
@@ -135,7 +137,7 @@ class GoalResults:
         if goal.sent_at:
             self.latencies.add(sample.received_timestamp - goal.sent_at)
         if goal.feedback is not None:
-            client.streams.catch_up()  # the wire may still hold feedback
+            client.streams.catch_up()  # the wire may still hold earlier feedback
         if isinstance(goal.feedback, GoalFeedback):
             goal.feedback.end(partial(client.dispatch, client.goals.on_result, goal.goal_id, status, payload))
         else:
@@ -149,7 +151,7 @@ class GoalResults:
 
     def deliver(self, future: Future[Any], payload: Payload) -> None:
         """Give the result to one waiter."""
-        if future.pending() and not future.set_raw(payload):  # otherwise it was cancelled
+        if future.pending() and not future.set_raw(payload):  # a future that is not pending was cancelled
             self._client.arrivals.deliver(None)
 
     def fail(self, future: ResultFuture, error: Exception) -> None:

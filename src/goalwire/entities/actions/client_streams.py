@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import Payload, Port
 
 _STATUS_LIMIT = 10
-"""Status arrays that may wait. More than one: a goal whose result is not kept is in a single array."""
+"""How many status arrays may wait. One is too few: the end of a goal whose result is not kept appears in a
+single array.
+"""
 
 
 class ClientStreams:
@@ -66,7 +68,7 @@ class ClientStreams:
         self._ports: list[Port] = []
 
     def open(self, names: ResolvedAction, qos: ActionQoS) -> None:
-        """Subscribe. If that fails, `close` takes back the half of it."""
+        """Subscribe to both topics. If the second subscription fails, `close` undoes the first."""
         deliver = partial(ClientStreams._deliver_feedback, ref(self))
         self._subscribe(names.feedback, self._support.feedback, qos.feedback, deliver)
         self._subscribe(names.status, self._support.status, qos.status, self.statuses.deliver)
@@ -84,7 +86,9 @@ class ClientStreams:
         return self._feedback_rejected + self._statuses_rejected
 
     def published_status(self, goal_id: GoalId) -> GoalStatus:
-        """Return a goal's status in the array that came last, whoever sent the goal; UNKNOWN if not there."""
+        """Return a goal's status in the array that came last, whoever sent the goal; UNKNOWN if the goal is
+        not in it.
+        """
         found = statuses_of([goal_id], self.latest_statuses) if self.latest_statuses else []
         return found[0][1] if found else GoalStatus.UNKNOWN
 
@@ -117,13 +121,14 @@ class ClientStreams:
 
     @staticmethod
     def _deliver_feedback(reference: ReferenceType[ClientStreams], sample: Sample) -> None:
-        # hot path: the wire does not hold the client, and yet this is one call.
+        # hot path: a static method with a weak reference, so that the wire neither keeps the client alive nor
+        # makes two calls.
         self = reference()
         if self is None:
             return
         goal_id = bytes(sample.payload[4:20])
         goals = self._goals
-        goal = goals.active.get(goal_id) or goals.ended.get(goal_id)  # `find`, but for a call
+        goal = goals.active.get(goal_id) or goals.ended.get(goal_id)  # `find` written out: saves a call
         if goal is None:
             return
         self.feedback += 1

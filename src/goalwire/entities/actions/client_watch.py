@@ -1,4 +1,6 @@
-"""Tells an action server of clients that have gone: at once, or after a time to take their goals over."""
+"""Tells an action server of clients that have gone: at once, or after a grace period in which others may take
+over their goals.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +33,8 @@ class ClientWatch:
     ) -> None:
         """`lost(client)` is called when a client has gone, and has not come back within the grace.
 
-        With a grace, by the node's clock, `gone(client)` is called before, and those are watched, too, who
-        ask for results: whoever attached to a goal may go.
+        If there is a grace (on the node's clock), `gone(client)` is called first, when the client goes. Then
+        clients that only ask for results are watched, too: they have attached to goals.
         """
         self._work_queue = node.work_queue
         self._grace_ns = grace_ns
@@ -40,7 +42,7 @@ class ClientWatch:
         self._now = node.clock.now_ns
         self._lock = Lock()
         self._due: list[tuple[int, bytes]] = []
-        """When each client's grace is over: a heap."""
+        """A heap of the times at which the clients' graces end."""
         self._alarm = ClockTimerEntry(node.work_queue, node.clock, weakly(self._ring))
         self._alarm.follow()
         served = (names.send_goal, names.get_result) if grace_ns else (names.send_goal,)
@@ -69,7 +71,7 @@ class ClientWatch:
                 over.append(heappop(self._due)[1])
             first = self._due[0][0] if self._due else None
         for client in over:
-            if any(client in watch for watch in self._watches):  # else it came back
+            if any(client in watch for watch in self._watches):  # otherwise the client came back
                 self._later(self._lost, client)
         if first is not None:
             self._alarm.set(first)

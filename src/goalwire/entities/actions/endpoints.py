@@ -43,7 +43,7 @@ class ActionQoS:
 
 
 class ActionServerEndpoints:
-    """The endpoints of one action server. Requests come from `open` on."""
+    """The endpoints of one action server. No request comes before `open`."""
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class ActionServerEndpoints:
     def open(
         self, on_goal: Handle, on_result: Handle, on_cancel: Handle, split_goal: Callable[[Payload], object]
     ) -> None:
-        """Declare everything. Where one declaration fails, those before it are taken back."""
+        """Declare the services and topics. If one declaration fails, the earlier ones are taken back."""
         names, support, qos = self.names, self._support, self._qos
         with ExitStack() as undo:
             self.feedback = self._publisher(names.feedback, support.feedback, qos.feedback, patient=True)
@@ -88,12 +88,12 @@ class ActionServerEndpoints:
             self._declared = undo.pop_all()
 
     def take_result_requests(self) -> None:
-        """Handle the waiting requests for results on this thread, past the executor."""
+        """Handle the waiting requests for results on the calling thread, without the executor."""
         _, results, _ = self.servers
         results.work_off()
 
     def close(self) -> None:
-        """Undeclare everything; waiting requests are cancelled."""
+        """Undeclare the services and topics; waiting requests are cancelled."""
         self._declared.close()
 
     def _server(
@@ -115,7 +115,7 @@ class ActionServerEndpoints:
 
 
 class LostClients:
-    """Calls `lost` with the gid of each client of the service `name` that goes, on the graph's thread."""
+    """Calls `lost`, on the graph's thread, with the gid of each client of the service `name` that goes."""
 
     def __init__(self, graph: Graph, name: str, lost: Callable[[bytes], object]) -> None:
         self._lost = weakly(lost)
@@ -126,7 +126,7 @@ class LostClients:
     def _note(self, client: GraphEntity, is_there: bool) -> None:
         with self._lock:
             if is_there:
-                self._gone.pop(client.gid, None)  # the client was out of reach for a while
+                self._gone.pop(client.gid, None)  # the client is back: it was only out of reach
                 return
             self._gone[client.gid] = None
             if len(self._gone) > REMEMBERED:

@@ -1,7 +1,8 @@
 """The file of an action server's journal: SQLite, written on a thread of its own.
 
-Only the server's process can open it, until that ends. Its ids are kept for ever (40 bytes each), so that no
-id is ever executed twice. Its results are kept by number and age.
+While the server's process lives, no other process can open the file. Its ids are kept for ever (40 bytes
+each), so that no id is ever executed twice. Its results are deleted once there are too many of them, or once
+they are too old.
 """
 
 from __future__ import annotations
@@ -29,9 +30,10 @@ T = TypeVar('T')
 
 _FORMAT = 1
 _WAIT_S = 5.0
-"""The time for which an earlier process may still hold the file, while it ends."""
+"""How long, in s, to wait for an earlier process that is ending and still holds the file."""
 _BEGUN, _DIED = 0, -1
-"""Statuses in the file, besides those of ended goals."""
+"""Statuses that only the file has: the goal has begun; the goal had begun when its server died.
+"""
 _TABLES = (
     'CREATE TABLE IF NOT EXISTS file (uuid TEXT NOT NULL)',
     """CREATE TABLE IF NOT EXISTS goal (
@@ -51,7 +53,9 @@ class _Job:
 
 
 class JournalFile:
-    """The journal of one action server. Its methods return futures, which are done when the disk has it."""
+    """The journal of one action server. Its methods return futures, which are done when the data is on the
+    disk.
+    """
 
     def __init__(self, settings: GoalJournal) -> None:
         """Open or make the file. Goals that an earlier process did not end count as begun, then died.
@@ -99,7 +103,9 @@ class JournalFile:
         return self._post(lambda: self._find(goal_id))
 
     def begin(self, goal_id: GoalId) -> Future[bool]:
-        """Note that a goal is accepted, before anything happens; False, and no note, if it is known."""
+        """Write that a goal is accepted, before it is executed. If the journal has its id, write nothing:
+        False.
+        """
         return self._post(lambda: self._begin(goal_id))
 
     def forget(self, goal_id: GoalId) -> Future[None]:
@@ -107,7 +113,7 @@ class JournalFile:
         return self._post(lambda: self._write('DELETE FROM goal WHERE id = ?', goal_id))
 
     def end(self, goal_id: GoalId, status: GoalStatus, result: bytes | None) -> Future[None]:
-        """Note how a goal has ended. A `result` of None is the type's default."""
+        """Write how a goal has ended. A `result` of None stands for the type's default result."""
         return self._post(lambda: self._end(goal_id, status, result or b''))
 
     def _find(self, goal_id: GoalId) -> KnownGoal | None:
@@ -157,7 +163,7 @@ class JournalFile:
         is_open = True
         while is_open:
             jobs = [self._jobs.get()]
-            while not self._jobs.empty():  # they share one commit: a disk takes as long for many as for one
+            while not self._jobs.empty():  # all share one commit: a disk takes as long for many as for one
                 jobs.append(self._jobs.get())
             is_open = None not in jobs
             self._commit([job for job in jobs if job is not None])
@@ -175,7 +181,7 @@ class JournalFile:
                 job.future.set_result(outcome)
 
     def close(self) -> None:
-        """Finish what was asked for, and give the file free. Idempotent."""
+        """Finish the queued jobs, and release the file. Idempotent."""
         with self._closing:
             if not self._closed:
                 self._closed = True

@@ -58,7 +58,7 @@ class ActionSide(Protocol):
     logger: RcutilsLogger
     destroyed: bool
     arrivals: ResponseTicks
-    """The turns of the executor for answers that nobody waits for."""
+    """Gives the executor a turn for each answer that no blocked thread waits for."""
 
     @property
     def default_timeout(self) -> float | None:
@@ -134,10 +134,10 @@ class ActionRequests(RequestClient, Introspected):
         return self.wait_queue
 
     def report_unanswered(self, reason: str) -> None:
-        """Say once for each of the first reasons that nobody will answer a request."""
+        """Log that nobody will answer a request: once for each of the first REASONS_LIMIT reasons."""
         action = self.action
         if action.destroyed or not self.node.context.ok() or action.default_timeout is not None:
-            return  # this side goes away, or errors tell the program
+            return  # this side has ended the call, or the program gets an error
         if reason in self._reported or len(self._reported) == REASONS_LIMIT:
             return
         self._reported.add(reason)
@@ -172,7 +172,7 @@ class GoalCall(PendingCall):
 
     awaited_by: ActionRequests
     late: TimerEntry | None = None
-    """Ends the time in which it may still be accepted, and is cancelled; None while somebody waits."""
+    """The alarm that ends the time for a late acceptance, which is cancelled; None while somebody waits."""
     has_reply = False
     """True once a server has answered. If a second server of the name does so too, that is logged."""
 
@@ -194,7 +194,7 @@ class GoalCall(PendingCall):
         if self.late is None:
             self.has_reply = True
             self.take_reply()
-            self.awaited_by.action.on_goal_reply(self, sample)  # which tells another server's answer
+            self.awaited_by.action.on_goal_reply(self, sample)  # which also logs a second server's answer
         elif wire.is_acceptance(sample.payload):
             self.awaited_by.node.context.sends.soon(TimerEntry(self._cancel_quietly))
 
@@ -222,7 +222,7 @@ class GoalCall(PendingCall):
             end_with(self, error)
 
     def discard_request(self) -> None:
-        if self.has_reply:  # before its number was known
+        if self.has_reply:  # the reply came before the request's number was known
             self.awaited_by.pending.pop(self.sent_as, None)
         else:
             super().discard_request()
@@ -271,7 +271,7 @@ class CancelCall(PendingCall):
     def __init__(
         self, client: ActionRequests, decode: Callable[[Payload], object], asked_at: str = ''
     ) -> None:
-        """`asked_at` is the line of the program that is told of a refusal which it does not look at."""
+        """`asked_at` is the program's line that a warning names if the program does not read a refusal."""
         super().__init__(client, decode)
         self._asked_at = asked_at
 
@@ -289,10 +289,11 @@ class CancelCall(PendingCall):
 
 
 class ResultCall(PendingCall):
-    """The request for one goal's result, for all who wait for that.
+    """The request for one goal's result, shared by all who wait for it.
 
-    A goal runs as long as it takes, a request does not: Zenoh gives one up after ten minutes, and keeps
-    something of it until then. So it is sent again: to ask twice does no harm, a server answers each time.
+    A goal may run longer than a request can wait: Zenoh gives a request up after ten minutes, and holds
+    memory for it until then. So the request is sent again. That does no harm, since a server answers each
+    request.
     """
 
     awaited_by: ActionRequests
@@ -324,6 +325,6 @@ class ResultCall(PendingCall):
             return
         try:
             client.send(wire.encode_result_request(self.goal.goal_id), self)
-        except GoalwireError:  # closed, or the wire refuses it
+        except GoalwireError:  # the client is closed, or the wire refuses the request
             if self.end():
                 self._results.on_lost(self, '')

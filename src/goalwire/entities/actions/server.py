@@ -63,7 +63,9 @@ class ActionServerCore:
     """One action server. The `reactor` keeps the records of its goals, and decides about each event."""
 
     advice: ActionAdvice | None = None
-    """Tells what the program's callbacks got wrong, in an API whose callbacks can; set before `__init__`."""
+    """Logs mistakes in the program's callbacks. An API whose callbacks can make some sets it before
+    `__init__`.
+    """
 
     def __init__(
         self,
@@ -100,7 +102,7 @@ class ActionServerCore:
         """How long execute callbacks took."""
         self.steady_clock = node.context.shutdown_signal.clock
         self.clients: ClientWatch | None = None
-        """Tells of clients that have gone; None if that makes no difference."""
+        """Watches for clients that go; None if their goals go on all the same."""
         self._decisions = ServerDecisions(self)
         self.results = ServerResults(name, support, self.logger, self.reactor.journal)
         try:
@@ -110,7 +112,7 @@ class ActionServerCore:
             raise
 
     def _open(self, qos: ActionQoS, group: CallbackGroup) -> None:
-        """Declare everything: goals may come, and run on another thread, before this returns."""
+        """Declare the endpoints: goals may arrive, and run on another thread, before this method returns."""
         node = self.node
         names = node.resolve_action(self.name)
         self._endpoints = ActionServerEndpoints(node, self.support, names, qos, group)
@@ -153,7 +155,7 @@ class ActionServerCore:
         return asked
 
     def _perform(self, item: effect.ServerEffect[Request, bytes]) -> None:
-        """Perform one effect; one that fails holds up neither the next nor the event that came with it."""
+        """Perform one effect. If it fails, the next effects, and the event that caused it, still go on."""
         try:
             match item:
                 case effect.PublishStatus():
@@ -177,7 +179,7 @@ class ActionServerCore:
                 case effect.WakeAt(time_ns):
                     self._alarm.set(time_ns)
                 case effect.AssumedAborted():
-                    pass  # `finished` tells of it
+                    pass  # `finished` logs it
         except ClosedError:
             return  # the context has ended: nothing can be sent
         except TransportError as error:
@@ -195,7 +197,7 @@ class ActionServerCore:
     # -- what goal handles ask for -------------------------------------------------------------------------
 
     def goal(self, goal_id: GoalId) -> ServerGoal[Any, Any]:
-        """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
+        """Return the record of a goal; if there is none, a new record with the status UNKNOWN."""
         return self.reactor.goals.get(goal_id) or ServerGoal(goal_id)
 
     def start_execution(
@@ -203,7 +205,7 @@ class ActionServerCore:
     ) -> None:
         """Have a goal executed, in its turn; raises RCLError if its state does not allow that.
 
-        Without a callback of the goal's or the server's, the program executes it itself.
+        If neither the goal nor the server has an execute callback, the program executes the goal itself.
         """
         callback = callback or self.callbacks.execute
         self._start(handle, None if callback is None else Execution(self, handle, callback))
@@ -241,7 +243,7 @@ class ActionServerCore:
         try:
             self.dispatch(self.reactor.on_event, handle.goal_id_bytes, event, self.now())
         except InvalidTransition as error:
-            refused = RCLError(str(error))  # rclpy raises that, with this text
+            refused = RCLError(str(error))  # rclpy raises RCLError, with this text
             if not GoalStatus(error.status).is_active:
                 refused.add_note('the goal has ended already: call succeed(), abort() or canceled() once')
             elif event is GoalEvent.CANCELED:
@@ -291,11 +293,11 @@ class ActionServerCore:
         self.node.work_queue.post(CallSoon(self.node.work_queue, call))
 
     def _tell_stopped(self, effects: Effects) -> None:
-        """Tell the program of goals that a policy has cancelled or aborted."""
+        """Call the program's `stopped_by_server` with goals that a policy has cancelled or aborted."""
         for item in effects:
             if isinstance(item, effect.StoppedByServer) and self.callbacks.stopped_by_server is not None:
                 goal = self.reactor.goals.get(item.goal_id)
-                if goal is not None and goal.handle is not None:  # otherwise the goal has ended meanwhile
+                if goal is not None and goal.handle is not None:  # else the goal has ended meanwhile
                     self.callbacks.stopped_by_server(goal.handle)
 
     def _unfollow(self, client: bytes) -> None:
@@ -308,11 +310,11 @@ class ActionServerCore:
             self._tell_stopped(self.dispatch(self.reactor.on_client_lost, client, self.now()))
 
     def event_queues(self) -> list[EventQueue[Any]]:
-        """Where requests wait for the executor."""
+        """The queues in which requests wait for the executor."""
         return [server.event_queue for server in self._endpoints.servers]
 
     def statistics(self) -> ActionServerStatistics:
-        """Count goals, requests and feedback."""
+        """Return the counts of goals, requests and feedback messages."""
         from goalwire.rules.statistics import ActionServerStatistics
 
         servers = self._endpoints.servers
@@ -332,7 +334,7 @@ class ActionServerCore:
     # -- the end -------------------------------------------------------------------------------------------
 
     def destroy(self) -> None:
-        """Answer every open request, abort what runs, undeclare. Idempotent."""
+        """Answer every open request, abort the running goals, undeclare the endpoints. Idempotent."""
         if self.destroyed:
             return
         self.destroyed = True

@@ -1,6 +1,6 @@
 """The program's decisions for an action server: which goals it accepts, and which cancellations.
 
-A callback that fails has refused, and its error goes on.
+A callback that raises counts as a refusal, and its exception propagates.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class DecidingServer(GoalServing, Protocol):
     results: ServerResults
     now: Callable[[], int]
     clients: ClientWatch | None
-    """Clients that have gone; None if that makes no difference."""
+    """Watches for clients that go; None if their goals go on all the same."""
     advice: ActionAdvice | None
-    """Tells what the program's callbacks got wrong."""
+    """Logs mistakes in the program's callbacks."""
 
     def dispatch(self, event: Callable[..., Any], *args: Any) -> effect.ServerEffects[Request, bytes]:
         """Feed the reactor, perform its effects on the wire, return those that call the user."""
@@ -87,7 +87,9 @@ class ServerDecisions:
             await outcome
 
     async def _decide_by_journal(self, goal_id: GoalId, goal: Any, journal: JournalFile) -> None:
-        """Ask the program unless the journal has the id; write that the goal begins before anything does."""
+        """Ask the program unless the journal has the id; write to the journal that the goal begins, before it
+        does.
+        """
         server = self._server
         response: object = GoalResponse.REJECT
         has_begun = False
@@ -112,7 +114,7 @@ class ServerDecisions:
             outcome = server.callbacks.accepted(handle)
             if isinstance(outcome, CoroutineType):
                 await outcome
-        elif has_begun:  # no place was left, or its client has gone: it will never run
+        elif has_begun:  # refused after all, by the policy or since its client has gone: it will never run
             journal.forget(goal_id).add_done_callback(lambda forgotten: forgotten.exception())
 
     def _decide(self, goal_id: GoalId, message: Any, response: object) -> object:
@@ -120,7 +122,9 @@ class ServerDecisions:
         return None if handle is None else self._server.callbacks.accepted(handle)
 
     def _settle(self, goal_id: GoalId, message: Any, response: object) -> ServerGoalHandle | None:
-        """Tell the reactor the decision; None if the goal is refused, by the user or by the policy."""
+        """Tell the reactor the decision, and return the goal's handle; None if the program or the policy
+        refuses it.
+        """
         server = self._server
         if server.advice is not None and not isinstance(response, GoalResponse):
             server.advice.no_response(server.callbacks.goal, response, GoalResponse)
@@ -142,7 +146,7 @@ class ServerDecisions:
             goal = server.reactor.goals.get(ask.goal_id)
             answer: object = CancelResponse.REJECT
             try:
-                if goal is not None and goal.handle is not None:  # otherwise the goal has ended meanwhile
+                if goal is not None and goal.handle is not None:  # else the goal has ended meanwhile
                     answer = server.callbacks.cancel(goal.handle)
             except BaseException as error:
                 failures.append(error)

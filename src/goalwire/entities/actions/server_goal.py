@@ -55,7 +55,8 @@ class ActionCallbacks:
         stopped_by_server: Callable[[ServerGoalHandle], object] | None = None,
     ) -> None:
         self.execute = execute
-        """None: the program executes its goals itself, see ServerGoalHandle.executing."""
+        """The execute callback; None: the program executes its goals itself (ServerGoalHandle.executing).
+        """
         self.goal = goal
         self.accepted = accepted
         self.cancel = cancel
@@ -66,7 +67,7 @@ class ActionCallbacks:
 
 
 class Failure(NamedTuple):
-    """The outcome of an execute callback that returned no result."""
+    """The outcome of an execution that gave no usable result."""
 
     result: object = None
     """The result that is sent; None: one of default values."""
@@ -84,7 +85,7 @@ class GoalServing(Protocol):
     durations: Latencies
 
     def goal(self, goal_id: GoalId) -> ServerGoal[Any, Any]:
-        """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
+        """Return the record of a goal; if there is none, a new record with the status UNKNOWN."""
 
     def start_execution(
         self, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any] | None
@@ -135,11 +136,13 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._server = action_server
         self._uuid: UUID | None = None
         self.executed_by: Callable[..., object] | None = None
-        """The execute callback that runs it."""
+        """The execute callback that runs this goal."""
         self.looked_at_cancel = False
         """Whether the program has asked `is_cancel_requested`."""
         self.cancel_alarm: TimerEntry | None = None
-        """Set when cancelling was accepted: some seconds later the program must have looked at that."""
+        """Set when a cancellation is accepted: a warning follows if the program has not noticed it in
+        seconds.
+        """
         self._goal = (
             goal_info
             if isinstance(goal_info, ServerGoal)
@@ -164,12 +167,12 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def status(self) -> int:
-        """Its action_msgs/msg/GoalStatus number; STATUS_UNKNOWN once its result is no longer kept."""
+        """The goal's action_msgs/msg/GoalStatus number; STATUS_UNKNOWN once its result is no longer kept."""
         return int(self._goal.status)
 
     @property
     def is_active(self) -> bool:
-        """True until it has ended."""
+        """True until the goal has ended."""
         return self._goal.status.is_active
 
     @property
@@ -182,14 +185,14 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self,
         execute_callback: Callable[[ServerGoalHandle[GoalT, ResultT, FeedbackT]], object] | None = None,
     ) -> None:
-        """Start the execute callback, the server's own unless one is given.
+        """Start the execute callback: the given one, or else the server's.
 
         Raises RCLError for a goal that was executed before or has ended.
         """
         self._server.start_execution(self, execute_callback)
 
     def executing(self) -> None:
-        """Begin to execute it without a callback: the program itself ends it, at any time.
+        """Begin to execute the goal without a callback: the program itself ends the goal, at any time.
 
         Raises RCLError for a goal that was executed before or has ended.
         """
@@ -203,18 +206,20 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._server.publish_feedback(self, feedback)
 
     def succeed(self, response: ResultT | None = None) -> None:
-        """End it SUCCEEDED; raises RCLError if its state does not allow that.
+        """End the goal as SUCCEEDED; raises RCLError if its state does not allow that.
 
-        `response` is its result. Without one the result is that of the execute callback.
+        `response` is its result. Without a `response` the return value of the execute callback is the result.
         """
         self._end(GoalEvent.SUCCEED, response)
 
     def abort(self, response: ResultT | None = None) -> None:
-        """End it ABORTED, as `succeed` does."""
+        """End the goal as ABORTED; response and errors are those of `succeed`."""
         self._end(GoalEvent.ABORT, response)
 
     def canceled(self, response: ResultT | None = None) -> None:
-        """End it CANCELED, after is_cancel_requested, as `succeed` does."""
+        """End the goal as CANCELED, once is_cancel_requested is true; response and errors are those of
+        `succeed`.
+        """
         self._end(GoalEvent.CANCELED, response)
 
     def _end(self, event: GoalEvent, response: ResultT | None) -> None:
@@ -223,7 +228,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             self._server.finished(self, response)
 
     def destroy(self) -> None:
-        """Nothing to close; kept for rclpy's programs."""
+        """Do nothing: a handle has nothing to close, but rclpy's programs may call this."""
 
 
 class Execution(CallbackSource):

@@ -38,18 +38,20 @@ class ServerResults:
         self._result_class: type = support.cls.Result  # type: ignore[attr-defined]
         self._logger = logger
         self.journal: JournalFile | None = None
-        """The journal; None without one."""
+        """The journal; None if the server keeps none."""
         if settings is not None:
-            from goalwire.entities.actions.journal_file import JournalFile  # few servers need SQLite
+            # imported here: few servers need SQLite
+            from goalwire.entities.actions.journal_file import JournalFile
 
             self.journal = JournalFile(settings)
 
     # -- serialized ----------------------------------------------------------------------------------------
 
     def encode(self, result: object, told: str, execute: Callable[..., object] | None) -> bytes | None:
-        """Serialize a result; None, which stands for the default one, if it cannot be sent: it is logged.
+        """Serialize a result. If it cannot be encoded, log that, and return None, which stands for the
+        default.
 
-        Its status is only known when it is sent: see wire.with_status.
+        The goal's status is added when the result is sent: see wire.with_status.
         """
         if not isinstance(result, self._result_class):
             self._logger.error(
@@ -74,7 +76,7 @@ class ServerResults:
     def reply(
         self, request: Request, status: GoalStatus, result: bytes | None = None, text: str = ''
     ) -> None:
-        """Answer a get_result request. `text` goes behind the result, for clients of goalwire."""
+        """Answer a get_result request. `text` is appended to the result, for clients that run on goalwire."""
         payload = wire.with_status(result or self.default(), status)
         request.reply(wire.with_reason(payload, text) if text else payload)
 
@@ -88,7 +90,7 @@ class ServerResults:
 
     def _answer_all(self, ended: KeepResult[Request, bytes], written: Future[None]) -> None:
         error = written.exception()
-        if error is not None:  # the goal has ended all the same: those who wait for it may know
+        if error is not None:  # the goal has ended all the same: its waiting clients get the result
             self._logger.error(
                 f"Action '{self._name}': the end of a goal is not in the journal: {error}; "
                 'after a restart it counts as begun and not ended'
@@ -139,6 +141,6 @@ class ServerResults:
         self._logger.error(f"Action '{self._name}': a goal is refused, since the journal failed: {error}")
 
     def close(self) -> None:
-        """Write what is to be written, and close the journal. Idempotent."""
+        """Finish the queued writes, and close the journal. Idempotent."""
         if self.journal is not None:
             self.journal.close()

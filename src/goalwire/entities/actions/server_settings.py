@@ -1,8 +1,8 @@
-"""What an action server does for lost clients and after restarts: as its program says, or as parameters say.
+"""How an action server treats lost clients and its own restarts: settings of its program, or of parameters.
 
-Unmodified programs of rclpy cannot ask for it. So whoever starts them may, by parameters of the node:
-`-p action_servers.move_arm.journal:=/var/lib/robot/move_arm.goals`. They win over the program's own words, as
-`qos_overrides` do. Real ROS 2 ignores them, since no node declares them.
+Unmodified programs of rclpy cannot make these settings. So whoever starts them may, by node parameters:
+`-p action_servers.move_arm.journal:=/var/lib/robot/move_arm.goals`. The parameters win over the program's own
+settings, as `qos_overrides` do. Real ROS 2 ignores them, since no node declares them.
 """
 
 from __future__ import annotations

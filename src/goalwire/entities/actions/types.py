@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from typing_extensions import TypeVar as TypeVarWithDefault
     from unique_identifier_msgs.msg import UUID
 
-    # Type checkers have it; programs may write a bare ServerGoalHandle, as rclpy's own do.
+    # Only type checkers need defaults: programs may write a bare ServerGoalHandle, as rclpy's own do.
     GoalT = TypeVarWithDefault('GoalT', default=Any)
     ResultT = TypeVarWithDefault('ResultT', default=Any)
     FeedbackT = TypeVarWithDefault('FeedbackT', default=Any)
@@ -69,7 +69,7 @@ class FeedbackMessage(Protocol[FeedbackT_co]):
 
     @property
     def goal_id(self) -> UUID:
-        """The id of its goal."""
+        """The id of the goal that the feedback belongs to."""
 
     @property
     def feedback(self) -> FeedbackT_co:
@@ -88,7 +88,7 @@ def uuid_message(goal_id: GoalId) -> UUID:
 
 
 def goal_id_bytes(uuid: UUID) -> GoalId:
-    """Return the id of a UUID message; raises AttributeError for another type, ValueError for its length."""
+    """Return the id of a UUID message; raises AttributeError for another type, ValueError for a bad size."""
     goal_id = bytes(uuid.uuid)
     if len(goal_id) != ID_LENGTH:
         raise ValueError(f'a goal id has {ID_LENGTH} bytes, got {len(goal_id)}')

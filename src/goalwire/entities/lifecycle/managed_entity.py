@@ -79,7 +79,9 @@ class SimpleManagedEntity(ManagedEntity):
     def when_enabled(
         wrapped: Callable[..., Any] | None = None, *, when_not_enabled: Callable[[], object] | None = None
     ) -> Callable[..., Any]:
-        """Decorate a method that does nothing, save to call `when_not_enabled`, unless enabled."""
+        """Decorate a method that runs only while its entity is enabled. Else `when_not_enabled` is called, if
+        given.
+        """
 
         def decorate(method: Callable[..., Any]) -> Callable[..., Any]:
             @wraps(method)
@@ -98,7 +100,7 @@ class SimpleManagedEntity(ManagedEntity):
 def call_each(
     entities: Iterable[ManagedEntity], callback: str, state: LifecycleState
 ) -> TransitionCallbackReturnType:
-    """Call back each entity in turn, up to the first that does not say SUCCESS, and return what that said.
+    """Call back each entity in turn, up to the first that does not say SUCCESS, and return the last answer.
 
     Raises TypeError for an answer of another type.
     """
@@ -110,7 +112,7 @@ def call_each(
 
 
 def checked(outcome: object, callback: str) -> TransitionCallbackReturnType:
-    """Return the answer of a transition callback; raises TypeError for anything but an answer."""
+    """Return the answer of a transition callback; raises TypeError for any other value."""
     if isinstance(outcome, TransitionCallbackReturnType):
         return outcome
     if isinstance(outcome, CoroutineType):

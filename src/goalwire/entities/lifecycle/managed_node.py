@@ -38,7 +38,7 @@ _NOT_REGISTERED = 'Failed to trigger lifecycle state machine transition: Transit
 
 
 class LifecycleCore:
-    """The life of one node, whose callbacks are those of `managed`; `now` gives its events' time in ns.
+    """The lifecycle of one node, whose callbacks are those of `managed`; `now` gives its events' time in ns.
 
     Transitions may be asked for on any thread; one at a time is under way. No lock is held over callbacks.
     """
@@ -56,7 +56,7 @@ class LifecycleCore:
     def trigger(self, wanted: int | str) -> TransitionCallbackReturnType:
         """Make the transition of this id or label, and return its callback's answer.
 
-        Raises RCLError if there is none from the present state.
+        Raises RCLError if the present state has no such transition.
         """
         return self.perform(self.begin(wanted))
 
@@ -68,7 +68,7 @@ class LifecycleCore:
         return self.trigger(SHUTDOWN)
 
     def begin(self, wanted: int | str) -> Transition:
-        """Start a transition that the caller then performs; raises RCLError if there is none from here."""
+        """Start a transition that the caller then performs; raises RCLError if the present state has none."""
         with self._lock:
             state, possible = self.machine.state, self.machine.possible
             transition = self.machine.begin(wanted)
@@ -199,7 +199,9 @@ class LifecycleServices:
     def _change_state(
         self, request: ChangeState.Request, response: ChangeState.Response
     ) -> ChangeState.Response:
-        """A label is stronger than an id, as in rclpy. What is not possible is answered, never raised."""
+        """Answer a request for a transition. Its label wins over its id, as in rclpy. If the transition is
+        not possible, the response says so: nothing is raised.
+        """
         wanted = request.transition.label or request.transition.id
         try:
             transition = self._core.begin(wanted)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor
 
 Described: TypeAlias = 'Descriptor | ParameterDescriptor'
-"""A descriptor: rcl_interfaces' message, or our own, which costs nothing."""
+"""A descriptor: rcl_interfaces' message, or goalwire's own class, which needs no import of messages."""
 
 _NO_TYPE = (
     "when declaring parameter named '{}', declaring a parameter only providing its name is deprecated. "
@@ -28,17 +28,17 @@ def declarations(
 ) -> list[tuple[Parameter, Descriptor]]:
     """Return the parameters, with the values that overrides give to them, and their descriptors.
 
-    Raises TypeError, ValueError, InvalidParameterException; warns of a name that comes alone.
+    Raises TypeError, ValueError, InvalidParameterException; warns of a name without value and type.
     """
     prefix = f'{namespace}{SEPARATOR}' if namespace else ''
     declared = []
-    for index, one in enumerate(given):  # no comprehension: the warning counts frames
+    for index, one in enumerate(given):  # a loop, not a comprehension: the warning counts frames
         declared.append(_declaration(prefix, index, one, overrides))
     return declared
 
 
 def described(descriptor: Described) -> Descriptor:
-    """Return a descriptor as our own; raises AttributeError for what is none, as rclpy does."""
+    """Return a descriptor as goalwire's own class; raises AttributeError for other objects, as in rclpy."""
     if isinstance(descriptor, Descriptor):
         return descriptor
     return descriptor_of(descriptor)
@@ -89,7 +89,7 @@ def _type(name: str, value: object, descriptor: Descriptor) -> Type:
             )
         return value
     if descriptor.dynamic_typing:
-        return Type.NOT_SET  # the value's, whatever it will be
+        return Type.NOT_SET  # the type follows the value
     if value is None:
         raise ValueError(
             'Cannot declare a statically typed parameter with default value of type PARAMETER_NOT_SET: '

@@ -61,7 +61,7 @@ class ParameterCallbackHandle:
 
 
 class ParameterEventCallbackHandle:
-    """One callback for every event."""
+    """One callback that gets every event."""
 
     def __init__(self, callback: OnEvent) -> None:
         self.callback = callback
@@ -76,11 +76,11 @@ class ParameterWatch:
     def __init__(self, node: NodeName) -> None:
         self._node = node
         self.parameter_callbacks: dict[tuple[str, str], list[ParameterCallbackHandle]] = {}
-        """By the names of the parameter and of its node."""
+        """The callbacks by the names of the parameter and of its node."""
         self.event_callbacks: list[ParameterEventCallbackHandle] = []
 
     def event_callback(self, event: ParameterEvent | bytes) -> None:
-        """Call back; a serialized event reaches the event callbacks as it is."""
+        """Call the callbacks that want an event; event callbacks get a serialized event as it is."""
         decoded: ParameterEvent = (
             standard_message(PARAMETER_EVENT).decode(event) if isinstance(event, bytes) else event
         )
@@ -93,7 +93,7 @@ class ParameterWatch:
             watcher.callback(event)  # type: ignore[arg-type]  # serialized if the caller asked for that
 
     def add_parameter(self, name: str, node_name: str, callback: OnParameter) -> ParameterCallbackHandle:
-        """Call `callback(parameter)` with each new value; a node's name may be relative, '' is the own."""
+        """Call `callback(parameter)` with each new value; `node_name` may be relative, '' is this node."""
         handle = ParameterCallbackHandle(name, self.qualified(node_name), callback)
         self.parameter_callbacks.setdefault((name, handle.node_name), []).insert(0, handle)
         return handle

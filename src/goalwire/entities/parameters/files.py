@@ -1,7 +1,7 @@
 """Reads parameter files: those of this program (`--params-file`), and those to be sent to other nodes.
 
-A program's files are read when it starts, so that mistakes are told before a node is made. The syntax of the
-first is in rules/parameters/file_syntax.py, that of the others in rules/parameters/plain_yaml.py.
+A program's files are read when it starts, so that mistakes are reported before a node is made. The syntax of
+a program's files is in rules/parameters/file_syntax.py, that of the others in rules/parameters/plain_yaml.py.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def _read(path: str) -> NodeValues:
     from goalwire.rules.parameters.file_syntax import parse_parameter_file
 
     try:
-        empty = path == os.devnull  # a usual way to say: no file
+        empty = path == os.devnull  # /dev/null usually means: no file
         return parse_parameter_file(b'' if empty else read_regular(path, LARGEST_PARAMETER_FILE))
     except OSError as error:
         reason = f'Error opening YAML file: {error.strerror}'
@@ -51,20 +51,20 @@ def _read(path: str) -> NodeValues:
             )
     except RuleSyntaxError as error:
         reason = str(error)
-    except ValueError as error:  # a NUL in the path
+    except ValueError as error:  # there is a NUL in the path
         reason = f'Error opening YAML file: {error}'
     raise ArgumentError(f"Couldn't parse params file: '--params-file {shown(path)}'. Error: {reason}")
 
 
 def parameter_value_from_text(text: str) -> ParameterValueMessage:
-    """Return the value of a YAML text; a text of no other type is a string."""
+    """Return the value of a YAML text; a text that is not of another YAML type is a string."""
     return value_message(*typed_text(text))
 
 
 def parameters_from_yaml_file(
     path: str, target_nodes: list[str] | None, namespace: str, *, use_wildcard: bool
 ) -> dict[str, ParameterMessage]:
-    """Return the parameters in a file, by `namespace` and name in one.
+    """Return the parameters in a file, by their names with `namespace` in front.
 
     Raises OSError (also for what is not a regular file, or too large), yaml.YAMLError with file and line,
     FileShapeError (a RuntimeError).

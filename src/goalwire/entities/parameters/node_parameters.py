@@ -145,7 +145,7 @@ class NodeParameters(SetParametersCallbacks):
         self._ros_parameters.undeclare(name)
 
     def _ros_not_declared(self, names: str | list[str]) -> ParameterNotDeclaredException:
-        """Make the error for names that nobody declared, with those that were probably meant."""
+        """Make the error for names that nobody declared; it suggests similar names that are declared."""
         from difflib import get_close_matches
 
         asked = [names] if isinstance(names, str) else names
@@ -250,13 +250,13 @@ class NodeParameters(SetParametersCallbacks):
         return result_message(outcome)
 
     def _ros_tell_dropped(self, parameters: Sequence[Parameter], outcomes: Sequence[Outcome]) -> None:
-        """Say that a set was refused, if the line that asked for it throws the answer away.
+        """Warn that a set was refused, if the program's line that asked for it ignores the answer.
 
-        There is one outcome for each of the parameters, or one for all.
+        `outcomes` has one item for each of the parameters, or one item for all.
         """
         refused = next((outcome for outcome in outcomes if not outcome.successful), None)
         if refused is None or refused.reason.startswith(NO_ANSWER):
-            return  # of a callback that gave no answer was told already
+            return  # a callback without an answer was logged already
         if place := dropping_place(2):
             of = parameters if len(outcomes) == 1 else [parameters[outcomes.index(refused)]]
             names = ', '.join(repr(parameter.name) for parameter in of)
@@ -283,7 +283,7 @@ class NodeParameters(SetParametersCallbacks):
     def _ros_change(
         self, parameters: list[Parameter], declared: Mapping[str, Descriptor] | None = None
     ) -> Outcome:
-        """Ask the callbacks, store, tell the world and the callbacks."""
+        """Ask the set callbacks, store the values, publish the event, and call the post-set callbacks."""
         outcome = self._ros_set_callbacks.judge(parameters)
         if not outcome.successful:
             return outcome
@@ -301,7 +301,8 @@ class NodeParameters(SetParametersCallbacks):
         descriptor: Described,
         alternative_value: ParameterValueMessage | None = None,
     ) -> ParameterValueMessage:
-        """Give a parameter another descriptor, and the alternative value if its own does not suit it.
+        """Give a parameter another descriptor, and the alternative value if its present value does not suit
+        it.
 
         Returns its value. Neither callbacks nor /parameter_events learn of it. Raises
         ParameterNotDeclaredException, ParameterImmutableException, ParameterUninitializedException,
@@ -326,7 +327,7 @@ class NodeParameters(SetParametersCallbacks):
 
 
 def _remedy(store: ParameterTable, refused: Sequence[Parameter], outcome: Outcome) -> str:
-    """Return what to write in place of a set that was refused, and whose answer nobody reads."""
+    """Return advice for a refused set whose answer nobody reads: what to write in the program instead."""
     from goalwire.rules.parameters.fitting import explain_misfit
 
     if len(refused) == 1 and isinstance(outcome, WrongType):

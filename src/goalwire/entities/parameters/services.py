@@ -93,10 +93,10 @@ class ParameterServices:
         return response
 
     def _try(self, messages: list[ParameterMessage]) -> SetParametersResult:
-        """Set all or none. A client's mistake is the answer; errors of callbacks go on."""
+        """Set all parameters or none. The answer reports a client's mistake; callbacks' errors propagate."""
         try:
             parameters = [Parameter.from_parameter_msg(message) for message in messages]
-        except ValueError as error:  # a parameter type that does not exist, from any client
+        except ValueError as error:  # some client sent a parameter type that does not exist
             return result_message(Outcome(successful=False, reason=str(error)))
         try:
             return self._node.set_parameters_atomically(parameters)
