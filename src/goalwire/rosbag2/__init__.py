@@ -1,4 +1,5 @@
 """Bags in rosbag2's formats: files, metadata, reading and writing.
 
-Files of MCAP or sqlite3, and the `metadata.yaml` beside them. No node, no wire.
+A bag has files of MCAP or sqlite3, and a `metadata.yaml` beside them. This package opens no node and no
+session.
 """

@@ -1,8 +1,8 @@
-"""The text that defines a type and all types in it, in MCAP's encoding `ros2msg`.
+"""Makes the text that defines a type and all types that it contains, in MCAP's encoding `ros2msg`.
 
 The root's text comes first; each other type follows a line of 80 `=` and its name. Events of services and
 parts of actions have no file of their own: their text is made from the fields, so that every reader can
-decode them. rosbag2 stores the whole .srv there, which readers of messages do not understand.
+decode them. For such a type rosbag2 stores the whole .srv, which readers of messages do not understand.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _RULE = '=' * 80
 def schema_of(type_name: str) -> tuple[Schema, str]:
     """Return the schema and the hash of a message type.
 
-    For an unknown type it is an empty schema and ''.
+    For an unknown type they are an empty schema and ''.
     """
     try:
         root = definition_by_name(type_name)
@@ -38,7 +38,7 @@ def _text_of(definition: Definition) -> str:
     if definition.kind == 'msg':
         try:
             return definition_text(definition.full_name)
-        except InterfaceError:  # a class of an installed ROS 2 without a .msg file
+        except InterfaceError:  # a class of an installed ROS 2 that has no .msg file
             pass
     assert isinstance(definition, MessageDefinition)
     lines = (f'{field.type.text} {field.name}\n' for field in definition.fields)

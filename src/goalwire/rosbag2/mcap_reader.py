@@ -1,7 +1,7 @@
 """Reads one MCAP file, whole or cut off.
 
-A whole file ends with a summary that names its chunks. Without one the file is read through once, to find
-them: so a file that a dying process or a full disk has cut off can be read as far as it goes.
+A whole file ends with a summary that names its chunks. Without a summary the whole file is read once to find
+the chunks: so a file that a dying process or a full disk has cut off can be read as far as it goes.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _RUN_BYTES = 2**22
 """Messages outside of chunks are read in groups of about this size, in bytes."""
 LARGEST_RECORD = 2**32
 _BROKEN = (McapError, CRCValidationError, struct.error, ValueError, KeyError, EOFError, RuntimeError)
-"""The errors of the library and the decompressors for broken bytes."""
+"""The errors that the mcap library and the decompressors raise for broken bytes."""
 
 
 class Span(NamedTuple):
@@ -46,15 +46,15 @@ class Span(NamedTuple):
 
     start: int
     end: int
-    """Times of its first and last message, in ns."""
+    """The times of the span's earliest and latest message, in ns."""
     offset: int
     length: int
     channels: frozenset[int] | None
-    """The channels of its messages; None if the file does not tell them."""
+    """The channels of the span's messages; None if the file does not list them."""
 
 
 class McapReader:
-    """Reads a file; a context manager. Not for several threads."""
+    """Reads a file; a context manager. Only one thread may use it."""
 
     storage = 'mcap'
 
@@ -62,9 +62,9 @@ class McapReader:
         """Open the file; raises OSError, BagError."""
         self.path = path
         self.problem = ''
-        """Why the file is not whole; '' for a whole one."""
+        """The reason why the file is not whole; '' for a whole file."""
         self.metadata = ''
-        """The bag's metadata in the file; '' if there is none."""
+        """The bag's metadata in the file; '' if the file has none."""
         self.topics: list[Topic] = []
         self.counts: Counter[str] = Counter()
         self.start = self.end = 0
@@ -87,14 +87,14 @@ class McapReader:
         """How many messages the file has."""
         return self.counts.total()
 
-    # -- finding what there is -------------------------------------------------------------------------------
+    # -- finding the chunks and messages ---------------------------------------------------------------------
 
     def _read_magic(self) -> None:
         if self._file.read(len(_MAGIC)) != _MAGIC:
             raise BagError(f'{shown(self.path)}: it is no MCAP file, or its first bytes are lost')
 
     def _read_summary(self) -> bool:
-        """Read the summary; False if there is none, or it is incomplete."""
+        """Read the file's summary; False if it is missing or incomplete."""
         try:
             self._file.seek(-len(_MAGIC), os.SEEK_END)
             if self._file.read() != _MAGIC:
@@ -236,9 +236,10 @@ class McapReader:
     def messages(
         self, topics: Collection[str] | None = None, start: int | None = None, stop: int | None = None
     ) -> Iterator[Message]:
-        """Yield messages in the order of their times, those of one time in the order of the file.
+        """Yield messages in the order of their times, and messages with equal times in the order of the file.
 
-        Only of `topics`, if given, and from `start` to before `stop`, in ns. Raises BagError.
+        Yields only messages of `topics`, if given, and only from `start` to before `stop` (in ns). Raises
+        BagError.
         """
         wanted = frozenset(n for n, name in self._names.items() if topics is None or name in topics)
         waiting: list[tuple[int, int, int, Message]] = []
@@ -280,10 +281,10 @@ class McapReader:
                     payload = bytes(part[_MESSAGE.size :])
                     yield number, Message(names[number], time, payload, sent, sequence)
             if opcode == Opcode.MESSAGE:
-                return  # a group of messages: all of them were in `content`
+                return  # a group of messages outside of chunks: all of them were in `content`
 
     def check(self) -> Iterator[str]:
-        """Read every byte, and yield the faults."""
+        """Read every byte of the file, and yield a text for each fault."""
         if self.problem:
             yield self.problem
         found: Counter[str] = Counter()
@@ -299,7 +300,7 @@ class McapReader:
                 yield f"'{topic.name}' has {found[topic.name]:,} messages, and the summary tells of {told:,}"
 
     def rescued(self) -> Iterator[Message]:
-        """Yield every readable message, in order; broken parts are left out."""
+        """Yield every readable message, in the order of time; broken parts are left out."""
         self._spans = [span for span in self._spans if self._is_whole(span)]
         yield from self.messages()
 
@@ -327,7 +328,7 @@ class McapReader:
 
 
 class _Run:
-    """Collects messages outside of chunks in spans of some size."""
+    """Collects messages outside of chunks into spans of about `_RUN_BYTES`."""
 
     def __init__(self) -> None:
         self._spans: list[Span] = []
@@ -345,7 +346,7 @@ class _Run:
         self._open = Span(time, time, offset, length, None)
 
     def spans(self) -> list[Span]:
-        """Return the spans up to here."""
+        """Return the spans of all messages that were added so far."""
         if self._open is not None:
             self._spans.append(self._open)
             self._open = None
@@ -361,18 +362,18 @@ def _is_wanted(span: Span, channels: frozenset[int], start: int | None, stop: in
 
 
 def _content(chunk: Chunk) -> memoryview:
-    """Return the content of a chunk, unpacked; raises if its checksum does not fit."""
+    """Return the content of a chunk, unpacked; raises an error of `_BROKEN` if its checksum is wrong."""
     try:
         stream, length = get_chunk_data_stream(chunk, validate_crc=True)
     except Exception as error:
         if isinstance(error, _BROKEN):
             raise
-        raise ValueError(str(error)) from error  # the decompressors have exceptions of their own
+        raise ValueError(str(error)) from error  # decompressors raise classes of their own
     return memoryview(stream.read(length) if length else b'')
 
 
 def _records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
-    """Yield opcode and body of each record; raises ValueError if one does not fit in."""
+    """Yield opcode and body of each record; raises ValueError if a record is longer than `data`."""
     at, size = 0, len(data)
     while at < size:
         opcode, length = _HEAD.unpack_from(data, at)

@@ -1,14 +1,14 @@
-"""Writes one MCAP file so that it can be read at any moment, whatever ends the process.
+"""Writes one MCAP file that can be read at any moment, whatever ends the process.
 
-A file of MCAP ends with a summary and a footer, without which most readers refuse it. So the end is written
-not once, but many times: each new chunk overwrites it, and a new end follows. The old end is cut off
-before that, so the file can be read at each moment: it has an end, or it stops after its last chunk, as
-after a power failure.
+A file of MCAP ends with a summary and a footer, without which most readers refuse it. So the end (summary and
+footer) is written many times: each new chunk overwrites it, and a new end follows. The old end is cut off
+before that, so the file can be read at each moment: it has an end, or it stops after its last chunk, as after
+a power failure.
 
-The end grows with the file. It is written after a chunk if that adds a twentieth to what is written, and at
-each flush. Its counts are right for the file at that moment.
+The end grows with the file. It is written at each flush, and after a chunk if it adds at most a twentieth to
+the bytes written since the last end. Its counts are right for the file at that moment.
 
-The records are those of the library `mcap`, but for messages and chunks: those are on every message's way.
+The library `mcap` encodes the records, except those of messages and chunks: encoding these here is faster.
 """
 
 from __future__ import annotations
@@ -46,37 +46,37 @@ PROFILE = 'ros2'
 METADATA_NAME = 'rosbag2'
 METADATA_KEY = 'serialized_metadata'
 _END_SHARE = 20
-"""An end is written after a chunk if this many times the end's size were written since the last end."""
+"""An end is written after a chunk if the bytes since the last end are this many times the end's size."""
 _MESSAGE = struct.Struct('<BQHIQQ')
 _CHUNK = struct.Struct('<BQQQQI')
 _INDEX = struct.Struct('<BQHI')
 _INDEX_ENTRY = struct.Struct('<QQ')
 _FOOTER = struct.Struct('<BQQQ')
 _PIECES = 512
-"""How many pieces the system takes in one call; if there are more, they are joined first."""
+"""The largest number of buffers that one system call writes; if there are more, they are joined first."""
 
 Compress = Callable[[bytes], bytes]
 
 
 class Compression(NamedTuple):
-    """How chunks are compressed: MCAP's name of it, and the function."""
+    """How chunks are compressed: MCAP's name of the compression, and the function that compresses."""
 
     name: str = ''
     compress: Compress | None = None
 
 
 class _Chunk(NamedTuple):
-    """A chunk that was written."""
+    """A chunk that is in the file."""
 
     offset: int
     summary: bytes
-    """The record that names it in the summary."""
+    """The summary's record (chunk index) for this chunk."""
     counts: dict[int, int]
-    """How many messages of each channel it has."""
+    """The number of this chunk's messages by channel."""
 
 
 class McapWriter:
-    """Writes a new file. Not for several threads, but for `sync`, which any thread may call."""
+    """Writes a new file. Only one thread may use it, except for `sync`, which any thread may call."""
 
     def __init__(
         self,
@@ -94,7 +94,7 @@ class McapWriter:
         self._schema_records: list[bytes] = []
         self._channel_records: list[bytes] = []
         self._unwritten: list[bytes] = []
-        """Schemas and channels that are not in the file yet; they go before the next chunk."""
+        """Schemas and channels that are not in the file yet; they are written before the next chunk."""
         self._parts: list[bytes] = []
         self._size = 0
         self._indices: dict[int, list[bytes]] = defaultdict(list)
@@ -102,7 +102,7 @@ class McapWriter:
         self._chunks: list[_Chunk] = []
         self._counts: dict[int, int] = defaultdict(int)
         self.start = self.end = 0
-        """The times of the first and the last message, in ns."""
+        """The times of the earliest and the latest message, in ns."""
         self.count = 0
         """How many messages the file has, including those that wait for their chunk to fill up."""
         self._has_end = False
@@ -120,7 +120,7 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """The bytes that were written or wait to be written, without the end."""
+        """The number of bytes that were written or wait to be written, without the end."""
         return self._data_end + self._size
 
     def add_topic(self, topic: Topic) -> None:
@@ -149,7 +149,7 @@ class McapWriter:
         self._unwritten.append(self._channel_records[-1])
 
     def write(self, message: Message) -> None:
-        """Add a message; raises OSError if a chunk cannot be written, which is lost then as a whole."""
+        """Add a message; raises OSError if a chunk cannot be written: then the whole chunk is lost."""
         topic, time, data, sent, sequence = message
         number = self._channels[topic]
         head = _MESSAGE.pack(5, 22 + len(data), number, sequence & 0xFFFFFFFF, time, sent)
@@ -170,11 +170,11 @@ class McapWriter:
             self._write_chunk()
 
     def wants_end(self) -> bool:
-        """Whether enough was written since the last end to be worth the bytes of another one."""
+        """Tell whether so many bytes were written since the last end that a new end adds little."""
         return self._since_end > _END_SHARE * self._end_size
 
     def flush(self, metadata: str) -> None:
-        """Write the waiting messages, and an end with this metadata, which completes the file.
+        """Complete the file: write the waiting messages, and an end with this metadata.
 
         Raises OSError.
         """
@@ -184,7 +184,9 @@ class McapWriter:
             self._write_end(metadata)
 
     def sync(self) -> None:
-        """Have the disk keep the written data. Any thread; a file may be closed meanwhile."""
+        """Have the system write the data to the disk. Callable from any thread, also while the file is being
+        closed.
+        """
         descriptor = self._descriptor
         if descriptor >= 0:
             with suppress(OSError):
@@ -193,8 +195,8 @@ class McapWriter:
     def close(self, metadata: str) -> None:
         """Write the end and close the file. Idempotent.
 
-        If the disk has no room for the end, the last chunks make room, so that the file can be read in any
-        case. Raises OSError if even that fails.
+        If the disk has no room for the end, the last chunks are removed to make room, so that the file can be
+        read. Raises OSError if even that fails.
         """
         if self._descriptor < 0:
             return
@@ -212,7 +214,7 @@ class McapWriter:
         self._release()
 
     def _close_full(self, metadata: str) -> None:
-        """Close on a full disk: give up chunks from the last on until there is room for the end."""
+        """Close on a full disk: remove chunks, the last one first, until there is room for the end."""
         try:
             while True:
                 try:
@@ -242,7 +244,7 @@ class McapWriter:
     def _write_chunk(self) -> None:
         """Write the waiting messages as a chunk, with their index.
 
-        If that fails, the chunk is lost as a whole: no half of it stays in the file.
+        If the writing fails, the whole chunk is lost: no part of it stays in the file.
         """
         parts, size, indices = self._parts, self._size, self._indices
         self._parts, self._size, self._indices = [], 0, defaultdict(list)
@@ -297,7 +299,7 @@ class McapWriter:
     # -- the end ---------------------------------------------------------------------------------------------
 
     def _write_end(self, metadata: str) -> None:
-        """Write metadata, summary and footer behind the data; the next chunk takes their place."""
+        """Write metadata, summary and footer behind the data; the next chunk overwrites them."""
         record = _encoded(Metadata(name=METADATA_NAME, metadata={METADATA_KEY: metadata}))
         before = [*self._unwritten]
         offset = self._data_end + sum(map(len, before))
@@ -351,7 +353,9 @@ class McapWriter:
     # -- the file --------------------------------------------------------------------------------------------
 
     def _append(self, parts: Sequence[bytes]) -> None:
-        """Write behind the data, over an end. If that fails, no half of it is left."""
+        """Write `parts` behind the data, over an end. If the writing fails, no part of them stays in the
+        file.
+        """
         if self._has_end:
             self._cut(self._data_end)
         try:
@@ -378,7 +382,8 @@ def _encoded(record: McapRecord) -> bytes:
 def _write_all(descriptor: int, parts: Iterable[bytes]) -> int:
     """Write all parts to the file.
 
-    Raises OSError. Large ones are not copied together first where the system can do that.
+    Raises OSError. Where the system can write several buffers in one call, large parts are not copied into
+    one buffer.
     """
     parts = [part for part in parts if part]
     if len(parts) > _PIECES or not hasattr(os, 'writev'):
@@ -397,7 +402,8 @@ def _write_all(descriptor: int, parts: Iterable[bytes]) -> int:
 def compression(preset: str) -> tuple[Compression, int]:
     """Return the compression and the chunk size of a preset of rosbag2's MCAP storage.
 
-    'none', 'fastwrite' (here the same), 'zstd_fast', 'zstd_small'. Raises ValueError for another one.
+    The presets are 'none', 'fastwrite' (here the same as 'none'), 'zstd_fast' and 'zstd_small'. Raises
+    ValueError for another name.
     """
     if preset in {'none', 'fastwrite', ''}:
         return Compression(), CHUNK_BYTES

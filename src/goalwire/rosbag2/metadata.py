@@ -1,7 +1,7 @@
 """Reads `metadata.yaml` of every version that rosbag2 has had, and writes version 9.
 
 Versions: 3 has compression, 4 the QoS of topics (as YAML within YAML), 5 the files, 6 custom data, 7 type
-hashes, 8 the distribution; 9 spells QoS out (rosbag2_storage/yaml.hpp).
+hashes, 8 the distribution; 9 has QoS policies by name (rosbag2_storage/yaml.hpp).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from goalwire.rules.qos import (
 )
 
 LARGEST = 2**26
-"""Bytes that a `metadata.yaml` may have."""
+"""The largest size of a `metadata.yaml` that is read, in bytes."""
 NEWEST = 9
 _NO_TIME = 2**63 - 1
 """The start time that some writers give to an empty bag."""
@@ -48,16 +48,16 @@ _DURATIONS = (
 
 
 def metadata_text(facts: BagFacts) -> str:
-    """Return the text of the file.
+    """Return the text of `metadata.yaml`.
 
-    It is rewritten every second, so PyYAML, which is slow, does not write it.
+    The file is rewritten every second, so PyYAML, which is slow, does not write it.
     """
     body = bag_text(facts)
     return 'rosbag2_bagfile_information:\n' + ''.join(f'  {line}\n' for line in body.splitlines())
 
 
 def bag_text(facts: BagFacts) -> str:
-    """Return the YAML below the file's single top-level key. MCAP files hold the same text."""
+    """Return the YAML below the single top-level key of `metadata.yaml`. MCAP files contain the same text."""
     lines = [
         f'version: {NEWEST}',
         f'storage_identifier: {facts.storage}',
@@ -102,12 +102,14 @@ def bag_text(facts: BagFacts) -> str:
 
 
 def qos_text(profiles: Iterable[QoS]) -> str:
-    """Return QoS as MCAP channels and sqlite3 bags hold it: YAML of a list, '' for none."""
+    """Return QoS profiles as MCAP channels and sqlite3 bags store them: a list in YAML, '' for
+    no profiles.
+    """
     return '\n'.join(qos_lines(profiles))
 
 
 def qos_lines(profiles: Iterable[QoS]) -> list[str]:
-    """Return the lines of a YAML list of QoS, as version 9 has them."""
+    """Return the lines of a YAML list of QoS profiles, in the form of version 9."""
     lines = []
     for qos in profiles:
         stated = qos.stated()
@@ -135,11 +137,11 @@ def _head(key: str, items: object) -> str:
 
 
 def _quoted(text: str) -> str:
-    return json.dumps(text)  # a string of JSON is one of YAML
+    return json.dumps(text)  # each string in JSON is a string in YAML, too
 
 
 def write_metadata(folder: str, facts: BagFacts, name: str) -> None:
-    """Write the file of a bag in one step: a reader finds either the old text or the new one."""
+    """Replace the metadata file of a bag in one step: a reader finds either the old text or the new text."""
     path = os.path.join(folder, name)
     with open(f'{path}.new', 'w', encoding='utf-8') as file:
         file.write(metadata_text(facts))
@@ -165,7 +167,7 @@ def read_metadata(path: str) -> BagFacts:
 
 
 def facts_of_text(text: str, source: str) -> BagFacts:
-    """Return the facts in the text that an MCAP file holds; raises BagError."""
+    """Return the facts in the metadata text of an MCAP file; raises BagError."""
     bag = _loaded(text, source)
     if not isinstance(bag, dict):
         raise BagError(f'{shown(source)}: its metadata is not a YAML map')
@@ -173,7 +175,7 @@ def facts_of_text(text: str, source: str) -> BagFacts:
 
 
 def facts_of(bag: Mapping[str, Any], source: str) -> BagFacts:
-    """Return the facts in a map of metadata; raises BagError, which names `source`."""
+    """Return the facts in metadata that YAML was parsed into; raises BagError, which names `source`."""
     try:
         version = int(bag['version'])
         if version > NEWEST:
@@ -200,7 +202,7 @@ def facts_of(bag: Mapping[str, Any], source: str) -> BagFacts:
 
 
 def qos_of_text(text: str) -> tuple[QoS, ...]:
-    """Return the QoS in a YAML list; none from a broken text."""
+    """Return the QoS profiles in a YAML list; no profiles if the text is broken."""
     try:
         return _profiles(_yaml(text))
     except (ValueError, KeyError, TypeError):
@@ -213,7 +215,9 @@ def _mode(given: object) -> str:
 
 
 def _files(bag: Mapping[str, Any]) -> tuple[FileFacts, ...]:
-    """Return the files. Before version 5 only their names are known, before 4 with the bag's folder."""
+    """Return the bag's files. Metadata before version 5 has only their names; before version 4 these include
+    the bag's folder.
+    """
     details = {PurePosixPath(each['path']).name: each for each in bag.get('files') or ()}
     found = []
     for path in bag['relative_file_paths'] or ():
@@ -257,7 +261,9 @@ def _qos(entry: Mapping[str, Any]) -> QoS:
 
 
 def _policy(kind: type[QoSPolicyEnum], value: object) -> QoSPolicyEnum:
-    """Return a policy by its name (version 9) or its number (before); UNKNOWN for any other."""
+    """Return a policy by its name (version 9) or its number (earlier versions); UNKNOWN for any
+    other value.
+    """
     try:
         return kind[value.upper()] if isinstance(value, str) else kind(int(str(value)))
     except (KeyError, ValueError):
@@ -278,7 +284,7 @@ def _loaded(text: str, source: str) -> Any:
 
 
 def _yaml(text: str) -> Any:
-    """Load YAML; raises ValueError."""
+    """Parse YAML; raises ValueError for a broken text."""
     import yaml
 
     loader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)

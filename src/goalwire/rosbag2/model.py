@@ -11,12 +11,12 @@ from goalwire.rules.qos import QoS
 METADATA_FILE = 'metadata.yaml'
 SERVICE_EVENT = '/_service_event'
 SUFFIXES = {'.mcap': 'mcap', '.db3': 'sqlite3'}
-"""Storage identifiers by the names of files."""
+"""rosbag2's storage identifiers by the suffixes of file names."""
 
 
 @record
 class Schema:
-    """A type's definition, with those of all types it contains."""
+    """A type's definition, and the definitions of all types that it contains."""
 
     encoding: str = ''
     """'ros2msg', 'ros2idl', or '' if the definition is unknown."""
@@ -29,11 +29,11 @@ class Topic:
 
     name: str
     type_name: str
-    """The type, as 'std_msgs/msg/String'."""
+    """The name of the type, such as 'std_msgs/msg/String'."""
     type_hash: str = ''
-    """Its type's hash, `RIHS01_…`; '' if it is unknown."""
+    """The hash of the topic's type, `RIHS01_…`; '' if it is unknown."""
     qos: tuple[QoS, ...] = ()
-    """The QoS profiles that its publishers offered, without duplicates."""
+    """The QoS profiles that the topic's publishers offered, without duplicates."""
     schema: Schema = Schema()
     serialization: str = 'cdr'
 
@@ -43,17 +43,17 @@ class Message(NamedTuple):
 
     topic: str
     time: int
-    """When it was recorded; bags are in this order."""
+    """When the message was recorded. The messages of a bag are in the order of this time."""
     data: bytes
     sent: int
-    """When it was published, if the bag tells that; else the same as `time`."""
+    """When the message was published, if the bag contains that time; else the same as `time`."""
     sequence: int = 0
-    """The publisher's sequence number; 0 if there is none."""
+    """The publisher's sequence number of the message; 0 if the bag has none."""
 
 
 @record
 class FileFacts:
-    """One file of a bag."""
+    """The facts about one file of a bag; times in ns."""
 
     path: str
     """The file's name, without a folder."""
@@ -69,25 +69,25 @@ class BagFacts:
     storage: str
     topics: tuple[Topic, ...] = ()
     counts: tuple[int, ...] = ()
-    """How many messages each of the topics has."""
+    """The number of messages of each topic, in the order of `topics`."""
     files: tuple[FileFacts, ...] = ()
     start: int = 0
     duration: int = 0
     compression_format: str = ''
     compression_mode: str = ''
-    """The kind of compression: '', 'file' or 'message'."""
+    """What is compressed: '' (nothing), 'file' or 'message'."""
     custom_data: tuple[tuple[str, str], ...] = ()
     ros_distro: str = ''
     version: int = 9
 
     @property
     def count(self) -> int:
-        """How many messages there are."""
+        """The number of messages in the bag."""
         return sum(self.counts)
 
 
 def span_of(files: Iterable[FileFacts]) -> tuple[int, int]:
-    """Return start and duration of several files together, in ns; files without messages do not count."""
+    """Return start and duration of several files together, in ns; files without messages are ignored."""
     filled = [file for file in files if file.count]
     if not filled:
         return 0, 0

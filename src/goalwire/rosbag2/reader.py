@@ -1,4 +1,4 @@
-"""Reads a bag: a folder of rosbag2's, or one file of it."""
+"""Reads a bag: a folder that rosbag2 has written, or one file of such a folder."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class FileReader(Protocol):
-    """One file of a bag, opened."""
+    """One open file of a bag."""
 
     storage: str
     path: str
@@ -55,7 +55,7 @@ class FileReader(Protocol):
 
 
 def open_file(path: str) -> FileReader:
-    """Open one file of a bag by its suffix; raises BagError, OSError."""
+    """Open one file of a bag; its suffix decides how. Raises BagError, OSError."""
     storage = SUFFIXES.get(Path(path).suffix)
     if storage == 'mcap':
         try:
@@ -71,20 +71,21 @@ def open_file(path: str) -> FileReader:
 
 
 def missing_extra(error: ModuleNotFoundError) -> BagError:
-    """Return the advice for a package of the extra that is not installed."""
+    """Return an error that tells how to install a missing package of the extra `bag`."""
     return BagError(f"bags need the package '{error.name}'; run: pip install 'goalwire[bag]'")
 
 
 class Reader:
     """Reads a bag: `with Reader('folder') as bag:`, where `bag.messages()` yields the messages in order.
 
-    Not for several threads.
+    Only one thread may use it.
     """
 
     def __init__(self, path: str | os.PathLike[str], *, files: Sequence[str] = ()) -> None:
         """Open the bag; raises BagError, FileNotFoundError.
 
-        With `files`, these files of its folder are read instead of those in its metadata.
+        With `files`, `path` is the bag's folder, and these files in it are read instead of those in its
+        metadata.
         """
         self.path = os.fspath(path)
         self._resources = ExitStack()
@@ -109,7 +110,7 @@ class Reader:
         self._resources.callback(file.close)
 
     def _unpacked(self, path: str) -> str:
-        """Return the path of an unpacked copy, which `close` removes."""
+        """Return the path of an unpacked copy of a compressed file; `close` removes the copy."""
         try:
             import zstandard
         except ModuleNotFoundError as error:
@@ -124,7 +125,7 @@ class Reader:
         return unpacked
 
     def _embedded(self) -> BagFacts | None:
-        """Return the metadata in the latest file that has readable metadata; None if no file has."""
+        """Return the metadata that the last file with readable metadata contains; None if no file has any."""
         for name, file in reversed(self._files.items()):
             if file.metadata:
                 with suppress(BagError):
@@ -132,7 +133,7 @@ class Reader:
         return None
 
     def _gather(self, told: BagFacts | None, names: list[str]) -> BagFacts:
-        """Return the facts from the files, completed by the metadata."""
+        """Return the facts that the files contain; the metadata completes them."""
         counts: Counter[str] = Counter()
         topics: dict[str, Topic] = {}
         facts = []
@@ -162,7 +163,7 @@ class Reader:
             version=told.version if told else 0,
         )
 
-    # -- what there is ---------------------------------------------------------------------------------------
+    # -- the bag's facts -------------------------------------------------------------------------------------
 
     @property
     def topics(self) -> tuple[Topic, ...]:
@@ -171,7 +172,7 @@ class Reader:
 
     @cached_property
     def counts(self) -> dict[str, int]:
-        """How many messages each topic has."""
+        """The number of messages of each topic."""
         return {topic.name: n for topic, n in zip(self.facts.topics, self.facts.counts, strict=True)}
 
     @property
@@ -181,18 +182,20 @@ class Reader:
 
     @property
     def end(self) -> int:
-        """When the last message was recorded."""
+        """When the last message was recorded, in ns since the UNIX epoch."""
         return self.facts.start + self.facts.duration
 
     @property
     def size(self) -> int:
-        """How many bytes its files have on the disk."""
+        """The size of the bag's files on the disk, in bytes."""
         folder = self.path if os.path.isdir(self.path) else os.path.dirname(self.path)
         return sum(os.path.getsize(os.path.join(folder, file.path)) for file in self.facts.files)
 
     @property
     def problems(self) -> list[str]:
-        """Faults found when the files were opened: files that nobody closed. `check` finds more."""
+        """The faults that were found when the files were opened, such as files that their writer did not
+        close. `check` finds more faults.
+        """
         return [f'{name}: {file.problem}' for name, file in self._files.items() if file.problem]
 
     # -- messages --------------------------------------------------------------------------------------------
@@ -200,10 +203,10 @@ class Reader:
     def messages(
         self, topics: Collection[str] | None = None, start: int | None = None, stop: int | None = None
     ) -> Iterator[Message]:
-        """Yield messages in the order of recording; only those of `topics`, if given.
+        """Yield messages in the order of recording; only messages of `topics`, if given.
 
-        Only from the time `start` to before `stop`, in ns since the UNIX epoch. Raises BagError if bytes
-        are broken.
+        Yields only messages from the time `start` to before `stop`, in ns since the UNIX epoch. Raises
+        BagError if bytes are broken.
         """
         opened = sorted(self._files.values(), key=lambda file: file.start)
         order = count()
@@ -230,7 +233,7 @@ class Reader:
                     yield self._plain(message)
 
     def _plain(self, message: Message) -> Message:
-        """Return a message whose bytes are not compressed; raises BagError if its bytes are broken."""
+        """Return a message with its bytes decompressed; raises BagError if the bytes are broken."""
         if self._unpack is None:
             return message
         try:
@@ -245,7 +248,7 @@ class Reader:
     ) -> Iterator[tuple[Message, Any]]:
         """Yield the same messages as `messages`, each with its decoded object.
 
-        Unknown types are taken from the bag. Raises InterfaceError for a type that the bag lacks, too,
+        A type that is unknown here is read from the bag. Raises InterfaceError if the bag lacks it, too, and
         DecodeError for bytes that are not a message.
         """
         from goalwire.rosbag2.types import decoder_of
@@ -259,7 +262,7 @@ class Reader:
             yield message, decode(message.data)
 
     def check(self) -> Iterator[str]:
-        """Read every byte of every file, and yield the faults."""
+        """Read every byte of every file, and yield a text for each fault."""
         for name, file in self._files.items():
             for problem in file.check():
                 yield f'{name}: {problem}'
@@ -286,7 +289,7 @@ class Reader:
 
 
 def _message_unpacker() -> Callable[[bytes], bytes]:
-    """Return a function that unpacks a message. It raises ValueError for broken bytes.
+    """Return a function that decompresses a message, and raises ValueError for broken bytes.
 
     Raises BagError if zstandard is not installed.
     """
@@ -333,7 +336,7 @@ def _find(path: str) -> tuple[str, list[str], BagFacts | None]:
 
 
 def stored_files(folder: str) -> list[str]:
-    """Return the names of the files of a bag in a folder, in their order."""
+    """Return the names of the bag's files in a folder, in the order of their numbers."""
     return sorted(filter(_is_stored, os.listdir(folder)), key=_natural)
 
 
@@ -343,7 +346,7 @@ def _is_stored(name: str) -> bool:
 
 
 def _follows(name: str, named: list[str]) -> bool:
-    """Return whether a file's number continues the numbers of the files in the metadata."""
+    """Return whether a file's number comes after the numbers of the files in the metadata."""
     return (
         bool(named)
         and _natural(name)[:-1] == _natural(named[-1])[:-1]

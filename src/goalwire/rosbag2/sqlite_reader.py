@@ -1,4 +1,4 @@
-"""Reads one sqlite3 file of a bag, of each of the four layouts that rosbag2 has written."""
+"""Reads one sqlite3 file of a bag, in any of the four layouts that rosbag2 has written."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class SqliteReader:
-    """Reads a file; a context manager. For the thread that made it."""
+    """Reads a file; a context manager. Only the thread that made it may use it."""
 
     storage = 'sqlite3'
     problem = ''
@@ -33,13 +33,14 @@ class SqliteReader:
         self._numbers: dict[int, str] = {}
         place = Path(path).absolute().as_uri()
         try:
-            # A writer that was killed leaves a journal, which sqlite plays back: for that it must write.
+            # A killed writer leaves a journal, which sqlite plays back into the file: so the file is opened
+            # for writing.
             self._database = sqlite3.connect(f'{place}?mode=rw', uri=True)
         except sqlite3.Error:
             self._database = self._opened(f'{place}?immutable=1')
         try:
             self._read()
-        except sqlite3.OperationalError as error:  # a folder that is read-only
+        except sqlite3.OperationalError as error:  # the folder may be read-only
             self._database.close()
             self._database = self._opened(f'{place}?immutable=1')
             try:
@@ -62,7 +63,7 @@ class SqliteReader:
 
     @property
     def count(self) -> int:
-        """How many messages the file has."""
+        """The number of messages in the file."""
         return self.counts.total()
 
     def _read(self) -> None:
@@ -70,7 +71,7 @@ class SqliteReader:
         if not columns or not self._columns('messages'):
             raise sqlite3.DatabaseError('it has no tables of messages and topics')
         schemas = self._schemas()
-        # Older layouts lack these columns: empty texts stand for their values.
+        # Older layouts lack these two columns: their values are read as ''.
         qos_column = 'offered_qos_profiles' if 'offered_qos_profiles' in columns else "''"
         hash_column = 'type_description_hash' if 'type_description_hash' in columns else "''"
         for number, name, type_name, serialization, qos, type_hash in self._database.execute(
@@ -127,7 +128,7 @@ class SqliteReader:
             raise self._broken(error) from error
 
     def check(self) -> Iterator[str]:
-        """Read every byte, and yield the faults."""
+        """Read every byte of the file, and yield a text for each fault."""
         try:
             for (line,) in self._database.execute('PRAGMA integrity_check'):
                 if line != 'ok':
@@ -136,7 +137,7 @@ class SqliteReader:
             yield str(error)
 
     def rescued(self) -> Iterator[Message]:
-        """Yield messages up to the first that cannot be read."""
+        """Yield the messages before the first one that cannot be read."""
         try:
             yield from self.messages()
         except BagError:

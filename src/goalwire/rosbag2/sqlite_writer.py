@@ -25,7 +25,7 @@ CREATE INDEX timestamp_idx ON messages (timestamp ASC);
 
 
 class SqliteWriter:
-    """Writes a new file. Any thread, one at a time."""
+    """Writes a new file. Any thread may use it, but only one at a time."""
 
     def __init__(self, path: str, ros_distro: str) -> None:
         """Make the file; raises OSError, FileExistsError."""
@@ -83,7 +83,7 @@ class SqliteWriter:
         self._database.execute('INSERT INTO messages (topic_id, timestamp, data) VALUES (?, ?, ?)', row)
 
     def wants_end(self) -> bool:
-        """Whether a flush is due early; in this format it never is."""
+        """Return False: in this format no flush is due early."""
         return False
 
     def flush(self, metadata: str) -> None:
@@ -98,10 +98,10 @@ class SqliteWriter:
         self._database.commit()
 
     def sync(self) -> None:
-        """Do nothing: sqlite has the disk keep every commit."""
+        """Do nothing: sqlite writes every commit to the disk."""
 
     def close(self, metadata: str) -> None:
-        """Commit and close. Idempotent. Raises OSError."""
+        """Commit, and close the file. Idempotent. Raises OSError."""
         if self._closed:
             return
         self._closed = True

@@ -1,6 +1,6 @@
 """Message classes for the topics of a bag.
 
-They are the classes known here, or else made from the definitions in the bag.
+A class is the one that is known here, or else one that is made from the definition in the bag.
 """
 
 from __future__ import annotations
@@ -16,14 +16,15 @@ from goalwire.rosbag2.model import Topic
 
 _RULE = '=' * 80
 _PARTS = {'srv': ('Request', 'Response'), 'action': ('Goal', 'Result', 'Feedback')}
-"""The parts that the file of a service or an action defines."""
+"""The parts that a .srv or .action file defines."""
 
 
 def class_of(topic: Topic, topics: Iterable[Topic] = ()) -> type:
     """Return the message class of a topic.
 
-    `topics` are all topics of its bag: each topic of an action defines a part. Raises InterfaceError if it is
-    neither known here nor defined in the bag, and if another type under the same name was recorded.
+    `topics` are all topics of its bag, since each topic of an action defines only a part of the action.
+    Raises InterfaceError if the type is neither known here nor defined in the bag, and if the bag was
+    recorded with another definition of the type.
     """
     try:
         cls = get_interface(topic.type_name)
@@ -45,7 +46,9 @@ def decoder_of(topic: Topic, topics: Iterable[Topic] = ()) -> Callable[[bytes], 
 
 
 def _define(topic: Topic, topics: Iterable[Topic]) -> None:
-    """Register the unknown definitions of a topic's schema; an action's are in several topics of a bag."""
+    """Register the definitions of a topic's schema that are unknown here. Those of an action are in the
+    schemas of several topics.
+    """
     package, kind, name = topic.type_name.split('/')
     texts = _texts_of(topic)
     for each, text in texts.items():
@@ -57,7 +60,7 @@ def _define(topic: Topic, topics: Iterable[Topic]) -> None:
             texts = _texts_of(other) | texts
     whole = name.partition('_')[0]
     text = texts[f'{package}/{name}']
-    if '---' not in text.splitlines():  # rosbag2 stores the whole file of a service
+    if '---' not in text.splitlines():  # rosbag2 stores the whole .srv, which has '---'
         parts = [f'{package}/{whole}_{part}' for part in _PARTS[kind]]
         missing = [part for part in parts if part not in texts]
         if missing:
@@ -69,7 +72,7 @@ def _define(topic: Topic, topics: Iterable[Topic]) -> None:
 
 
 def _texts_of(topic: Topic) -> dict[str, str]:
-    """Return the definitions in a topic's schema by their names, as `pkg/Name`."""
+    """Return the definitions in a topic's schema by the names of their types, such as `pkg/Name`."""
     package, _, name = topic.type_name.split('/')
     root, *parts = topic.schema.text.split(f'{_RULE}\nMSG: ')
     texts = {f'{package}/{name}': root}
@@ -81,7 +84,9 @@ def _texts_of(topic: Topic) -> dict[str, str]:
 
 
 def _register_message(name: str, text: str) -> None:
-    """Make a message known, if it is not; parts of services and actions come with these."""
+    """Register a message type unless it is known; parts of services and actions are registered with their
+    service or action.
+    """
     package, _, base = name.partition('/')
     if '_' in base:
         return

@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from typing import Self
 
 ROS_DISTRO = 'rolling'
-"""The distribution in a bag's metadata if ROS_DISTRO is not set."""
+"""The name of the ROS distribution in a bag's metadata if the variable ROS_DISTRO is not set."""
 STORAGES = ('mcap', 'sqlite3')
 PRESETS = ('none', 'fastwrite', 'zstd_fast', 'zstd_small')
 
 
 class FileWriter(Protocol):
-    """One file of a bag, being written."""
+    """One file of a bag that is being written."""
 
     path: str
     start: int
@@ -44,9 +44,10 @@ class FileWriter(Protocol):
 
 
 class Writer:
-    """`with Writer('folder') as bag:`; one thread at a time.
+    """Writes a bag: `with Writer('folder') as bag:`; only one thread at a time may use it.
 
-    The files can be read at any moment up to the latest `flush`, also after the process was killed.
+    All that was written before the latest `flush` can be read at any moment, also after the process was
+    killed.
     """
 
     def __init__(
@@ -66,12 +67,13 @@ class Writer:
     ) -> None:
         """Make the folder and the first file.
 
-        A new file begins after `max_bytes` or `max_duration` s, where these are not 0; of more than
-        `max_files` the oldest is removed. `preset` is a name of PRESETS, for MCAP. With `compress_files` each
-        file is compressed when it is closed. With `compress_messages`, which rosbag2 reads in sqlite3 alone,
-        each message is compressed before it is written. `on_split(closed, opened)` is told of each split.
-        Raises BagError if the folder exists, or if storage, preset and compression are unknown or do not fit;
-        OSError.
+        A new file begins after `max_bytes` or `max_duration` s, where these are not 0; if there are more than
+        `max_files` files, the oldest is removed. `preset` is a name of PRESETS, for MCAP. With
+        `compress_files` each file is compressed when it is closed. With `compress_messages` each message is
+        compressed before it is written; rosbag2 reads such messages only from sqlite3. `on_split(closed,
+        opened)` is called at each split, with the paths of the closed and the new file. Raises BagError if
+        the folder exists, or if storage, preset or compression are unknown or cannot be combined; OSError if
+        a file cannot be made.
         """
         self.path = os.fspath(path).rstrip('/') or '/'
         if storage not in STORAGES:
@@ -94,20 +96,22 @@ class Writer:
         self._compress_files = compress_files
         self._compress = _message_compressor() if compress_messages else None
         self.custom_data: dict[str, str] = dict(custom_data or {})
-        """Goes into the metadata at the next flush."""
+        """Custom data that is written into the metadata at the next flush."""
         self._ros_distro = ros_distro or _distro()
         self.on_split = on_split
         self._topics: dict[str, Topic] = {}
         self._closed: list[tuple[FileFacts, dict[str, int]]] = []
-        """The files before the present one, with their counts."""
+        """The files before the present one, each with its number of messages by topic."""
         self._counts: dict[str, int] = defaultdict(int)
         self._number = 0
         self._unsynced: deque[str] = deque()
-        """Closed files that may not be on the disk yet."""
+        """Closed files whose data the disk may not have yet."""
         self._is_open = self._has_file = True
         self._has_new_topics = False
         self.heads: Callable[[int], Iterable[Message]] | None = None
-        """A function from a file's start time to the messages with which each further file begins."""
+        """A function that gets the start time of a further file and returns the messages with which that file
+        begins.
+        """
         try:
             os.makedirs(self.path)
         except FileExistsError:
@@ -119,7 +123,7 @@ class Writer:
 
     @property
     def count(self) -> int:
-        """How many messages are in the files that still exist."""
+        """The number of messages in the files that still exist."""
         return sum(facts.count for facts in self._files())
 
     @property
@@ -128,7 +132,7 @@ class Writer:
         return self._file.path
 
     def topic(self, name: str) -> Topic | None:
-        """Return a topic that was added; None for any other."""
+        """Return the topic of that name; None if it was not added."""
         return self._topics.get(name)
 
     def add_topic(
@@ -143,7 +147,7 @@ class Writer:
     ) -> None:
         """Make a topic known before its first message. Adding it again changes nothing.
 
-        If schema and hash are not given, they are found by the type's name, if that is known here.
+        If schema or hash is not given, it is looked up by the type's name, if the type is known here.
         """
         if name in self._topics:
             return
@@ -159,8 +163,8 @@ class Writer:
     def write(self, topic: str, data: bytes, time: int, sent: int | None = None, sequence: int = 0) -> None:
         """Add a serialized message, recorded and sent at these times in ns since the UNIX epoch.
 
-        Raises BagError for a topic that was not added, and if the disk is full or fails: what was written
-        before stays, and `close` completes the files.
+        Raises BagError for a topic that was not added, and if the disk is full or fails: the messages written
+        before stay in the files, and `close` completes them.
         """
         if topic not in self._topics:
             raise BagError(f"'{topic}' was not added to the bag before its first message: call add_topic")
@@ -175,7 +179,7 @@ class Writer:
             if self._file.wants_end():
                 self._file.flush(bag_text(self._facts()))
                 if self._has_new_topics:
-                    self._write_metadata()  # other threads read this
+                    self._write_metadata()  # other threads read the file of metadata
         except OSError as error:
             raise self._failed(error) from error
 
@@ -202,13 +206,13 @@ class Writer:
             raise self._failed(error) from error
 
     def sync(self) -> None:
-        """Bring flushed data and closed files to the disk; on any thread."""
+        """Have the system write flushed data and closed files to the disk. Callable from any thread."""
         while self._unsynced:
             _sync(self._unsynced.popleft())
         self._file.sync()
 
     def split(self, time: int) -> None:
-        """Begin a new file, with the messages of `heads` at `time`. Raises BagError as `write`."""
+        """Begin a new file, with the messages of `heads` at `time`. Raises BagError as `write` does."""
         closed = self._file.path
         try:
             self._close_file()
@@ -225,7 +229,7 @@ class Writer:
             self.on_split(closed, self._file.path)
 
     def close(self) -> None:
-        """Close the bag: its files and its metadata. Idempotent. Raises BagError as `write`."""
+        """Close the bag: its files and its metadata. Idempotent. Raises BagError as `write` does."""
         if not self._is_open:
             return
         self._is_open = False
@@ -328,7 +332,7 @@ def _opener(storage: str, preset: str, ros_distro: str) -> Callable[[str], FileW
 
 
 def _sync(path: str) -> None:
-    """Bring a file to the disk; ignore a deleted one."""
+    """Have the system write a file's data to the disk; ignore a deleted file."""
     with suppress(OSError):
         descriptor = os.open(path, os.O_RDWR)
         try:
@@ -347,7 +351,7 @@ def _message_compressor() -> Callable[[bytes], bytes]:
 
 
 def _compressed(path: str) -> str:
-    """Compress a closed file, and return the path of the compressed one."""
+    """Compress a closed file, and return the path of the compressed file."""
     import zstandard
 
     packed = f'{path}.zstd'
