@@ -201,13 +201,13 @@ class Loan(Protocol):
 
     @property
     def view(self) -> memoryview:
-        """The memory, writable. Raises ValueError if it is gone, since its session was closed."""
+        """The memory, writable. Raises ValueError if closing the session has taken the memory away."""
 
     def narrow(self, start: int, size: int) -> None:
         """Choose the message: `size` bytes from `start` on. The rest of the memory is not sent."""
 
     def end(self) -> None:
-        """Give the memory back. A published message stays in it as long as somebody reads it."""
+        """Give the memory back. A published message stays in the memory as long as a subscriber reads it."""
 
 
 class PublisherPort(Port):

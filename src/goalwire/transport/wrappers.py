@@ -12,7 +12,7 @@ _wrappers: tuple[Wrapper, ...] = ()
 
 
 def add(wrapper: Wrapper) -> Callable[[], None]:
-    """Put `wrapper` around transports from now on; return a function that ends this."""
+    """Put `wrapper` around transports from now on; return a function that takes it away."""
     global _wrappers  # noqa: PLW0603 - which transports there are is a matter of the process
     _wrappers += (wrapper,)
 

@@ -47,7 +47,7 @@ def discovery_range() -> Range:
     """Return how far discovery looks; raises TransportError for an unknown word."""
     text = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', '').strip()
     if os.environ.get('ROS_LOCALHOST_ONLY', '').strip() == '1':
-        return Range.LOCALHOST  # the older variable wins while it is set, as in ROS 2
+        return Range.LOCALHOST  # this older variable wins while it is set, as in ROS 2
     if not text:
         return Range.SUBNET
     try:

@@ -54,7 +54,7 @@ class Made(NamedTuple, Generic[P]):
     readers: tuple[bytes, ...]
     writers: tuple[bytes, ...]
     begin: Callable[[], object] = bool
-    """Starts the delivery of its messages; called once the graph shows it."""
+    """Starts the delivery of the endpoint's messages; called once the graph shows the endpoint."""
 
 
 class DdsContext(ABC):

@@ -131,7 +131,7 @@ class Plan:
         self._delay_queue.do_later(0, lambda: self._kill_at(node))
 
     def send(self, packet: Packet, deliver: Callable[[Packet], None]) -> bool:
-        """Apply the faults to a packet and deliver the results in time; False if there are none."""
+        """Apply the faults to a packet and deliver the resulting packets when due; False if none results."""
         with self._lock:
             results = self._fate(packet)
         for result in results:

@@ -273,7 +273,7 @@ class FaultyService(ReceivingPort[Request]):
             self.keep(arrived)
 
     def keep(self, request: Request) -> None:
-        """Keep a request that is lost, and do not cancel it: its client must not be told."""
+        """Keep a request that is lost, and do not cancel it: its client must not learn of the loss."""
         self._lost.append(request)
         if len(self._lost) > _KEPT:
             self._lost.popleft().cancel()

@@ -108,7 +108,7 @@ class MemoryDomain:
     # The graph ------------------------------------------------------------
 
     def show(self, entity: GraphEntity) -> None:
-        """Add a node or a client to the graph. These need no connections to others."""
+        """Add a node or a client to the graph. Nodes and clients are not connected with other endpoints."""
         with self._lock:
             watchers = self._note(entity)
         self._drain(watchers)

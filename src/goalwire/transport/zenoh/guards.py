@@ -69,7 +69,7 @@ class SessionSecurity:
         self._succession = Succession(chosen)
         self._renewal = RenewalThread(chosen, _log_error) if is_possible(chosen) else None
 
-    # ---- who is there
+    # ---- the identity of a link
 
     def identify(self, certificate: PeerCertificate) -> LinkGuard:
         """Return the guard of a link. Raises SecurityError if the identity is revoked or unknown."""
@@ -86,7 +86,7 @@ class SessionSecurity:
             'certificate', name, certificate.begins, certificate.ends, self._policy, self._revoked
         )
 
-    # ---- what it may do
+    # ---- what an identity may do
 
     def refusal(self, who: str, act: Act, key: str, session: str) -> str:
         """Return why an identity may not do something, as a text for that identity; '' if it may."""

@@ -1,6 +1,6 @@
-"""Opens sessions and routers of eclipse-zenoh. To import this module imports eclipse-zenoh.
+"""Opens sessions and routers of eclipse-zenoh. Importing this module imports eclipse-zenoh.
 
-It refuses forked processes, converts the configuration, and reports zenoh's own error texts.
+The module refuses forked processes, converts the configuration, and reports zenoh's own error texts.
 """
 
 from __future__ import annotations

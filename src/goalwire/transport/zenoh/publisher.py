@@ -100,7 +100,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
 
     @property
     def dropped(self) -> int:
-        """How many large messages were dropped here, once for each peer that did not get it.
+        """How many large messages were dropped here; each counts once for each peer that did not get it.
 
         Zenoh does not report other drops.
         """

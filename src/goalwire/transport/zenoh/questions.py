@@ -49,7 +49,7 @@ class _Subject(NamedTuple):
 
     @property
     def action(self) -> tuple[str, str]:
-        """The name of the action and the part of it, 'feedback' for example; '' and '' outside actions."""
+        """The action that the key is about, and the part of the action ('feedback'); '' and '' if none."""
         return split_action(self.name)
 
 

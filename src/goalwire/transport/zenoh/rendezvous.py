@@ -257,7 +257,7 @@ class Rendezvous:
     """This process's routers, one per port, each kept as long as a session uses it."""
 
     def __init__(self) -> None:
-        in_child(self._leave_to_parent)  # before the reset of `Shared`, which forgets the routers
+        in_child(self._leave_to_parent)  # called before the reset of `Shared`, which forgets the routers
         self._routers: Shared[int, EmbeddedRouter] = Shared(EmbeddedRouter.close)
         self._left: set[int] = set()
 
@@ -276,7 +276,7 @@ class Rendezvous:
         close_at_exit(self)
 
     def stop_offering(self, port: int) -> None:
-        """End one session's offer. After the last one another process takes over."""
+        """End one session's offer. After the end of the last offer another process takes over."""
         self._routers.close(port)
 
     def close(self) -> None:

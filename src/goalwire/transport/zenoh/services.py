@@ -133,7 +133,7 @@ class ZenohRequest(Request):
             raise answered_before(service.state)
         self._is_answered = True
         if not service.discard(self):
-            return  # the server has closed, or the request was dropped: its client was told
+            return  # the server has closed or dropped the request: the client knows
         _, sequence, _, _, gid = self.sample
         attachment = encode(sequence, time_ns(), GID_SIZE, gid)
         try:

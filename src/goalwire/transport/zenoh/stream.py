@@ -26,7 +26,7 @@ MOST_RUNS = 8
 
 
 def is_newer(number: int, other: int | None) -> bool:
-    """Return whether `number` comes after `other`, if there is one. The 32-bit numbers wrap around."""
+    """Return whether `number` comes after `other`; True if `other` is None. 32-bit numbers wrap around."""
     return other is None or 0 < ((number - other) & _MASK) < _HALF
 
 
@@ -164,11 +164,11 @@ class StreamState(Generic[T]):
 
     @staticmethod
     def _is_next(number: int, seen: int | None) -> bool:
-        """Return whether no message is missing before this one."""
+        """Return whether no message is missing before this message."""
         return number == (0 if seen is None else (seen + 1) & _MASK)
 
     def _advance(self, gid: bytes, number: int) -> None:
-        """Mark all of a publisher's messages up to `number` as outdated, and its runs up to there."""
+        """Mark all of a publisher's messages up to `number` as outdated, and its runs up to that number."""
         self._seen[gid] = number
         runs = self._runs.get(gid)
         if runs:

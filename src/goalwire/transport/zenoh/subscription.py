@@ -31,7 +31,7 @@ UNNUMBERED = 'uhlc'
 """The chunk in place of the entity, for publishers that do not number their messages on the wire."""
 
 KEPT_STREAMS = 1000
-"""How many publishers are remembered. Beyond this those that have gone are forgotten, the oldest first."""
+"""How many publishers are remembered. Beyond this number, gone publishers are forgotten, the oldest first."""
 
 _NUMBER_SIZE = 4
 Read = Callable[[Message], Sample | None]
@@ -182,7 +182,7 @@ class HistorySubscriber:
 
         def stop_waiting() -> None:
             with self._lock:
-                if stream.asked_s == asked_s:  # otherwise another query is open
+                if stream.asked_s == asked_s:  # if not, a later query is open
                     stream.end()
             self._dispatcher.drain()
 

@@ -44,7 +44,7 @@ NOISY = ('zenoh::api::session', 'zenoh::net::routing::hat::peer::interests')
 goes under traffic, and "Unknown interest" if an answer arrives for a question that was withdrawn."""
 
 LOG_FILTER = ','.join(['error', *(f'{part}=off' for part in NOISY)])
-"""The log filter of zenoh without RUST_LOG: errors, without those that mean nothing."""
+"""The log filter of zenoh without RUST_LOG: errors, except those of NOISY."""
 
 
 CALLERS_S = 1.0
@@ -58,8 +58,8 @@ _started: list[ForkGuard] = []
 
 
 RUNTIME_VARIABLE = 'ZENOH_RUNTIME'
-"""The variable with the thread pools. Zenoh reads it when its threads start, with a process's first
-session."""
+"""The environment variable that sets the thread pools. Zenoh reads it when its threads start, with the first
+session of a process."""
 
 _has_threads = False
 """True once a session has been opened: then zenoh does not read the variable again."""

@@ -131,7 +131,7 @@ def actual_depth(qos: QoS) -> int:
     return qos.depth or DEFAULT_DEPTH
 
 
-@lru_cache(maxsize=256)  # all seven built-in services of a node have the same QoS
+@lru_cache(maxsize=256)  # cached: all seven built-in services of a node have the same QoS
 def encode_qos(qos: QoS) -> str:
     """Return a token's QoS chunk; raises LocalError for a policy that is UNKNOWN."""
     for name in ('reliability', 'durability', 'history', 'liveliness'):
@@ -252,7 +252,7 @@ def _head(
     return f'{GRAPH_SPACE}/{domain_id}/{session}/{node_id}/{entity_id}/{_CODES[kind]}/{_names(node)}'
 
 
-@lru_cache(maxsize=64)  # every endpoint of a node needs the same names
+@lru_cache(maxsize=64)  # cached: every endpoint of a node needs the same names
 def _names(node: NodeName) -> str:
     names = '/'.join(_mangle(text) for text in (node.enclave or '/', node.namespace or '/', node.name))
     if not _is_carried(names):

@@ -39,7 +39,7 @@ class Message(Protocol):
 
     @property
     def timestamp(self) -> Timestamp | None:
-        """The time at which it was put, and the session whose clock that is. Raises RemoteError."""
+        """The time at which the message was put, and the session whose clock that is. Raises RemoteError."""
 
     @property
     def source_info(self) -> SourceInfo | None:

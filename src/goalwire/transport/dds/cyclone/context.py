@@ -86,7 +86,7 @@ class CycloneContext(DdsContext):
         self.announcement = self.discovery.announcement
 
     def announce(self) -> None:
-        """Announce the changes of this session's nodes to the others."""
+        """Announce the changes of this session's nodes to the other participants."""
         self.discovery.waitset_thread.wake()
 
     def has_heard_all(self) -> bool:

@@ -171,7 +171,7 @@ class QueueingWriter(Writer):
         """Send the waiting messages in order, until `write` can send directly again."""
         is_free = False
         while not self._is_over(is_free=is_free):
-            # Any other failure means that the writer has gone: then there is nothing to wait for.
+            # A failure other than TIMEOUT means that the writer has gone: then there is nothing to wait for.
             is_free = self.library.dds_wait_for_acks(self.handle, _PATIENCE_NS) != TIMEOUT
             if is_free or self._make_fallback is None or not self._has_others():
                 self._send_by(super().write)
@@ -252,7 +252,7 @@ class QueueingWriter(Writer):
         if thread is None:
             super().delete()
             return
-        self.library.dds_delete(self.handle)  # wakes the thread, which ends
+        self.library.dds_delete(self.handle)  # wakes the sending thread, which then ends
         join_begun(thread, CLOSING_S)
         if fallback_writer is not None:
             fallback_writer.delete()

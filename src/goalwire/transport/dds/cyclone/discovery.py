@@ -50,8 +50,8 @@ from goalwire.transport.graph_dispatcher import Change
 from goalwire.transport.graph_names import check_names
 
 _BLOCKING_NS = 1_000_000_000
-"""How long a peer that does not acknowledge may delay an announcement. After that the next change sends
-it."""
+"""How long a peer that does not acknowledge may delay an announcement, which then waits for the next
+change."""
 
 
 class Publication:
@@ -220,14 +220,14 @@ class Discovery:
                 self._library.dds_return_loan(reader, samples, count)
 
     def _found(self, endpoint: BuiltinEndpoint, *, is_reader: bool) -> Found | None:
-        """Return an endpoint in ROS 2's terms; None for this session's own and for those outside ROS 2."""
+        """Return an endpoint in ROS 2's terms; None if it is this session's own, or outside ROS 2."""
         participant = bytes(endpoint.participant)
         if participant == self._participant.guid:
             return None
         gid, topic = bytes(endpoint.key), endpoint.topic_name.decode(errors='replace')
         named = ros_topic(topic)
         if topic == DISCOVERY_TOPIC:
-            # The graph hides this topic, as it hides replies. It shows that the participant speaks ROS 2.
+            # This topic is hidden in the graph, as replies are; it shows that the participant speaks ROS 2.
             return Found(gid, participant, Role.REPLY, is_reader, topic, '', '', DEFAULT)
         if named is None:
             return None

@@ -138,7 +138,7 @@ class CycloneClient(ClientEnd):
         self._requested: list[Peer] = []
         self._answering: list[Peer] = []
         self._targets: tuple[frozenset[str], str] = frozenset(), ''
-        """The servers that get a request now; if there are none, the reason."""
+        """The servers that get a request now, and the reason if there are none."""
         new.undo.append(self.close_calls)
         self._dispatcher = ReaderDispatcher(self.reader, new.state.title, self._on_message)
         new.take_in(self.reader.topic, self._dispatcher)
@@ -195,7 +195,7 @@ class CycloneClient(ClientEnd):
         return self._calls.pop(sequence, None)
 
     def _servers(self, requested: list[Peer]) -> tuple[frozenset[str], str]:
-        """Return the servers that get a request; if there are none, the reason."""
+        """Return the servers that get a request, and the reason if there are none."""
         if any(peer.speaks_fast_dds for peer in requested):
             return frozenset(), _FOREIGN
         return frozenset(peer.server for peer in requested), ''

@@ -30,7 +30,7 @@ from goalwire.transport.dds.cyclone.waitset import WaitsetThread
 from goalwire.transport.dds.description import GUID_PREFIX_SIZE, EndpointData, decode_endpoint
 
 _CACHE_LIMIT = 1000
-"""How many handles are kept, also of endpoints that have gone. Beyond this all are looked up again."""
+"""How many handles are kept, also of endpoints that have gone. At this number the cache is emptied."""
 _FAST_DDS = b'\x01\x0f'
 
 

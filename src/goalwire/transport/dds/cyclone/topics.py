@@ -61,7 +61,7 @@ class DdsPublisher(PublisherEnd):
         return self._context.statuses.watch_event(self.writer.handle, event, changed)
 
     def peer_count(self) -> int:
-        """Return how many endpoints the library has matched with this one."""
+        """Return how many endpoints the library has matched with this endpoint."""
         context = self._context
         return context.statuses.peers_of(self.writer.handle, PUBLICATION_MATCHED, context.notifier.connected)
 
@@ -119,6 +119,6 @@ class DdsSubscription(OpenPort):
         return self._context.statuses.watch_event(self.reader.handle, event, changed)
 
     def peer_count(self) -> int:
-        """Return how many endpoints the library has matched with this one."""
+        """Return how many endpoints the library has matched with this endpoint."""
         context = self._context
         return context.statuses.peers_of(self.reader.handle, SUBSCRIPTION_MATCHED, context.notifier.connected)

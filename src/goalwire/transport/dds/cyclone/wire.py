@@ -205,7 +205,7 @@ class Writer:
 
 
 def _serdata_type(participant: Participant, writer: int, topic: str, type_name: str) -> int:
-    """Return the library's own handle of a topic's type, which it needs to make serialized messages."""
+    """Return the library's own handle of a topic's type; serialized messages are made with it."""
     found = c_void_p()
     get = participant.library.dds_get_entity_sertype
     if get is not None:

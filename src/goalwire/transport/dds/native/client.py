@@ -66,7 +66,7 @@ class NativeClient(ClientEnd):
         self._writer = make_writer(context, state, endpoint, data, Role.REQUEST, _WriterEvents(self))
         super().__init__(state, self._writer.data.guid)
         self._handle = int.from_bytes(self.gid[8:], 'little')
-        """The client's number in headers. Cyclone DDS uses its writer's instance handle for that."""
+        """The client's number in headers, in which Cyclone DDS puts the writer's instance handle."""
         self._request_qos = request_qos(self._name)
         names = self._name, self.gid, self._handle
         self._listen = partial(replies.add, self, names)
@@ -199,7 +199,7 @@ class NativeClient(ClientEnd):
             self._context.notifier.connected()
 
     def lose_server(self, reader: bytes) -> None:
-        """Remove a server that has gone from all calls; end those that wait for no other."""
+        """Remove a server that has gone from all calls; end calls that wait for no other server."""
         self._context.participant.run(partial(self._waiting.discard, reader), None)
         self._dialects.pop(reader, None)
         for call in list(self._calls.values()):
@@ -210,7 +210,7 @@ class NativeClient(ClientEnd):
                     self._end(call)
 
     def reaches_server(self) -> bool:
-        """Return whether a server's reader and writer both know this client's."""
+        """Return whether a server's reader and writer both know this client's writer and reader."""
         return self._reaches
 
     def close_calls(self) -> None:
@@ -225,7 +225,7 @@ class NativeClient(ClientEnd):
 
 
 class _WriterEvents(WriterListener):
-    """Tells a client of its servers' readers."""
+    """Reports the servers' readers that a client's writer is matched with."""
 
     def __init__(self, client: NativeClient) -> None:
         self._client = client

@@ -117,12 +117,12 @@ class Reply(NamedTuple):
     """A reply's content: the request that it answers, and the message or the refusal."""
 
     client: bytes | int
-    """The client whose request it answers: the GUID that the request named, or the client in the header."""
+    """The client that the reply is for: the GUID that its request named, or the client in the header."""
     number: int
     """The number of the request."""
     message: bytes | bytearray
     refusal: str | None = None
-    """The reason, if it is a refusal."""
+    """The reason, if the reply is a refusal."""
 
 
 _new_reply: Callable[[tuple[bytes, int, bytes | bytearray, str | None]], Reply] = partial(

@@ -156,7 +156,7 @@ def _found(endpoint: EndpointData) -> Found | None:
     participant, topic = endpoint.prefix + PARTICIPANT, endpoint.topic
     is_reader = not is_writer(endpoint.entity_id)
     if topic == DISCOVERY_TOPIC:
-        # The graph hides this topic, as it hides replies. It shows that the participant speaks ROS 2.
+        # This topic is hidden in the graph, as replies are; it shows that the participant speaks ROS 2.
         return Found(endpoint.guid, participant, Role.REPLY, is_reader, topic, '', '', DEFAULT)
     named = ros_topic(topic)
     if named is None:

@@ -42,7 +42,7 @@ class ReplyTaker(Protocol):
     state: EndpointState
 
     def take_reply(self, reply: Reply, time: int | None) -> None:
-        """Take a reply to a request of this client; `time` is when it was written."""
+        """Take a reply to a request of this client; `time` is when the reply was written."""
 
     def look(self) -> None:
         """Find out again whether a server can be called, and its reply can arrive."""
@@ -53,8 +53,8 @@ class ReplyReader(ReaderListener):
 
     def __init__(self, context: NativeContext, endpoint: Endpoint) -> None:
         self.client_id = context.next_service_id()
-        """The id in the USER_DATA of all its clients. A server on Cyclone DDS looks for a reader with that
-        id."""
+        """The id in the USER_DATA of all clients that share this reader. A server on Cyclone DDS looks for a
+        reader with that id."""
         self.users = 1
         """How many clients use this reader, or are about to. Changed inside `Wire.run`."""
         self._context = context
@@ -149,7 +149,7 @@ class ReplyReaders:
         if found is not None:
             return found
         made = ReplyReader(self._context, endpoint)
-        # If another thread has added a reader meanwhile, this one serves only its own client.
+        # If another thread has added a reader meanwhile, this new reader serves only the new client.
         run(partial(self._readers.setdefault, key, made), made)
         return made
 

@@ -130,7 +130,7 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
             request.cancel()
 
     def _describe(self, writer: bytes) -> Client | None:
-        """Return what is known of the client with a request writer; None if it has gone."""
+        """Return a description of the client that has this request writer; None if the client has gone."""
         proxy = self._reader.writers.get(writer)
         if proxy is None:
             return None
@@ -209,7 +209,7 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
         self._unsent.send_all()
 
     def meet_reader(self, reader: RtpsEndpoint) -> None:
-        """Note a client's reader. If a side has several, the first or a reliable one takes replies."""
+        """Note a client's reader. Of several readers of a side, the first or a reliable one takes replies."""
         side = reader.prefix, side_of(reader)
         if reader.qos.reliability == RELIABLE or side not in self._readers:
             self._readers[side] = reader.guid
@@ -232,7 +232,7 @@ class NativeService(DdsServer[Client, ReturnAddress, tuple[bytes, bytes]]):
 
 
 class _WriterEvents(WriterListener):
-    """Tells a server of its clients' readers."""
+    """Reports the clients' readers that a server's writer is matched with."""
 
     def __init__(self, service: NativeService) -> None:
         self._service = service
@@ -246,7 +246,7 @@ class _WriterEvents(WriterListener):
 
 
 class _ReaderEvents(ReaderListener):
-    """Tells a server of its clients' writers, and of their requests."""
+    """Reports the clients' writers that a server's reader is matched with, and their requests."""
 
     def __init__(self, service: NativeService) -> None:
         self._service = service

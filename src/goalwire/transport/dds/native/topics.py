@@ -38,7 +38,7 @@ def _names(endpoint: Endpoint) -> tuple[str, str]:
 
 
 class _WriterEvents(WriterListener):
-    """Counts what happens to a publisher's writer."""
+    """Counts the events of a publisher's writer."""
 
     def __init__(self, totals: EventTotals, on_change: Callable[[], None]) -> None:
         self._totals = totals
@@ -95,7 +95,7 @@ class NativePublisher(PublisherEnd):
         return self._totals.watch(event, changed)
 
     def peer_count(self) -> int:
-        """How many subscriptions are matched with this one."""
+        """How many subscriptions are matched with this publisher."""
         self._is_counted = True
         return len(self._writer.readers)
 
@@ -180,6 +180,6 @@ class NativeSubscription(OpenPort, ReaderListener):
         return self._totals.watch(event, changed)
 
     def peer_count(self) -> int:
-        """How many publishers are matched with this one."""
+        """How many publishers are matched with this subscription."""
         self._is_counted = True
         return len(self._reader.writers)

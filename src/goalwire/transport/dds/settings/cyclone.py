@@ -113,7 +113,7 @@ def _expand(text: str, env: Mapping[str, str]) -> str:
     return _VARIABLE.sub(lambda match: env.get(match[1]) or match[2] or '', text)
 
 
-# ---- what is understood
+# ---- the settings that are understood
 
 _Reader = Callable[[Findings, Element, str, dict[str, str]], None]
 

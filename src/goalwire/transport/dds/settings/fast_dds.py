@@ -115,7 +115,7 @@ def _read_descriptor(element: Element, findings: Findings) -> None:
             findings.ignore(f'transport_descriptor/{element.tag}')
 
 
-# ---- what is understood of a participant
+# ---- the settings of a participant that are understood
 
 _Reader = Callable[[Findings, Element], None]
 

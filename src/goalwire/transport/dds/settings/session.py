@@ -30,7 +30,7 @@ _REACH = {
 }
 _SERVER_VARIABLES = 'ROS_DISCOVERY_SERVER', 'ROS2_EASY_MODE'
 _PROFILES = 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE'
-"""The variables that name Fast DDS's profiles: first that of Fast DDS 3, then that of older ones."""
+"""The variables that name Fast DDS's profiles: first that of Fast DDS 3, then that of older versions."""
 _NOT_READ = {
     FAST_DDS: (*_SERVER_VARIABLES, 'FASTDDS_ENVIRONMENT_FILE'),
     CYCLONE: (),

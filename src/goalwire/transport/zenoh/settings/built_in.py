@@ -139,7 +139,7 @@ def protect_rendezvous(settings: Settings, port: int) -> None:
 
 
 def everywhere(port: int) -> list[Json]:
-    """Return the addresses of a protected session: all of this machine, with or without IPv6."""
+    """Return the addresses at which a protected session listens: all of this machine, IPv6 or not."""
     import _socket  # `socket` takes 5 ms to import, and must not be imported while Ctrl-C ends the program
 
     try:
@@ -172,7 +172,7 @@ _MARK = b'goalwire'.hex()
 
 
 def rendezvous_id() -> str:
-    """Return a session id for a rendezvous: half of it marks goalwire's, the other half is random."""
+    """Return a session id for a rendezvous: one half of the id marks goalwire, the other half is random."""
     return _MARK + os.urandom(8).hex()
 
 

@@ -1,6 +1,6 @@
 """Makes the plan of a process's session and rendezvous, each from built-in settings or a file.
 
-The overrides apply to both.
+ZENOH_CONFIG_OVERRIDE applies to both.
 """
 
 from __future__ import annotations
