@@ -19,7 +19,7 @@ class PeerCertificate:
     kind: str
     """The certificate's organizational unit (OU)."""
     begins: float
-    """The start of its validity, in s since the epoch."""
+    """The start of the certificate's validity, in s since the epoch."""
     ends: float
 
 

@@ -81,7 +81,7 @@ class NativeSession:
     """
 
     def __init__(self, settings: Settings) -> None:
-        """Open the session, and wait until its nodes have sent their declarations. Raises TransportError."""
+        """Open the session; wait for the declarations of the nodes it connects to. Raises TransportError."""
         zid = settings.zid or os.urandom(15) + bytes((1 + os.urandom(1)[0] % 255,))
         self.guard = ForkGuard()
         self.rejects = RejectCounters()
@@ -341,7 +341,7 @@ class NativeSession:
         return self._poller.call_later(seconds, function)
 
     def wait_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        """Wait until `condition` holds; False after the timeout. It is checked at each change of a link."""
+        """Wait until `condition` holds, checking it at each change of a link; False after the timeout."""
         return self._waiters.wait_until(condition, timeout_s)
 
     def statistics(self) -> dict[str, int]:
@@ -369,7 +369,7 @@ class NativeSession:
             each.end('the session is closed', GENERIC)
         self.wire_poller.close()
         self._listeners.close()
-        for each in list(self._links.values()):  # links that were accepted at the last moment
+        for each in list(self._links.values()):  # links accepted while the others were closed
             each.end('the session is closed', GENERIC)
         self._poller.close()
         self._memory.close()

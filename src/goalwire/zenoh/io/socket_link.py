@@ -120,7 +120,7 @@ class SocketLink:
     def start(self) -> None:
         """Begin to read and write; do nothing if the session was closed meanwhile."""
         with self.outgoing.lock:
-            if self._has_ended:  # the descriptor may be another file's by now
+            if self._has_ended:  # the descriptor may belong to another file by now
                 return
             self._poller.register(self._fd, IN, self.on_ready)
         self.link.start()
@@ -256,7 +256,7 @@ class SocketLink:
     def _check(self) -> None:
         if self._has_ended:
             return
-        self._timer.cancel()  # set anew before a signal's handler may raise below
+        self._timer.cancel()  # the timer is set anew first: a signal's handler may raise below
         self._timer = self._poller.call_later(self._period, self._check)
         self.outgoing.tick()
         now = monotonic()

@@ -54,7 +54,7 @@ def channel_of(priority: int, *, reliable: bool = True) -> int:
 
 
 def frame_head(channel: int, number: int) -> bytes:
-    """Return the head of a frame. Frames of the data priority, by far the most, do not name it."""
+    """Return the head of a frame. Most frames have the data priority; their heads do not name it."""
     reliable = IS_RELIABLE if channel & 1 else 0
     if channel >> 1 == DATA_PRIORITY:
         return bytes((FRAME | reliable,)) + encode_padded(number)
@@ -101,7 +101,7 @@ class ReceivedNumbers:
         self._half = (mask + 1) // 2
 
     def advance(self, channel: int, number: int) -> int:
-        """Accept `number` if it is ahead, and return how far; else return 0. Raises ZenohProtocolError."""
+        """Accept `number` if it is ahead; return by how much, or 0 otherwise. Raises ZenohProtocolError."""
         if number > self._mask:
             raise ZenohProtocolError(f'sequence number {number} has more than {self._mask.bit_length()} bits')
         gap = (number - self.last[channel]) & self._mask

@@ -156,7 +156,7 @@ _HAS_KEY = 0x10
 
 
 class When(IntFlag):
-    """The entities that an interest asks for: present ones, future ones, or both; FINAL ends it."""
+    """The entities that an interest asks for: present ones, future ones, or both; FINAL ends the interest."""
 
     FINAL = 0
     PRESENT = 1

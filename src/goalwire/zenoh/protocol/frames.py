@@ -183,7 +183,7 @@ class FrameReader:
             self.reads += 1
 
     def _take_batch(self, batch: bytes) -> None:
-        """Read a whole batch that begins with its length."""
+        """Read a whole batch, which begins with its length."""
         at, end = LENGTH_SIZE, len(batch)
         while at < end:
             at = self._take_transport(batch, at, end)
@@ -258,7 +258,7 @@ class FrameReader:
     ) -> None:
         """Keep a piece of a message; after the last piece, hand the message on.
 
-        `gap` is the distance to the number before. If it is not 1, a piece was lost, and so the message is.
+        `gap` is the distance to the number before. If it is not 1, a piece was lost, and with it the message.
         """
         reassembly = self._reassembly.get(channel)
         if reassembly is None:

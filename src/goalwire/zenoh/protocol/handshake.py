@@ -176,7 +176,7 @@ class Handshake:
             ):
                 raise ZenohProtocolError('the answer exceeds what was offered', INVALID)
         self._theirs = theirs
-        # The smaller value of each point becomes valid. Only the acceptor adds a cookie.
+        # In each point the smaller of both values becomes valid. Only the acceptor adds a cookie.
         self._agreed = Init(
             ours.zid,
             ours.role,

@@ -69,7 +69,7 @@ class KeyIndex(Generic[T]):
         return found
 
     def meeting(self, expression: str) -> list[tuple[str, T]]:
-        """Return the expressions that intersect this one, with their values."""
+        """Return the expressions in the index that intersect this expression, with their values."""
         if is_wild(expression):
             return [found for found in list(self._things.values()) if intersects(found[0], expression)]
         out = [(expression, thing) for thing in list(self._plain.get(expression, {}).values())]
@@ -87,13 +87,13 @@ class KeyIndex(Generic[T]):
             head = key[:end]
             out += [(head + _BELOW, thing) for thing in list(self._below.get(head, {}).values())]
             start = key.rfind('/', 0, end)
-            if key.startswith('@', start + 1):  # no wildcard matches this chunk
+            if key.startswith('@', start + 1):  # wildcards do not match a chunk with @
                 break
             end = start
         return out
 
     def has_meeting(self, expression: str) -> bool:
-        """Return whether an expression in the index intersects this one."""
+        """Return whether an expression in the index intersects this expression."""
         return expression in self._plain or bool(self.meeting(expression))
 
     def all(self) -> list[tuple[int, str, T]]:

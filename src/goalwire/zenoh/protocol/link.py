@@ -320,7 +320,7 @@ class Link:
         if header & MORE:
             qos, at = read_extensions(data, at)
         is_senders = header & IS_SENDERS
-        # Most messages name their key by a number only. Then receivers are kept by the number and its side.
+        # Most messages name their key by a number: receivers are kept by that number and its declaring side.
         where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16
         receivers = self.push_receivers.get(where)
         if receivers is None:
@@ -331,7 +331,7 @@ class Link:
         if sample is None:
             return at
         source = sample.source
-        # Most sources name the other side itself, which their first bytes show.
+        # Most messages name the other side itself as their source, as the first bytes of the source show.
         if source is not None and not source.startswith(self._own_source):
             if self._routes.is_forged(self, source):
                 return at

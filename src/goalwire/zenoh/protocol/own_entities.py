@@ -157,7 +157,7 @@ class OwnEntities:
     def take_interest(self, link: Link, wish: Interest) -> None:
         """Answer a client's interest. Peers and routers were told of all entities before."""
         peer = link.peer
-        # A repeated number replaces the earlier interest, and FINAL only withdraws it.
+        # An INTEREST replaces an earlier one with its number; with FINAL it only withdraws the earlier one.
         peer.remove_interest(wish.number)
         if not wish.when:
             return

@@ -37,7 +37,7 @@ class SharedPayloads:
         return self._fetch
 
     def _fetch(self, slices: Slices) -> Payload | None:
-        """Return the payload; its priority names the counter that the read lowers."""
+        """Return the payload; the message's priority names the counter that the read lowers."""
         memory = self._memory
         assert memory is not None
         payload = memory.take(slices, self._qos & 7, as_view=self._as_view)

@@ -39,7 +39,7 @@ class PeerEntities:
         self.told_of: set[int] = set()
         """The numbers of this session's entities that a client or a guarded side has been told about."""
         self.knows_all = False
-        """True once the other side has sent all its declarations. Before, it gets every message and query."""
+        """True once the other side has declared everything; until then it gets every message and query."""
         self.awaited: set[int] = set()
         """The numbers of this session's interests in some keys that a router has not answered yet."""
         self._own_keys = own_keys

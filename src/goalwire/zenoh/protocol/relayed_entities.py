@@ -83,7 +83,7 @@ class RelayedEntities:
     def take_interest(self, link: Link, wish: Interest) -> None:
         """Answer an interest of a link, and remember it if it also asks for future entities."""
         peer = link.peer
-        # A repeated number replaces the earlier interest, and FINAL only withdraws it.
+        # An INTEREST replaces an earlier one with its number; with FINAL it only withdraws the earlier one.
         peer.remove_interest(wish.number)
         if not wish.when:
             return

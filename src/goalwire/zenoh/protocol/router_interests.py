@@ -64,7 +64,7 @@ class RouterInterests:
 
     @staticmethod
     def _is_new(asked: list[str], key: str) -> bool:
-        """Add a key to those that are asked for; False if they cover it."""
+        """Add a key to those that are asked for; False if these cover the key already."""
         if any(includes(each, key) for each in asked):
             return False
         asked.append(key)

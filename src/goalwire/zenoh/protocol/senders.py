@@ -62,7 +62,7 @@ _NEVER = float('inf')
 Links: TypeAlias = 'tuple[tuple[Outgoing, bytes], ...]'
 """Links that get a message, each with the head of the message, which names the key as that link knows it."""
 _HERE = object()
-"""Represents the session's own queryables in the list of those that a query waits for."""
+"""Stands for the session's own queryables among the links that a query waits for."""
 
 
 class Publication:
@@ -348,7 +348,7 @@ class Querier:
         on_end: Callable[[], None],
         timeout_s: float,
     ) -> int:
-        """Send a query; return its number for `PendingQueries.cancel`. Callbacks may run before that."""
+        """Send a query; return its number, for `PendingQueries.cancel`. Callbacks may run earlier."""
         session = self._session
         now = session.clock()
         if now > session.stale_after:

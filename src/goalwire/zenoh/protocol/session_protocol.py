@@ -61,7 +61,7 @@ class SessionOwner(Protocol):
         """Connect to a node that a router has announced."""
 
     def welcome(self, link: Link) -> None:
-        """Take note that a link is up, and that the session has declared everything to it."""
+        """Take note that a link is up, and that the session has declared everything on it."""
 
     def close_link(self, link: Link, why: str, reason: int) -> None:
         """Close a link soon, since a better one replaces it."""
@@ -121,7 +121,7 @@ class SessionProtocol:
         self.gossip = Gossip(identity, links, owner.meet, owner.refuse)
         self.next_number = count(1).__next__
         self.interests = RouterInterests(links, self.next_number)
-        """What routers are asked for; its keys are set before the first link."""
+        """The entities that routers are asked for; the keys are set before the first link."""
         self._owner = owner
         self._links = links
         self._liveliness = Liveliness(owner.report)
@@ -240,7 +240,7 @@ class SessionProtocol:
         self.routes.forget()
 
     def lose_link(self, link: Link) -> None:
-        """Forget what an ended link had declared, and stop waiting for its answers. Idempotent."""
+        """Forget what an ended link had declared, and stop waiting for answers from it. Idempotent."""
         ended: list[PendingQuery] = []
         self.section.run(partial(self._let_go, link, ended))
         self._liveliness.tell()
@@ -261,7 +261,7 @@ class SessionProtocol:
         self.routes.forget()
         ended += self.queries.remove_asked(link)
 
-    # ---- what links tell
+    # ---- what links report
 
     def take_declaration(self, link: Link, declaration: Declaration) -> None:
         """Take a declaration, or an undeclaration, of a link's other side."""

@@ -29,7 +29,7 @@ from goalwire.zenoh.protocol.primitives import (
 EXTENSION_OF_INIT = 0x42
 """In INIT: the id of the sender's segment; in the answer also the proof that the other segment was read."""
 NUMBER_IN_OPEN, DATA_IN_OPEN = 0x22, 0x42
-"""In OPEN: the same proof, as a number until Zenoh 1.9, and as data since 1.10."""
+"""In OPEN: the proof that the other segment was read, as a number until Zenoh 1.9, as data since 1.10."""
 MARK_OF_PUT = 0x02 | MANDATORY
 MARK_OF_QUERY = 0x04
 
@@ -46,7 +46,7 @@ class Pointer(NamedTuple):
     segment: int
     """The id of the metadata segment, of 16 bits."""
     header: int
-    """The place of its header there."""
+    """The place of the chunk's header in the metadata segment."""
     generation: int
     """Counts the uses of the header. If the header has another value, the chunk was reused."""
 

@@ -21,7 +21,7 @@ _FIRST_BYTES = 4
 """Bytes of an encoded time that hold the 28 lowest bits."""
 
 PAUSE_NS = 50_000
-"""A message that comes this long after the last one begins a new burst. A flood has one every 3-10 µs."""
+"""A message so long after the last one begins a new burst. Messages of a flood are 3-10 µs apart."""
 LONG_BURST = 256
 """The highest count of stamps in a burst."""
 
@@ -58,7 +58,7 @@ class Stamps:
             unit = passed // _UNIT_NS if passed < _SLOT_NS else self._enter(now)
             if unit > self._unit:
                 self._unit, self._count = unit, 0
-            else:  # in the same unit, or the clock was set back
+            else:  # `now` is in the same unit, or the clock was set back
                 self._count += 1
                 # `>=`: a signal's handler may have made further stamps here
                 if self._count >= SMALL_END:

@@ -29,7 +29,7 @@ PRIORITIES = 8
 
 
 class OwnAuth:
-    """This session's segment for the handshake: a side that returns its challenge can read our memory."""
+    """This session's segment for the handshake: whoever returns its challenge can read our memory."""
 
     def __init__(self, random: Callable[[int], bytes], *, reads_all: bool) -> None:
         """With `reads_all` this side accepts pointers of any writer. Raises OSError."""
@@ -49,12 +49,12 @@ class Partner(NamedTuple):
     version: int
     challenge: int
     reads_all: bool
-    """True if it accepts pointers of any writer to segments in /dev/shm."""
+    """True if the other side accepts pointers of any writer to segments in /dev/shm."""
     is_goalwire: bool
 
     @property
     def number(self) -> int:
-        """The number of its segment for the handshake."""
+        """The number of the other side's segment for the handshake."""
         return self.segment.number
 
 
@@ -122,7 +122,7 @@ class Agreement:
         return encode_z(partner.challenge) + encode_z(self._own.number)
 
     def prove(self, theirs: bytes) -> int | bytes | None:
-        """Return the challenge of the acceptor's segment, in its own form."""
+        """Return the challenge of the acceptor's segment, in the form of the acceptor's Zenoh version."""
         reader = Reader(theirs)
         try:
             echo = reader.z()

@@ -39,7 +39,7 @@ class Lender:
         self._send = send
         self._warn = warn
         self._probes: dict[int, _Probe | None] = {}
-        """The probe of each data segment; None once it has come back."""
+        """The probe of each data segment; None once the probe has come back."""
 
     def lend(self, chunk: Chunk) -> Pointer | None:
         """Return a pointer to a chunk; None if this message must go as bytes."""

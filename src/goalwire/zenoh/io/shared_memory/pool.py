@@ -186,7 +186,7 @@ class MemoryPool:
         return True
 
     def _make_metadata(self) -> None:
-        """Make the segment of headers. It names its owner, by which goalwire's readers recognise it."""
+        """Make the segment of headers, which goalwire's readers recognise by its owner's name in it."""
         metadata = OwnSegment(layout.METADATA_SIZE, 16)
         layout.OWNER.pack_into(metadata.map, layout.OWNER_AT, layout.MAGIC, self._owner)
         self._counts = memoryview(metadata.map).cast('I')
@@ -256,7 +256,7 @@ class MemoryPool:
             return False
 
     def give_up(self, lent: Lent) -> None:
-        """Take note that a reader's link has ended. Its chunks are kept while its process lives."""
+        """Take note that a reader's link has ended. The reader's chunks are kept while its process lives."""
         self._section.run(partial(self._give_up, lent))
 
     def _give_up(self, lent: Lent) -> None:
@@ -271,7 +271,7 @@ class MemoryPool:
             self._readers.remove(lent)
         lent.reader.close()
 
-    # ---- what comes back
+    # ---- chunks that readers give back
 
     def _end_loan(self, index: int, lent: Lent) -> None:
         """Make a header free again, and end its hold on the chunk."""

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from atomicshm import AtomicView
 
 MOST_SEGMENTS = 64
-"""Segments that one link keeps open. One more closes the segment that was opened first."""
+"""Segments that one link keeps open. A further segment closes the one that was opened first."""
 MOST_VIEWS = 64
 """Views of chunks that one link keeps at a time, each with a mapping. Further payloads are copied."""
 _HEADER = layout.HEADER
@@ -211,7 +211,7 @@ class MemoryReader:
             atomic.fetch_sub_u32(pointer.header * _HEADER.size, 1)
 
     def _open_metadata(self, number: int) -> Metadata:
-        """Return an open metadata segment. A name may be reused by a new file, so it is checked each time."""
+        """Return an open metadata segment. A new file may reuse a name, so the name is checked each time."""
         metadata = self._metadata.get(number)
         if metadata is not None and (metadata.is_ours_alone or metadata.file.is_current()):
             return metadata

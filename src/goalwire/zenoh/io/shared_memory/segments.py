@@ -35,7 +35,7 @@ class OwnSegment:
     """
 
     def __init__(self, size: int, bits: int) -> None:
-        """`bits` is the size of its number. All its pages are allocated, so that writing never fails."""
+        """`bits` is the size of the segment's number. Pages are allocated now: so writing never fails."""
         self.size = size
         self.number, fd = _create(bits)
         self._inode = os.fstat(fd).st_ino

@@ -100,7 +100,7 @@ class SessionMemory:
         self._odd.add(partner.number)
 
     def _open(self) -> OwnAuth | None:
-        """Make the session's segments for the first link that can use them; sweep orphans before."""
+        """Make the session's segments for the first link that can use them; sweep orphans first."""
         with self._lock:
             if self._own is None and self._is_on:
                 if not _swept:
