@@ -57,7 +57,7 @@ def _tell_of_splits(recorder: Recorder) -> None:
     def publish(closed: str, opened: str) -> None:
         publisher.publish(WriteSplitEvent(closed_file=closed, opened_file=opened, node_name=name))
 
-    def on_split(closed: str, opened: str) -> None:  # the bag calls this on its writing thread
+    def on_split(closed: str, opened: str) -> None:  # called on the recorder's writing thread
         loop.call_soon_threadsafe(publish, closed, opened)
 
     recorder.bag.on_split = on_split

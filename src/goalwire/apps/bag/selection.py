@@ -46,7 +46,7 @@ class Names:
     out: frozenset[str] = frozenset()
 
     def has(self, name: str) -> bool:
-        """Return whether the topic is chosen."""
+        """Return whether a name is chosen."""
         return name not in self.out and (self.all or name in self.some)
 
 

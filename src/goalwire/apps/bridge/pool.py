@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Generic, Protocol, TypeVar
 
 MOST = 64
-"""The most idle clients that are kept."""
+"""The largest number of idle clients that are kept."""
 
 
 class Closeable(Protocol):

@@ -68,7 +68,7 @@ def _tells_of_parameters(topic: str) -> bool:
 
 @record
 class Permissions:
-    """The names that clients may use, for each kind of use. The parts of an action belong to the action."""
+    """The names that clients may use, for each kind of use. An action's permission includes its parts."""
 
     publish: Patterns = Patterns('--publish')
     subscribe: Patterns = Patterns('--subscribe')

@@ -22,7 +22,7 @@ DEPTH = 10
 
 
 class Republisher(Node):
-    """Republishes pictures of one transport on another, or on both without an `out_transport`.
+    """Republishes pictures of one transport on another; without an `out_transport`, as raw and compressed.
 
     Parameters: `in_transport` and `out_transport` instead of the arguments, and `out.compressed.format`,
     'jpeg' or 'png'. Pictures with 16 bits or an alpha channel need PNG.

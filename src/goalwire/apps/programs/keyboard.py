@@ -15,7 +15,7 @@ _ESCAPE = '\x1b'
 _REST_S = 0.05
 """Seconds to wait after an Escape character for the rest of an arrow key's sequence."""
 _ENDS = {'', '\x03', '\x04'}
-"""The characters that end the input: the empty one at its end, Ctrl-C and Ctrl-D."""
+"""What reads as the end of the keys: '' at the end of the input, Ctrl-C and Ctrl-D."""
 
 
 def is_terminal(program: str) -> bool:

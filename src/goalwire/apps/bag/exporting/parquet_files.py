@@ -155,7 +155,7 @@ def _arrow_type(type_: FieldType) -> pa.DataType:
 
 
 def _converter(type_: FieldType) -> Callable[[Any], Any] | None:
-    """Return the function that turns a field's value into Arrow's; None if they are the same."""
+    """Return the function that converts a field's value for Arrow; None if Arrow takes the value itself."""
     if type_.shape is Shape.SINGLE:
         if type_.is_message:
             return _structure(type_)

@@ -27,7 +27,7 @@ _CANCEL_S = 5.0
 
 @record
 class Shown:
-    """A service of one type that the client is shown."""
+    """A service that the client is shown, with one of its types."""
 
     name: str
     type_name: str

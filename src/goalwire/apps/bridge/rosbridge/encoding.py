@@ -17,9 +17,9 @@ from goalwire.errors import FieldValueError
 
 COMPRESSIONS = ('none', 'png', 'cbor', 'cbor-raw')
 _MOST_UNFINISHED = 16
-"""The most incomplete fragmented messages of one client."""
+"""The largest number of incomplete fragmented messages of one client."""
 _LEAST_FRAGMENT = 100
-"""The least characters of a fragment: a smaller one would consist mostly of its frame."""
+"""The shortest allowed fragment, in characters: a shorter one would consist mostly of its JSON frame."""
 _numbers = count(1)
 
 

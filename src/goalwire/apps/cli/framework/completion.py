@@ -27,7 +27,7 @@ _PARAMETER = Pattern(r'[A-Za-z0-9_./:][A-Za-z0-9_./:-]*')
 def completions(shell: str, arguments: Sequence[str]) -> list[str]:
     """Return the completions of the last word, quoted for the shell.
 
-    For an unknown shell only words without need of quotes are returned.
+    For an unknown shell only words that need no quotes are returned.
     """
     if shell not in SCRIPTS:
         return [each for each in complete([shell, *arguments]) if is_plain(each)]

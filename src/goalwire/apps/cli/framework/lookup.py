@@ -130,7 +130,7 @@ def _near_types(name: str) -> str:
 
 
 def split_type(words: Sequence[str], kind: str) -> tuple[str | None, list[str]]:
-    """Return the type, if the first word is one, and the other words."""
+    """Split a type off the words if the first word is a type: return the type, or None, and the rest."""
     if words and looks_like_type(words[0]):
         return type_name(words[0], kind), list(words[1:])
     return None, list(words)

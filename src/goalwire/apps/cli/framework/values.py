@@ -114,8 +114,8 @@ def field_type(cls: Any, path: Sequence[str]) -> str:
 def fill(message: Any, values: Mapping[str, Any], title: str) -> list[Callable[[Any], None]]:
     """Set fields of a message of the type `title`. Return functions that set its 'now' and 'auto' times.
 
-    Call each of them with the time before the message is sent. Raises CommandError for a value that does not
-    fit its field, or that cannot be serialized.
+    Call each of these functions with the current time before the message is sent. Raises CommandError for a
+    value that does not fit its field, or that cannot be serialized.
     """
     from rosidl_runtime_py import set_message_fields
 

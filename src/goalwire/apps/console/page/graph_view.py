@@ -15,7 +15,7 @@ from goalwire.observe.parameters import STANDARD_SERVICES
 from goalwire.security.policy import Verb
 
 _MOST_DRAWN = 150
-"""The most nodes and topics of a drawing; more would be unreadable."""
+"""The largest number of nodes and topics in one drawing; more would be unreadable."""
 _QUIET = ('/rosout', '/parameter_events')
 _KINDS = {
     EndpointKind.PUBLISHER: 'publisher',

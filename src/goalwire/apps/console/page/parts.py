@@ -133,7 +133,7 @@ def head(title: str, icon: str = '') -> None:
 
 
 def forbid(button: ui.button, reason: str) -> None:
-    """Disable a button that the visitor may not press, and say why; with '' it stays as it is."""
+    """Disable a button that the visitor may not press, and show the reason; with '' do nothing."""
     if reason:
         button.disable()
         button.tooltip(reason)

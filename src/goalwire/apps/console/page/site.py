@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from goalwire.apps.console.state.robot_model import Meshes
 
 MOST_PAGES = 100
-"""The most pages of all browsers together; a page to which no browser connects counts for a minute."""
+"""The largest number of pages in all browsers; a page to which no browser connects counts for a minute."""
 RECONNECT_S = 10.0
 """Seconds that a browser without a connection may take to come back before its page is closed."""
 _STYLE = Path(__file__).with_name('style.css')

@@ -16,7 +16,7 @@ from enum import Enum
 from goalwire.observe.emergency_stops import StopService, Word
 
 SILENT_AFTER = 5
-"""The number of looks for which a repeated report may be missing."""
+"""How many calls of `look` may pass without a report before a publisher that repeats reports is silent."""
 REPEATS = 3
 """The number of equal "not stopped" reports after which a publisher is expected to repeat them."""
 _MOST_LOST = 64
@@ -33,7 +33,7 @@ class Standing(Enum):
 
 
 class _Voice:
-    """One publisher: its last report, whether it repeats its reports, and for how many looks it is silent."""
+    """One publisher: its last report, whether it repeats reports, and the calls of `look` since then."""
 
     def __init__(self, word: Word) -> None:
         self.word = word
@@ -95,9 +95,9 @@ class EmergencyState:
                     self._lost[voice.word.node] = voice.word
 
     def look(self) -> None:
-        """Count for how many looks each publisher is silent.
+        """Count for how many calls of this method each publisher has been silent.
 
-        Silence is counted in looks, not in seconds, so that a delay of the console does not count as silence.
+        Calls are counted, not seconds, so that a delay of the console does not count as silence.
         """
         for voice in self._voices.values():
             voice.missed += 1

@@ -412,7 +412,7 @@ def in_one_line(value: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return values without the subclasses that YAML would name."""
+    """Convert mappings to dicts and sequences to lists, because YAML would name other classes."""
     if isinstance(value, Mapping):
         return {str(name): plain(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
@@ -434,7 +434,7 @@ def filled(cls: Any, values: Mapping[str, Any], now: Any) -> Any:
 
 
 def without_defaults(values: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the changes of a form: the values that differ from the message's own."""
+    """Return the changes of a form: the values that differ from the message's defaults."""
     left: dict[str, Any] = {}
     for name, value in values.items():
         default = defaults.get(name)

@@ -60,7 +60,7 @@ _OFF_AT_FIRST = frozenset({'points', 'odometry'})
 """Kinds that are switched off at first: the robot itself shows its odometry, and clouds are large."""
 MOST_LAYERS = 30
 _MAP_PERIOD_S = 1.0
-"""Least seconds between two drawings of a map, because its picture costs tens of ms."""
+"""Shortest time between two drawings of a map, in s, because a map's picture takes tens of ms to make."""
 
 
 class Layer:

@@ -57,7 +57,8 @@ def draw_map(message: Any) -> Drawing:
     """Return a nav_msgs/msg/OccupancyGrid as a picture on a plane, with row 0 at its lower edge.
 
     A map of more cells a side than MOST_CELLS_A_SIDE is drawn coarser, and the note says so. A coarse cell
-    has the highest value of its cells, so no wall is lost. Raises RemoteError for a map that is not whole.
+    has the highest value of its cells, so no wall is lost. Raises RemoteError for a map whose number of cells
+    is not width x height, or whose cells have no valid size.
     """
     info = message.info
     width, height, resolution = info.width, info.height, info.resolution

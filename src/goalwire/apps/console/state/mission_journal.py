@@ -77,7 +77,7 @@ class MissionJournal:
         """Answer a mission's question, or resume or cancel it.
 
         Raises NotAllowedError if the console may not send to the mission's name, MissionError if the mission
-        does not wait for that word any more, JournalError.
+        no longer waits for this answer or command, JournalError.
         """
         async with self._lock:
             await in_thread(lambda: self._say(mission, word))

@@ -30,7 +30,7 @@ class Playhead:
         return time
 
     def seek(self, time: int) -> None:
-        """Go to a time, limited to the recording; if it was playing, it continues."""
+        """Go to a time, limited to the recording; a playhead that was playing goes on playing."""
         self._from = min(max(time, self.start), self.end)
         self._since = self._clock()
 

@@ -55,9 +55,7 @@ class Outline:
 
 
 def number_at(path: str) -> Callable[[Any], float | None]:
-    """Return a function that reads the number at a path, as `numbers_in` names it; None if the type has
-    none there.
-    """
+    """Return a function that reads the number at a path of `numbers_in`, or None if there is no number."""
     steps = [name or int(index) for name, index in _STEP.findall(path)]
 
     def read(message: Any) -> float | None:

@@ -184,7 +184,7 @@ class Meshes:
 
 
 def scene_of(model: RobotModel, meshes: Meshes) -> tuple[list[dict[str, Any]], str, int]:
-    """Return the visuals for the page's scene, and the reasons for omitted meshes with their numbers."""
+    """Return the visuals for the page's scene, why the last mesh was omitted, and how many were omitted."""
     urls: dict[str, str] = {}
     problem, missing = '', 0
     for visual in model.visuals:

@@ -129,7 +129,10 @@ _PLANNING = {'nav2_msgs/action/ComputePathToPose', 'nav2_msgs/action/ComputePath
 
 
 def navigation_target(action: str, type_name: str, fields: tuple[FormField, ...]) -> NavigationTarget | None:
-    """Return where an action's goal contains a target place; None without one, or if it only plans."""
+    """Return where an action's goal contains a target place.
+
+    Return None if the goal contains none, or if the action only plans a path.
+    """
     if type_name in _PLANNING:
         return None
     for field in fields:

@@ -156,7 +156,7 @@ class Session:
         self._look_at_robots()
 
     def watch_robot(self, namespace: str) -> RobotWatch:
-        """Follow a robot until `leave_robot` was called as often as this method."""
+        """Follow a robot until `leave_robot` was called once for each call."""
         watch, users = self._robots.get(namespace, (None, 0))
         if watch is None:
             watch = RobotWatch(self.node, self.topics, namespace)
@@ -176,7 +176,7 @@ class Session:
     # -- people ----------------------------------------------------------------------------------------------
 
     def rights_of(self, principal: Principal | None) -> Rights:
-        """Return what a visitor may do; None is anybody, where nobody signs in."""
+        """Return what a visitor may do; None stands for everybody on a console where nobody signs in."""
         visitor = None
         if self._authorizer is not None and principal is not None:
             visitor = SignedIn(self._authorizer, principal)

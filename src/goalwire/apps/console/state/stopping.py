@@ -76,7 +76,7 @@ async def release(node: goalwire.Node, robot: Vitals) -> list[Answer]:
 async def _call(
     node: goalwire.Node, robot: str, service: StopService, values: dict[str, bool], done: str
 ) -> Answer:
-    """Call a service and return its answer; a name that cannot be called, from a peer, gives a failure."""
+    """Call a service and return its answer. An invalid name, which a peer may announce, gives a failure."""
     began = perf_counter()
     try:
         answer = await _answer(node, service, values)

@@ -122,10 +122,9 @@ class Vitals:
         self._changed()
 
     async def says_stopped(self, patience: float) -> bool:
-        """Wait for the robot to report that it is stopped, `patience` s at most; True unless it reports
-        otherwise.
+        """Wait until the robot stops reporting "not stopped", `patience` s at most; else return False.
 
-        A robot that publishes no state is believed.
+        A robot whose state is unknown, or that publishes no state, counts as stopped.
         """
         event = asyncio.Event()
         self._waiting.add(event)

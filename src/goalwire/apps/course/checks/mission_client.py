@@ -107,7 +107,7 @@ class Reluctant:
         return MoveArm.Impl.SendGoalService.Response(accepted=self._accepts)
 
     async def _finish(self, _request: Any) -> Any:
-        """Answer as ROS 2 does for a goal that it does not know; leave an accepted goal without a result."""
+        """Answer a request for an unknown goal as ROS 2 does; never answer for an accepted goal."""
         from humanoid_interfaces.action import MoveArm
 
         self.asked_for_result = True

@@ -75,7 +75,7 @@ async def full_id(
 ) -> str:
     """Return the full id of the goal whose id begins with `given`; with `is_active` only of a running goal.
 
-    Raises CommandError if no goal's id begins so, or more than one.
+    Raises CommandError if no goal's id begins with `given`, or if several do.
     """
     text = given.replace('-', '').lower()
     is_all_goals = text == 32 * '0'

@@ -14,7 +14,7 @@ _RUN = 'python -m goalwire.run prog.py'
 
 
 def check_goalwire() -> Check:
-    """Say where goalwire is imported from, and whether files of another version mix with it."""
+    """Say where goalwire is imported from, and whether its files are mixed with those of another version."""
     name, here = 'goalwire', f'{goalwire.__version__} in {installation.CODE}'
     found = installation.installed()
     if not found:

@@ -63,7 +63,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 class _Call:
-    """A call whose type is known."""
+    """The calls of one service whose type is known: one, periodic ones, or many with their latencies."""
 
     def __init__(
         self,

@@ -27,7 +27,7 @@ _LEVELS = ' ▁▂▃▄▅▆▇█'
 _LABEL = 11
 """Width of the numbers beside a curve, in columns."""
 _ROWS = 8
-"""Lines of a curve at most."""
+"""The largest height of a curve, in lines of the terminal."""
 
 
 class Curve(NamedTuple):
