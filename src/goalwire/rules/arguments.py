@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from goalwire.rules.parameters.file_syntax import NodeValues
 
 
-_LONGEST_SHOWN = 500  # characters of an argument that an error shows
+_LONGEST_SHOWN = 500  # the most characters of an argument that an error shows
 
 
 class ArgumentError(LocalError, ValueError):
@@ -39,7 +39,10 @@ class UnknownArguments(ArgumentError):
 
 @record
 class ParameterOverride:
-    """One `-p [node:]name:=value`. As in rcl, `node` means the node of that name in the root namespace."""
+    """An argument `-p [node:]name:=value`.
+
+    As in rcl, `node` means the node of that name in the root namespace.
+    """
 
     name: str
     value: ParameterValue
@@ -56,7 +59,7 @@ _UNREAD: NodeValues = {}
 
 @record
 class ParameterFile:
-    """One `--params-file PATH`, and the file's content once it has been read."""
+    """An argument `--params-file PATH`, and the file's content once it has been read."""
 
     path: str
     nodes: NodeValues = _UNREAD
@@ -66,7 +69,7 @@ class ParameterFile:
 
 @record
 class Arguments:
-    """The ROS arguments of a command line, and `rest`, its other arguments in their order."""
+    """The ROS arguments of a command line; `rest` has the other arguments in their order."""
 
     remaps: tuple[RemapRule, ...] = ()
     parameters: tuple[ParameterOverride | ParameterFile, ...] = ()
@@ -81,14 +84,14 @@ class Arguments:
     log_file_name: str | None = None
     rest: tuple[str, ...] = ()
     deprecated: tuple[str, ...] = ()
-    """Remap rules found outside `--ros-args`; they count, and ROS 2 warns."""
+    """Remap rules found outside `--ros-args`. They are applied, and ROS 2 warns of them."""
 
     def overrides_for(self, full_node_name: str) -> dict[str, ParameterValue]:
         """Return the parameters that `-p` and the files give to the node with this fully qualified name.
 
-        As in rcl, the values are first collected by the names of nodes for which they are given; `-p` without
-        a node means `/**`. Then the names apply in the order of their first appearance, and a later name
-        wins.
+        As in rcl, the values are first grouped by the node names or patterns for which they are given; `-p`
+        without a node means `/**`. Then the groups that match the node are applied in the order of their
+        first appearance, and a value of a later group wins.
         """
         nodes: NodeValues = {}
         for item in self.parameters:
@@ -114,7 +117,7 @@ def parse_arguments(arguments: Sequence[str]) -> Arguments:
     """Read a command line, its program name included or not.
 
     Raises ArgumentError with ROS 2's text for a rule that does not parse, UnknownArguments for unknown ROS
-    arguments, TypeError for an argument that is not a string. It does not read the files.
+    arguments, TypeError for an argument that is not a string. Parameter files are not read.
     """
     parser = _Parser()
     parser.read(arguments)
@@ -160,7 +163,7 @@ def _severity(text: str) -> LoggingSeverity:
 
 
 def _parameter_name_part(lexer: Lexer) -> str:
-    """Read a run of tokens and slashes: rcl takes `a/b`, `/a` and even `a//b`."""
+    """Read a part of a parameter's name: tokens and slashes, as rcl accepts `a/b`, `/a` and even `a//b`."""
     refuse_wildcard(lexer)
     part = ''
     while piece := lexer.accept({Lexeme.TOKEN, Lexeme.FORWARD_SLASH}):
@@ -178,7 +181,7 @@ _SWITCHES = {
 
 
 class _Parser:
-    """Collects the parsed arguments while it walks over the texts."""
+    """Parses the texts of a command line one by one, and collects the arguments."""
 
     def __init__(self) -> None:
         self.remaps: list[RemapRule] = []
@@ -289,7 +292,7 @@ def _require(text: str | None, complaint: str) -> str:
 
 
 def _assignment_hint(flag: str, text: str) -> str:
-    """Return a hint how to write a rule, if its `:=` or its value is missing; else ''."""
+    """Return a hint on how to write a rule whose `:=` or value is missing; '' if neither is missing."""
     if text.endswith(':='):
         return f"; what stands behind := is missing (write '{flag} {shown(text, _LONGEST_SHOWN)}…')"
     if ':=' in text:
@@ -301,7 +304,7 @@ def _assignment_hint(flag: str, text: str) -> str:
 
 @contextmanager
 def _saying(what: str, hint: str = '') -> Iterator[None]:
-    """Turn a RuleSyntaxError into an ArgumentError that names the option and its value."""
+    """Turn a RuleSyntaxError in the block into an ArgumentError that names the option and its value."""
     try:
         yield
     except RuleSyntaxError as error:

@@ -12,7 +12,10 @@ _BUCKETS = 65
 
 
 class Latencies:
-    """Counts of durations in ns, below 2**64. If two threads add one at the same moment, one may be lost."""
+    """Counts of durations in ns, below 2**64.
+
+    If two threads add a duration at the same moment, one of the two may be lost.
+    """
 
     __slots__ = ('counts',)
 
@@ -23,7 +26,7 @@ class Latencies:
         """
 
     def add(self, ns: int) -> None:
-        """Count a duration. A negative one, from a clock that was set back, counts as 0."""
+        """Count a duration. A negative duration, from a clock that was set back, counts as 0."""
         self.counts[ns.bit_length() if ns > 0 else 0] += 1
 
     @property

@@ -1,4 +1,4 @@
-"""The life of a managed node: its states, its transitions, and the effect of a callback's outcome.
+"""The life cycle of a managed node: its states, its transitions, and the effect of a callback's outcome.
 
 States, ids, labels and their order are those of rcl_lifecycle's default state machine:
 
@@ -9,7 +9,7 @@ States, ids, labels and their order are those of rcl_lifecycle's default state m
     these three  --shutdown---> shuttingdown -success--> finalized      failure: finalized, too
     an error in any of these:   errorprocessing -success-> unconfigured failure, error: finalized
 
-A node rests in the primary states. In the others a transition is under way, and its callback runs.
+A node rests in a primary state. In every other state a transition is under way, and its callback runs.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class TransitionCallbackReturnType(Enum):
     ERROR = 99
 
     def to_label(self) -> str:
-        """Return the label of the transition that follows: 'transition_success' and so on."""
+        """Return the label of the transition that follows this outcome: 'transition_success' and so on."""
         return f'transition_{self.name.lower()}'
 
     def __int__(self) -> int:
@@ -44,7 +44,7 @@ class LifecycleState(NamedTuple):
 
     @property
     def is_primary(self) -> bool:
-        """True if a node may rest; False while a transition's callback runs."""
+        """True if a node may rest in this state; False if a transition's callback runs in it."""
         return self.state_id < CONFIGURING.state_id
 
 
@@ -76,7 +76,7 @@ STATES = (
 
 
 class Transition(NamedTuple):
-    """A way from one state to another."""
+    """A transition from one state to another."""
 
     id: int
     label: str
@@ -139,10 +139,10 @@ TRANSITIONS = (
 
 
 class LifecycleMachine:
-    """The present state of one node. It has no lock and no I/O.
+    """The present state of one managed node. This class has no lock and no I/O.
 
-    The caller begins a transition by `begin`, runs the callback that it names, and passes the outcome to
-    `end`. That may name another callback (on_error). So this repeats until the node rests.
+    The caller begins a transition by `begin`, runs the callback that `begin` names, and passes the outcome to
+    `end`. `end` may name another callback (on_error). The caller repeats these steps until the node rests.
     """
 
     def __init__(self) -> None:
@@ -150,7 +150,10 @@ class LifecycleMachine:
 
     @property
     def current_state(self) -> tuple[int, str]:
-        """The id and label of the state. Programs read this name of rclpy, since a node has no public one."""
+        """The state's id and label.
+
+        Programs read rclpy's `node._state_machine.current_state`, since a node has no public name for it.
+        """
         return self.state.state_id, self.state.label
 
     @property
@@ -161,7 +164,8 @@ class LifecycleMachine:
     def begin(self, wanted: int | str) -> Transition | None:
         """Start the transition with this id or label; None if the present state has no such transition.
 
-        During a transition this returns None, too, since only the callback's outcome may end a transition.
+        During a transition this method returns None, too, since only the callback's outcome may end a
+        transition.
         """
         if not self.state.is_primary:
             return None
@@ -171,7 +175,10 @@ class LifecycleMachine:
         return None
 
     def end(self, outcome: TransitionCallbackReturnType) -> Transition:
-        """Follow the outcome of the callback. Only to be called while a transition is under way."""
+        """Make the transition that follows the callback's outcome, and return it.
+
+        Only call this during a transition.
+        """
         label = outcome.to_label()
         return self._go(next(found for found in self.possible if found.label == label))
 

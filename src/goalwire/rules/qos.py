@@ -1,4 +1,4 @@
-"""QoS policies, and the frozen profile that all layers below the APIs use.
+"""QoS policies, and QoS, the frozen profile that all layers below the public APIs use.
 
 Numbers are those of rmw/types.h (rmw_qos_*_policy_e); durations are nanoseconds.
 """
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
 UNSPECIFIED_NS = 0
-"""A duration left to the middleware (RMW_DURATION_UNSPECIFIED)."""
+"""The duration that leaves the choice to the middleware (RMW_DURATION_UNSPECIFIED)."""
 INFINITE_NS = 9_223_372_036_854_775_807
 """A duration without end (RMW_DURATION_INFINITE: 9223372036 s, 854775807 ns)."""
 BEST_AVAILABLE_NS = INFINITE_NS - 1
@@ -46,7 +46,7 @@ class QoSPolicyEnum(IntEnum):
 
 
 class HistoryPolicy(QoSPolicyEnum):
-    """The rule by which a queue keeps messages: the last few, or all."""
+    """The rule by which a queue keeps messages: only the last ones, or all."""
 
     SYSTEM_DEFAULT = 0
     KEEP_LAST = 1
@@ -75,7 +75,7 @@ class DurabilityPolicy(QoSPolicyEnum):
 
 
 class LivelinessPolicy(QoSPolicyEnum):
-    """The way in which a publisher shows that it is alive."""
+    """The rule by which a publisher shows that it is alive."""
 
     SYSTEM_DEFAULT = 0
     AUTOMATIC = 1
@@ -106,7 +106,7 @@ class PolicyKind(IntEnum):
 
 @record
 class QoS:
-    """One endpoint's quality of service, as its user asked for it."""
+    """The quality of service that a user requests for one endpoint."""
 
     depth: int = 10
     history: HistoryPolicy = HistoryPolicy.KEEP_LAST
@@ -150,9 +150,9 @@ class QoS:
         return self.reliability is not ReliabilityPolicy.BEST_EFFORT
 
     def stated(self) -> QoS:
-        """Return the profile with the values that a peer sees for policies that were not given.
+        """Return the profile in which policies that the user left open have the values that a peer sees.
 
-        They are: reliable, volatile, automatic liveliness, no time limits.
+        These values are: keep last, reliable, volatile, automatic liveliness, no time limits.
         """
         return replace(
             self,
@@ -199,7 +199,7 @@ def suiting(offered: Collection[QoS], depth: int) -> QoS:
     """Return the QoS of a subscription that is compatible with publishers of these QoS.
 
     The rule is that of ROS 2's `topic echo`: the subscription is reliable if there are publishers and all of
-    them are, and it is transient local by the same rule.
+    them are reliable, and transient local if there are publishers and all of them are transient local.
     """
     reliable = bool(offered) and all(each.stated().is_reliable for each in offered)
     latched = bool(offered) and all(each.is_transient_local for each in offered)

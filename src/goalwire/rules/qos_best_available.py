@@ -1,8 +1,8 @@
-"""Turns BEST_AVAILABLE into concrete policies, by the present endpoints (rmw_dds_common, qos.cpp).
+"""Turns BEST_AVAILABLE into concrete policies that suit the present endpoints (rmw_dds_common, qos.cpp).
 
-A subscription requests the strictest policies that all publishers offer. A publisher offers the strictest
-policies. One rule differs from rmw_dds_common: without publishers a subscription requests only the policies
-that an ordinary publisher offers.
+A subscription requests the strictest policies that all publishers offer. A publisher always offers the
+strictest policies. One rule differs from rmw_dds_common: without publishers a subscription requests only the
+policies that an ordinary publisher offers.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _UNSET = frozenset({UNSPECIFIED_NS, INFINITE_NS, BEST_AVAILABLE_NS})
 
 
 def is_open(qos: QoS) -> bool:
-    """Tell whether the endpoints on the other side decide about some policy."""
+    """Tell whether some policy is BEST_AVAILABLE: endpoints on the other side decide its value."""
     return (
         qos.reliability is ReliabilityPolicy.BEST_AVAILABLE
         or qos.durability is DurabilityPolicy.BEST_AVAILABLE
@@ -68,18 +68,18 @@ def for_publisher(qos: QoS, subscriptions: Sequence[QoS]) -> QoS:
 
 
 def for_service(qos: QoS) -> QoS:
-    """Return the QoS of a service or client: open policies become the services' default."""
+    """Return the QoS of a service or client: BEST_AVAILABLE policies become the default of services."""
     return _fill_in(qos, SERVICES_DEFAULT)
 
 
 def _choose_duration(choose: Callable[[Iterable[int]], int], durations: Iterable[int]) -> int:
-    """Return the greatest or smallest of the durations that were set."""
+    """Return the greatest or the smallest of the specified durations."""
     stated = [each for each in durations if each not in _UNSET]
     return choose(stated) if stated else UNSPECIFIED_NS
 
 
 def _fill_in(qos: QoS, found: QoS) -> QoS:
-    """Replace the open policies of `qos` by those of `found`."""
+    """Replace the BEST_AVAILABLE policies of `qos` by those of `found`."""
     return replace(
         qos,
         reliability=(

@@ -1,7 +1,7 @@
 """Checks whether a subscription can receive from a publisher (rmw_dds_common, qos_profile_check_compatible).
 
-On the wire of rmw_zenoh messages arrive in any case. There the verdict says what would happen on DDS. The
-texts are ROS 2's own, also "durabilty".
+On the wire of rmw_zenoh messages arrive whatever the QoS; there the verdict tells what would happen on DDS.
+The texts are ROS 2's own, with its misspelling "durabilty".
 """
 
 from __future__ import annotations
@@ -23,7 +23,10 @@ from goalwire.rules.qos import (
 
 
 class QoSCompatibility(IntEnum):
-    """A verdict. WARNING: it depends on the value that the middleware chooses for an open policy."""
+    """A verdict on two QoS profiles.
+
+    WARNING: compatibility depends on what the middleware chooses for an open policy.
+    """
 
     OK = 0
     WARNING = 1
@@ -41,7 +44,7 @@ _OPEN = frozenset({'SYSTEM_DEFAULT', 'UNKNOWN'})
 
 @record
 class _OrderedPolicy:
-    """A policy with a weaker and a stronger value, and the texts for publishers that offer too little."""
+    """A QoS policy with a weaker and a stronger value, and the texts for a publisher that offers less."""
 
     attribute: str
     kind: PolicyKind
@@ -88,7 +91,10 @@ _POLICIES = (
 
 
 def check_compatible(publisher: QoS, subscription: QoS) -> tuple[QoSCompatibility, str]:
-    """Return the verdict and ROS 2's reasons, each with ';' at its end. Warnings come only without errors."""
+    """Return the verdict and ROS 2's reasons, each ending in ';'.
+
+    If there are errors, warnings are left out.
+    """
     errors = list(_errors(publisher, subscription))
     if errors:
         return QoSCompatibility.ERROR, ''.join(f'ERROR: {reason};' for _, reason in errors)
@@ -101,8 +107,8 @@ def check_compatible(publisher: QoS, subscription: QoS) -> tuple[QoSCompatibilit
 def incompatible_policy(publisher: QoS, subscription: QoS) -> PolicyKind | None:
     """Return the policy that makes two endpoints incompatible on DDS; None if they are compatible.
 
-    Of several policies it returns that with the highest number on DDS, as implementations of DDS report it. A
-    policy that was not set counts with the value that the wire gives it.
+    If several policies are incompatible, the one with the highest number on DDS is returned, as DDS
+    implementations report it. A policy that was not set counts with the value that the wire gives it.
     """
     return max((kind for kind, _ in _errors(publisher.stated(), subscription.stated())), default=None)
 

@@ -1,8 +1,8 @@
 """QoS events of publishers and subscriptions: their kinds, and their status records.
 
 Names and numbers are those of rcl/event.h (rcl_publisher_event_type_t, rcl_subscription_event_type_t). The
-records are those of rmw/events_statuses. A source of events only keeps totals. A reader computes the changes
-as the difference of two records (`changes_between`), so any number of readers may share one source.
+records are those of rmw/events_statuses. A source of events keeps only totals. A reader of events computes
+changes as the difference of two records (`changes_between`), so any number of readers may share one source.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from goalwire.rules.qos import PolicyKind
 class _EventType(Enum):
     """The base of the kinds of events; int() returns rcl's number."""
 
-    __hash__ = object.__hash__  # members are unique; Enum's own hash is a Python function
+    __hash__ = object.__hash__  # faster: Enum's own hash is a Python function, and members are unique objects
 
     def __int__(self) -> int:
         number: int = self.value
@@ -49,7 +49,7 @@ EventType: TypeAlias = PublisherEvent | SubscriptionEvent
 
 
 class EventStatus:
-    """The totals of one kind of event so far. Records with equal fields are equal."""
+    """A record of the totals of one kind of event so far. Records with equal fields are equal."""
 
     __slots__: Sequence[str] = ()
 
@@ -76,11 +76,11 @@ class _Count(EventStatus):
 
 
 class OfferedDeadlineMissed(_Count):
-    """The number of times that a publisher was later than it had promised."""
+    """The number of times that a publisher exceeded the deadline that it offers."""
 
 
 class RequestedDeadlineMissed(_Count):
-    """The number of times that a message came later than the subscription had requested."""
+    """The number of times that no message came within the deadline that a subscription requests."""
 
 
 class LivelinessLost(_Count):
@@ -92,11 +92,11 @@ class MessageLost(_Count):
 
 
 class IncompatibleType(_Count):
-    """The number of endpoints with the same name and another type."""
+    """The number of endpoints on the same topic with another type."""
 
 
 class LivelinessChanged(EventStatus):
-    """The numbers of publishers that are alive, and that are alive no longer."""
+    """The numbers of publishers that are alive, and of those that are not alive any more."""
 
     __slots__ = ('alive_count', 'alive_count_change', 'not_alive_count', 'not_alive_count_change')
 
@@ -114,7 +114,7 @@ class LivelinessChanged(EventStatus):
 
 
 class Matched(EventStatus):
-    """The numbers of matching endpoints: so far, and at present."""
+    """The numbers of endpoints that have ever matched, and that match at present."""
 
     __slots__ = ('current_count', 'current_count_change', 'total_count', 'total_count_change')
 
@@ -132,7 +132,7 @@ class Matched(EventStatus):
 
 
 class IncompatibleQoS(EventStatus):
-    """The number of endpoints with an incompatible QoS, and the policy that the last of them failed."""
+    """The number of endpoints with incompatible QoS, and the policy that is incompatible at the last one."""
 
     __slots__ = ('last_policy_kind', 'total_count', 'total_count_change')
 
@@ -153,7 +153,7 @@ _CHANGE = '_change'
 
 
 def changes_between(earlier: StatusT, later: StatusT) -> StatusT:
-    """Return the later record, with its changes since an earlier record of the same kind."""
+    """Return the later record, with the changes since the earlier record of the same kind filled in."""
     return with_fields(
         later,
         **{
@@ -198,9 +198,9 @@ _REMEDIES = {
 
 
 def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *, wire: str | None) -> str:
-    """Return ROS 2's text for an endpoint whose QoS is incompatible with this one's.
+    """Return ROS 2's warning that an endpoint on the other side of a topic has an incompatible QoS.
 
-    `wire` names a wire that delivers messages all the same; then the text says so, too.
+    `wire` names a wire that delivers messages in spite of that, which the text then says; None for DDS.
     """
     if isinstance(event, PublisherEvent):
         found = f"New subscription discovered on topic '{topic}', requesting incompatible QoS. "
@@ -219,8 +219,9 @@ def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *
 class SequenceGaps:
     """Counts the missing messages of publishers that number their messages from 1 on without gaps.
 
-    A message that comes late or twice does not count as lost. The messages of a publisher before the first
-    one received do not count, either. (rmw_zenoh counts the distance in both directions.)
+    A message that comes late or twice does not count as lost. The messages that a publisher sent before the
+    first received message do not count, either. (rmw_zenoh also counts a step backwards in the numbers as
+    lost messages.)
     """
 
     def __init__(self) -> None:

@@ -40,23 +40,26 @@ _CHOICES: dict[PolicyKind, type[QoSPolicyEnum]] = {
 
 
 def override_name(policy: PolicyKind, topic: str, entity: str, entity_id: str | None) -> str:
-    """Return the parameter's name. `entity`: 'publisher' or 'subscription'; `topic`: fully qualified."""
+    """Return the name of the parameter that sets a policy.
+
+    `entity`: 'publisher' or 'subscription'; `topic`: its full name.
+    """
     suffix = '' if entity_id is None else f'_{entity_id}'
     return f'qos_overrides.{topic}.{entity}{suffix}.{policy.policy.lower()}'
 
 
 def override_description(what: str, topic: str, entity: str, entity_id: str | None) -> str:
-    """Return the parameter's description, with ROS 2's text; `what` is the policy's name."""
+    """Return ROS 2's description of the parameter that sets a policy; `what` is the policy's name."""
     return f'{what} for {entity} `{topic}` with id `{entity_id}`'
 
 
 def may_override(policy: PolicyKind, entity: str) -> bool:
-    """Tell whether a kind of endpoint has a policy. Only publishers have a lifespan."""
+    """Tell whether a policy exists for a kind of endpoint: only publishers have a lifespan."""
     return policy is not PolicyKind.RMW_QOS_POLICY_LIFESPAN or entity == 'publisher'
 
 
 def value_of(qos: QoS, policy: PolicyKind) -> OverrideValue:
-    """Return the value of a parameter for a policy of `qos`; raises UnknownPolicyError."""
+    """Return the parameter's value that stands for a policy of `qos`; raises UnknownPolicyError."""
     if policy not in _FIELDS:
         raise UnknownPolicyError(f'{policy.name} is not a policy that a QoS profile has')
     value: OverrideValue = getattr(qos, _FIELDS[policy])
@@ -81,7 +84,7 @@ def with_value(qos: QoS, policy: PolicyKind, value: object) -> QoS:
             ) from None
     elif isinstance(value, int) and value < 0:
         raise _describe_unexpected(policy, value, 'it must be 0 or more')
-    # The value has the type with which the parameter was declared
+    # The declaration of the parameter has ensured the value's type.
     return replace(qos, **{_FIELDS[policy]: value})
 
 

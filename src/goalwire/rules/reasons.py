@@ -1,7 +1,7 @@
-"""The reasons why a server gives no answer: the text that it sends, and the error that the client raises.
+"""The reasons why a server does not answer a request: their texts, and the errors that clients raise.
 
-The text is sent if both ends are goalwire: in an error reply on Zenoh, in a refusal on DDS. ROS 2's own
-clients ignore it.
+If server and client are goalwire's, the text is sent: on Zenoh in an error reply, on DDS in a refusal. ROS
+2's own clients ignore it.
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ from goalwire.errors import (
 CLOSING = 'the server is closing'
 STOPPED = 'its callback was stopped'
 TIMEOUT = 'Timeout'
-"""Zenoh's own text when it gives up a query: after ten minutes, as under rmw_zenoh."""
+"""Zenoh's own text for a query that it has given up, after ten minutes, as under rmw_zenoh."""
 _REFUSED = 'refused: '
 _REJECTED = 'rejected: '
 _DENIED = 'denied: '
 
 
 def refused(problem: str) -> str:
-    """Return the reason for a request to a server that has too much to do."""
+    """Return the reason for refusing a request because the server is overloaded."""
     return peer_text(_REFUSED + problem)
 
 
 def rejected(error: Exception) -> str:
-    """Return the reason for a request that breaks the rules."""
+    """Return the reason for rejecting a request that cannot be decoded."""
     return peer_text(f'{_REJECTED}{error}')
 
 
 def denied(rule: str) -> str:
-    """Return the reason for a request that the server's policy denies; `rule` is the line of the policy."""
+    """Return the reason for a request that the server's policy denies, by the policy's line `rule`."""
     return peer_text(_DENIED + rule)
 
 
 def failed(error: BaseException) -> str:
-    """Return the reason for a request whose callback raised `error`: its type and text, no traceback."""
+    """Return the reason if a service callback raised `error`: its type and text, without a traceback."""
     if not isinstance(error, Exception):
         return STOPPED
     return peer_text(f'its callback failed: {described(error)}')

@@ -11,7 +11,7 @@ from goalwire.records import record
 
 @record
 class CallAttempt:
-    """One attempt of a call, after its end."""
+    """The record of one attempt of a call, made after the attempt's end."""
 
     name: str
     """The fully-qualified name of the service."""
@@ -33,7 +33,7 @@ class CallAttempt:
 class Retry:
     """A policy by which a client sends failed requests again, within the deadline of the call.
 
-    Only use it for an idempotent service: if an answer is lost, the server handles the same request twice.
+    Use it only for an idempotent service: if an answer is lost, the server handles the same request twice.
     After `attempts` attempts the call ends with the error of the last attempt.
     """
 
@@ -59,7 +59,7 @@ class Retry:
     """Called with each attempt after its end, on the node's executor or loop."""
 
     def __post_init__(self) -> None:
-        """Check the values. Raises ValueError for impossible numbers, TypeError for wrong types."""
+        """Check the policy's values. Raises ValueError for impossible numbers, TypeError for wrong types."""
         self._check_types()
         if self.attempts < 1:
             raise ValueError(f'attempts={self.attempts}: a call has one attempt at least')
@@ -88,7 +88,7 @@ class Retry:
             raise TypeError(f'on_attempt={self.on_attempt!r}: give a function that takes a CallAttempt')
 
     def delay(self, failures: int, chance: float) -> float:
-        """Return the delay in s after `failures` failed attempts; `chance` is a random number in 0..1."""
+        """Return the delay in s after `failures` failed attempts; `chance` is a random number from 0 to 1."""
         try:
             steady = min(self.first_delay * self.factor ** (failures - 1), self.longest_delay)
         except OverflowError:
@@ -101,10 +101,11 @@ def _is_call_error(kind: object) -> bool:
 
 
 class RetryBudget:
-    """A budget for all calls of one client. It keeps retries from overloading a server in trouble.
+    """A retry budget for all calls of one client. It keeps retries from overloading a failing server.
 
-    Retries stop while half of the budget or less is left. Two threads may lose an update, which does not
-    matter here, since the budget need not be exact.
+    Failed attempts use the budget up, and answers refill it. Retries stop while half of the budget or less is
+    left. If two threads update the budget at the same moment, one update may be lost, which does not matter,
+    since the budget need not be exact.
     """
 
     def __init__(self, policy: Retry) -> None:
@@ -112,11 +113,11 @@ class RetryBudget:
         self.tokens = policy.budget
 
     def on_failure(self) -> None:
-        """Note that an attempt has failed."""
+        """Note that an attempt has failed: take 1 from the budget."""
         self.tokens = max(self.tokens - 1.0, 0.0)
 
     def on_answer(self) -> None:
-        """Note that a call was answered."""
+        """Note that an attempt was answered: give a part back to the budget."""
         self.tokens = min(self.tokens + self._policy.refund, self._policy.budget)
 
     @property
@@ -139,7 +140,7 @@ class Attempts:
         self.began = 0
 
     def begin(self, now: int) -> None:
-        """Note that an attempt begins."""
+        """Note that the next attempt begins."""
         self.number += 1
         self.began = now
 

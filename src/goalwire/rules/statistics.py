@@ -1,4 +1,4 @@
-"""The frozen records that `statistics()` returns. They count from the creation of the entity on.
+"""The frozen records that `statistics()` returns. Their counts begin at the creation of the entity.
 
 This module is imported at the first call of `statistics()`. Durations are in seconds.
 """
@@ -33,8 +33,8 @@ class LatencyHistogram:
     def quantile(self, share: float) -> float:
         """Return the duration in s that a share of the durations did not exceed; 0 without durations.
 
-        It is an estimate, since only buckets are known: it is wrong by less than a factor of 2. Raises
-        ValueError for a share that is not from 0 to 1.
+        The duration is an estimate, since only the counts of buckets are known. Its error is less than a
+        factor of 2. Raises ValueError for a share that is not from 0 to 1.
         """
         if not 0 <= share <= 1:
             raise ValueError(f'a share is from 0 to 1, not {share}')
@@ -183,7 +183,7 @@ class TimerStatistics:
 
 @record
 class NodeStatistics:
-    """The counts of everything that a node has, its built-in services and /rosout included."""
+    """The counts of all entities of a node, including its built-in services and /rosout."""
 
     name: str
     publishers: tuple[PublisherStatistics, ...]

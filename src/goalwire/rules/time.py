@@ -1,7 +1,8 @@
 """Instants and durations in whole nanoseconds, with the behaviour of rclpy's Time and Duration.
 
-A Time belongs to a kind of clock and is never negative. A Duration may be negative. Both are limited to an
-int64, as in rcl: a larger value raises an error. They are immutable, but not hashable, as in ROS 2.
+A Time belongs to a kind of clock and is never negative. A Duration may be negative. The nanoseconds of both
+must fit an int64, as in rcl; a larger value raises an error. Both classes are immutable, but not hashable, as
+in ROS 2.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ _INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
 
 LATEST_STAMP = 2**31 * S_TO_NS - 1
 """The last instant that fits into a builtin_interfaces/Time, in ns: its seconds are an int32, up to January
-2038. The library's own stamps do not go beyond it, so that programs still run after that date."""
+2038. The library's own stamps do not go beyond this instant, so that programs still run after that date."""
 
 
 class ClockType(IntEnum):
@@ -40,8 +41,11 @@ class DurationType(Protocol):
 
 
 def _total(seconds: float | str, nanoseconds: float) -> int:
-    """Return the sum of both parts in whole nanoseconds. A fraction of a nanosecond is cut off."""
-    # Checked here, since Python would repeat a string a billion times before the error.
+    """Return the sum of seconds and nanoseconds in whole nanoseconds.
+
+    Each part's fraction of a nanosecond is cut off.
+    """
+    # Without this check Python would repeat a string a billion times before it raises an error.
     if isinstance(seconds, str):
         raise ValueError(f'seconds must be a number, got {seconds!r}')  # noqa: TRY004 - rclpy's own type
     return int(seconds * S_TO_NS) + int(nanoseconds)
@@ -51,10 +55,13 @@ def _total(seconds: float | str, nanoseconds: float) -> int:
 class Duration:
     """A span of time; negative ones are allowed."""
 
-    __slots__ = ('__dict__', '__weakref__', '_nanoseconds')  # programs keep things of their own there
+    __slots__ = ('__dict__', '__weakref__', '_nanoseconds')  # programs set their own attributes
 
     def __init__(self, *, seconds: float = 0, nanoseconds: float = 0) -> None:
-        """Make the sum of the two parts. Raises OverflowError beyond an int64, ValueError for NaN."""
+        """Make a span of `seconds` plus `nanoseconds`.
+
+        Raises OverflowError beyond an int64, ValueError for NaN.
+        """
         total = _total(seconds, nanoseconds)
         if not _INT64_MIN <= total <= _INT64_MAX:
             raise OverflowError('Total nanoseconds value is too large to store in C duration.')
@@ -94,7 +101,10 @@ class Duration:
         return Duration(nanoseconds=self._nanoseconds - other._nanoseconds)
 
     def __mul__(self, factor: float) -> Duration:
-        """Return the product. Infinity gives Infinite; nan raises ValueError, an overflow OverflowError."""
+        """Return the span times a number.
+
+        Infinity gives Infinite; nan raises ValueError, an overflow raises OverflowError.
+        """
         if isinstance(factor, int):
             return Duration(nanoseconds=self._nanoseconds * factor)
         if not isinstance(factor, float):
@@ -106,7 +116,10 @@ class Duration:
         return Duration(nanoseconds=int(self._nanoseconds * factor))
 
     def to_msg(self) -> DurationMessage:
-        """Return a builtin_interfaces/Duration; `sec` is rounded down, so `nanosec` is never negative."""
+        """Return the span as a builtin_interfaces/Duration.
+
+        `sec` is rounded down, so `nanosec` is never negative.
+        """
         from builtin_interfaces.msg import Duration as DurationMessage
 
         message = DurationMessage()
@@ -115,7 +128,7 @@ class Duration:
 
     @classmethod
     def from_msg(cls, msg: DurationMessage) -> Self:
-        """Return the Duration of a builtin_interfaces/Duration; raises TypeError for anything else."""
+        """Return the Duration in a builtin_interfaces/Duration; raises TypeError for anything else."""
         from builtin_interfaces.msg import Duration as DurationMessage
 
         if not isinstance(msg, DurationMessage):
@@ -123,7 +136,7 @@ class Duration:
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec)
 
     def get_c_duration(self) -> DurationType:
-        """Return the duration for rclpy's C layer: here the object itself."""
+        """Return the object itself, in place of the duration that rclpy's C layer would take."""
         return self
 
 
@@ -140,8 +153,9 @@ class Time:
     def __init__(
         self, *, seconds: float = 0, nanoseconds: float = 0, clock_type: ClockType = ClockType.SYSTEM_TIME
     ) -> None:
-        """Make the sum of the two parts. Raises ValueError if one is negative, OverflowError
-        beyond an int64.
+        """Make the instant `seconds` plus `nanoseconds`.
+
+        Raises ValueError for a negative part, OverflowError beyond an int64.
         """
         if not isinstance(clock_type, ClockType):
             raise TypeError('Clock type must be a ClockType enum')
@@ -162,7 +176,7 @@ class Time:
 
     @property
     def clock_type(self) -> ClockType:
-        """The kind of clock this instant belongs to."""
+        """The kind of clock to which this instant belongs."""
         return self._clock_type
 
     def seconds_nanoseconds(self) -> tuple[int, int]:
@@ -220,7 +234,7 @@ class Time:
             raise error
 
     def to_msg(self) -> TimeMessage:
-        """Return a builtin_interfaces/Time, which does not have the kind of clock."""
+        """Return the instant as a builtin_interfaces/Time, which does not carry the kind of clock."""
         from builtin_interfaces.msg import Time as TimeMessage
 
         message = TimeMessage()
@@ -228,12 +242,15 @@ class Time:
         return message
 
     def to_stamp(self) -> TimeMessage:
-        """Return a builtin_interfaces/Time for the wire. An instant after 2038 becomes the last that fits."""
+        """Return the instant as a builtin_interfaces/Time for the wire.
+
+        An instant after 2038 becomes LATEST_STAMP.
+        """
         return Time(nanoseconds=min(self.nanoseconds, LATEST_STAMP)).to_msg()
 
     @classmethod
     def from_msg(cls, msg: TimeMessage, clock_type: ClockType = ClockType.ROS_TIME) -> Self:
-        """Return the Time of a builtin_interfaces/Time; raises TypeError for anything else."""
+        """Return the Time in a builtin_interfaces/Time message; raises TypeError for anything else."""
         from builtin_interfaces.msg import Time as TimeMessage
 
         if not isinstance(msg, TimeMessage):

@@ -1,4 +1,4 @@
-"""The rules of actions: the table of a goal's states, and server and client as reactors without I/O."""
+"""The rules of actions: the table of a goal's states; action server and client as reactors without I/O."""
 
 from goalwire.rules.goals.cancel import CancelCode
 from goalwire.rules.goals.client import GoalClient, SentGoals

@@ -3,13 +3,13 @@
 | goal id | stamp | asks for                                  |
 |---------|-------|-------------------------------------------|
 | zero    | zero  | every goal that can still be cancelled    |
-| zero    | set   | those accepted at or before the stamp     |
-| set     | zero  | that goal                                 |
-| set     | set   | that goal, and those accepted at or before the stamp |
+| zero    | set   | all goals accepted at or before the stamp |
+| set     | zero  | the goal with this id                     |
+| set     | set   | the goal with this id, and all goals accepted at or before the stamp |
 
-Only the third kind can fail. The answer is UNKNOWN_GOAL_ID if there is no such goal, and GOAL_TERMINATED
-if it has ended or is being cancelled already. REJECTED is never sent: when the user's callback refuses,
-rclpy answers NONE with an empty list, and so does this server.
+Only a request with an id and without a stamp can be refused. The answer is UNKNOWN_GOAL_ID if there is no
+such goal, and GOAL_TERMINATED if the goal has ended or is being cancelled already. REJECTED is never sent: if
+the user's callback refuses, this server answers NONE with an empty list, like rclpy.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class CancelCode(IntEnum):
 
 
 class Candidate(Protocol):
-    """A goal as `choose` sees it."""
+    """The attributes of a goal that `choose` reads."""
 
     @property
     def stamp_ns(self) -> int:
@@ -51,7 +51,7 @@ class Candidate(Protocol):
 
 
 class Cancellation(Generic[RequestT]):
-    """One cancel request while the user is asked about its goals."""
+    """One cancel request, while the user decides about its goals."""
 
     __slots__ = ('came_too_late', 'canceling', 'goals', 'is_for_one', 'request', 'undecided')
 
@@ -78,7 +78,7 @@ class Cancellation(Generic[RequestT]):
 
 
 class Cancellations(Generic[RequestT]):
-    """The cancel requests of one server for which decisions of the user are still awaited."""
+    """The cancel requests of one action server about which the user has still to decide."""
 
     def __init__(self) -> None:
         self.open: dict[int, Cancellation[RequestT]] = {}
@@ -123,7 +123,7 @@ def read_stamp(stamp: object) -> int:
 def choose(
     goals: Mapping[GoalId, Candidate], goal_id: GoalId, stamp_ns: int
 ) -> tuple[CancelCode, tuple[GoalId, ...]]:
-    """Return the goals to ask the user about, in the order of `goals`, or the code of a refusal."""
+    """Return NONE with the goals to ask the user about, in the order of `goals`; or the code of a refusal."""
     if goal_id != NO_ID and stamp_ns == 0:
         goal = goals.get(goal_id)
         if goal is None:

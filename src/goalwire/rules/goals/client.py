@@ -4,14 +4,14 @@
     on_status ─► StatusChanged…              (forward only, never out of a terminal state)
     on_result_request ─► RequestResult ─► on_result ─► DeliverResult…
 
-There is one record of each goal: a ClientGoal, in `active` or in `ended`. Every event advances it once.
-Feedback changes nothing in a goal, so there is no event for it. It goes to the queue that the record holds
-from the moment the goal is sent.
+There is one record of each goal: a ClientGoal, in `active` or in `ended`. Every event advances the record
+once. Feedback does not change a goal's state, so there is no event for feedback. It goes to the queue that
+the record holds from the moment the goal is sent.
 
 Replies, feedback, statuses and results travel on different topics and services and may come in any order.
 Messages that arrive before the acceptance is known are not lost. A goal moves from `active` to `ended` when
-it has ended, or its server was lost, and nobody waits for its result. The latest of those still take late
-messages.
+it has ended, or its server was lost, and nobody waits for its result. The latest goals in `ended` still take
+late messages.
 
 The caller holds a lock of its own, so that one method runs at a time, and performs the effects in order.
 Records may be read without the lock.
@@ -45,17 +45,17 @@ if TYPE_CHECKING:
     from goalwire.rules.goals.ids import GoalId
 
 REMEMBERED = 128
-"""The number of goals that are kept for late feedback and statuses, after their end or their server's."""
+"""How many goals are kept for late feedback and statuses after the end of the goal or of its server."""
 
 
 class FeedbackQueue(Protocol):
     """The queue in which the feedback of one goal waits."""
 
     def deliver(self, event: Any, /) -> object:
-        """Queue a message as it came from the wire. Any thread."""
+        """Queue a message in its serialized form from the wire. Any thread may call this."""
 
     def close(self) -> None:
-        """Discard the waiting feedback and refuse more."""
+        """Discard the waiting feedback, and refuse further feedback."""
 
     @property
     def dropped(self) -> int:
@@ -101,7 +101,7 @@ class ClientGoal(Generic[WaiterT]):
 
 @record
 class SentGoals:
-    """The numbers of goals that a client has now, and has had so far."""
+    """How many goals a client has now, and has had so far."""
 
     unanswered: int
     active: int
@@ -118,7 +118,7 @@ class SentGoals:
 
 
 class GoalClient(Generic[WaiterT, ResultT]):
-    """The goals of one action client. The caller completes each waiter in the end."""
+    """The goals of one action client. The caller completes each waiter when an effect says so."""
 
     def __init__(self) -> None:
         self.active: dict[GoalId, ClientGoal[WaiterT]] = {}
@@ -190,7 +190,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         goal.answered = True
         if not accepted:
             self._refused += 1
-            if not goal.waiters:  # a user of an earlier goal with this id may wait for its result
+            if not goal.waiters:  # somebody may wait for the result of an earlier goal with this id
                 del self.active[goal_id]
             return [GoalRejected(goal_id)]
         self._accepted += 1
@@ -199,24 +199,24 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return [GoalAccepted(goal_id, goal.status)]
 
     def on_send_failed(self, goal_id: GoalId, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
-        """Forget a goal that gets no answer, or whose answer is not awaited any more: [FailResult…]."""
+        """Forget a goal whose send_goal request gets no answer, or is not awaited any more: [FailResult…]."""
         goal = self.active.pop(goal_id, None)
         return [] if goal is None else self._fail_waiters(goal, error)
 
     def on_crowd(self) -> bool:
-        """Move the oldest accepted goal without waiters to `ended`; False if there is none."""
+        """Move the oldest accepted goal without waiters to `ended`, to make room; False if there is none."""
         for goal in self.active.values():
             if goal.answered and not goal.waiters:
                 self._put_away(goal)
                 return True
         return False
 
-    # ---- goals that were sent before ----
+    # ---- goals that were sent earlier ----
 
     def on_follow(self, goal_id: GoalId, feedback: FeedbackQueue) -> ClientGoal[WaiterT]:
-        """Record a goal that this or another client has sent before. Nothing is sent.
+        """Record a goal that this or another client has sent before. No request is sent.
 
-        Raises GoalIdTaken if this client follows the goal already, or awaits the answer to it.
+        Raises GoalIdTaken if this client follows the goal already, or awaits the answer to its request.
         """
         goal = self.active.get(goal_id)
         if goal is not None and (goal.feedback is not None or not goal.answered):
@@ -226,11 +226,11 @@ class GoalClient(Generic[WaiterT, ResultT]):
             self._feedback_dropped += goal.feedback.dropped
         goal.feedback = feedback
         goal.answered = True
-        self.active[goal_id] = goal  # before it leaves `ended`: readers without the lock always find it
+        self.active[goal_id] = goal  # before `_recall`: threads that read without the lock always find it
         self._recall(goal_id)
         return goal
 
-    # ---- what the server tells on its own ----
+    # ---- status arrays, which the server sends unasked ----
 
     def on_status(self, payload: bytes) -> list[ClientEffect[WaiterT, ResultT]]:
         """Handle a status array: [StatusChanged…] for the goals of this client whose status has changed.
@@ -251,12 +251,12 @@ class GoalClient(Generic[WaiterT, ResultT]):
     # ---- results ----
 
     def on_result_request(self, goal_id: GoalId, waiter: WaiterT) -> list[ClientEffect[WaiterT, ResultT]]:
-        """Add a waiter for the result: [RequestResult], or [] if the request was sent already."""
+        """Add a waiter for a goal's result: [RequestResult], or [] if the result was requested already."""
         goal = self.active.get(goal_id)
         if goal is None:
             goal = self.ended.get(goal_id) or ClientGoal(goal_id)
             goal.answered = True
-            self.active[goal_id] = goal  # first: records are looked up under no lock, here or there
+            self.active[goal_id] = goal  # before `_recall`: threads read without the lock
             self._recall(goal_id)
         goal.waiters.append(waiter)
         return [RequestResult(goal_id)] if len(goal.waiters) == 1 else []
@@ -264,9 +264,9 @@ class GoalClient(Generic[WaiterT, ResultT]):
     def on_result(
         self, goal_id: GoalId, status: GoalStatus, result: ResultT
     ) -> list[ClientEffect[WaiterT, ResultT]]:
-        """Handle the result: [DeliverResult…], after [StatusChanged] if the status is new.
+        """Handle a goal's result: [StatusChanged] if the status is new, then [DeliverResult…].
 
-        A status of UNKNOWN means that the server no longer knows the goal.
+        A status of UNKNOWN means that the server does not know the goal any more.
         """
         goal = self.active.get(goal_id)
         if goal is None:
@@ -281,10 +281,10 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return effects
 
     def on_result_failed(self, goal_id: GoalId, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
-        """Handle the failure of the request for the result: [FailResult…].
+        """Handle the failure of a get_result request: [FailResult…].
 
-        The goal itself may go on. But if its server was killed, no message tells its end, so it goes to
-        `ended`.
+        The goal itself may go on. But if its server was killed, no message tells the goal's end, so the goal
+        goes to `ended`.
         """
         goal = self.active.get(goal_id)
         if goal is None:
@@ -296,9 +296,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return effects
 
     def on_result_cancelled(self, goal_id: GoalId, waiter: WaiterT) -> Any:
-        """Remove a waiter. If it was the last, return the request for the result, which the
-        caller cancels.
-        """
+        """Remove a waiter. If it was the last, return the get_result request, for the caller to cancel."""
         goal = self.active.get(goal_id)
         if goal is None or waiter not in goal.waiters:
             return None
@@ -311,14 +309,14 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return request
 
     def on_close(self, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
-        """Fail all waiters, since the client goes away: [FailResult…]."""
+        """Fail all waiters, since the client is being destroyed: [FailResult…]."""
         effects = [effect for goal in self.active.values() for effect in self._fail_waiters(goal, error)]
         self.active.clear()
         self.ended.clear()
         self._lost.clear()
         return effects
 
-    # ---- what they share ----
+    # ---- helpers of the event methods ----
 
     def _advance(self, goal: ClientGoal[WaiterT], status: GoalStatus) -> list[ClientEffect[WaiterT, ResultT]]:
         # Along every path of the table the numbers of the states grow, up to the first terminal state. So a
@@ -342,7 +340,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         Only the latest REMEMBERED goals are kept there.
         """
         goal_id = goal.goal_id
-        self.ended[goal_id] = goal  # before it leaves `active`: readers without the lock always find it
+        self.ended[goal_id] = goal  # before the `del`: threads that read without the lock always find it
         del self.active[goal_id]
         if not goal.status.is_terminal:
             self._lost.add(goal_id)

@@ -1,8 +1,8 @@
 """Effects: the actions that the reactors ask of their caller. The caller performs them one by one, in
 order.
 
-`request` is the object that the caller passed in with the request which the effect answers. Ids are 16
-bytes. Times are in nanoseconds.
+An effect that answers a request names it by `request`, the object that the caller had passed in with it. Goal
+ids are 16 bytes. Times are in nanoseconds.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ WaiterT = TypeVar('WaiterT')
 
 @record
 class AskGoal:
-    """Ask the user whether the goal is accepted; answer with `on_goal_decision`."""
+    """Ask the user whether to accept a goal, and pass the decision to `on_goal_decision`."""
 
     goal_id: GoalId
 
 
 @record
 class ReplyGoal(Generic[RequestT]):
-    """Answer a send_goal request. `stamp_ns` is 0 for a goal that is not accepted."""
+    """Answer a send_goal request. `stamp_ns` is 0 if the goal is not accepted."""
 
     request: RequestT
     accepted: bool
@@ -41,7 +41,7 @@ class ReplyGoal(Generic[RequestT]):
 
 @record
 class Accepted:
-    """Hand the goal to the user's handle_accepted callback, which may execute it at once or later."""
+    """Hand an accepted goal to the user's handle_accepted callback, which may execute it at once or later."""
 
     goal_id: GoalId
 
@@ -50,8 +50,8 @@ class Accepted:
 class Execute:
     """Start the user's execute callback, and pass its return value to `on_result`.
 
-    Under a policy this may be an effect of the end of another goal. `execution` is the object that the caller
-    passed to `on_execute`.
+    Under a policy that lets goals wait, the end of another goal may have this effect. `execution` is the
+    object that the caller passed to `on_execute`.
     """
 
     goal_id: GoalId
@@ -60,14 +60,14 @@ class Execute:
 
 @record
 class StoppedByServer:
-    """Tell the program that the server itself has made the goal CANCELING or ABORTED, without a request."""
+    """Tell the program that the server has made a goal CANCELING or ABORTED without a client's request."""
 
     goal_id: GoalId
 
 
 @record
 class AskCancel:
-    """Ask the user whether the goal is to be cancelled; answer with `on_cancel_decision`."""
+    """Ask the user whether to cancel a goal, and pass the decision to `on_cancel_decision`."""
 
     cancellation: int
     goal_id: GoalId
@@ -86,7 +86,7 @@ class ReplyCancel(Generic[RequestT]):
 
 @record
 class ReplyResult(Generic[RequestT, ResultT]):
-    """Answer a get_result request; a `result` of None stands for the type's default."""
+    """Answer a get_result request. If `result` is None, the answer has the result type's default."""
 
     request: RequestT
     status: GoalStatus
@@ -95,7 +95,7 @@ class ReplyResult(Generic[RequestT, ResultT]):
 
 @record
 class KeepResult(Generic[RequestT, ResultT]):
-    """Write the end of a goal into the server's journal; then answer the requests for its result.
+    """Write a goal's final status and result into the server's journal, then answer `requests` for it.
 
     Only servers with a journal have this effect, in place of ReplyResult.
     """
@@ -108,7 +108,7 @@ class KeepResult(Generic[RequestT, ResultT]):
 
 @record
 class FindResult(Generic[RequestT]):
-    """Answer a get_result request from the server's journal: the goal has ended, or is unknown here."""
+    """Answer a get_result request from the journal: the goal has ended, or this process does not know it."""
 
     request: RequestT
     goal_id: GoalId
@@ -116,19 +116,22 @@ class FindResult(Generic[RequestT]):
 
 @record
 class PublishStatus:
-    """Publish the result of `take_status()`, unless it is None: then an earlier array told every change."""
+    """Publish the status array that `take_status()` returns.
+
+    If it returns None, an earlier array had every change.
+    """
 
 
 @record
 class AssumedAborted:
-    """Warn that the execute callback set no terminal state."""
+    """Warn that the goal was aborted because its execute callback has set no terminal state."""
 
     goal_id: GoalId
 
 
 @record
 class WakeAt:
-    """Call `on_time` at `time_ns`; replaces an earlier WakeAt."""
+    """Call `on_time` at `time_ns`. This replaces an earlier WakeAt."""
 
     time_ns: int
 
@@ -155,7 +158,10 @@ ServerEffects: TypeAlias = list[ServerEffect[RequestT, ResultT]]
 
 @record
 class GoalAccepted:
-    """Tell the sender that its goal was accepted. `status` is the latest status from the status topic."""
+    """Tell the goal's sender that it was accepted.
+
+    `status` is the goal's latest status from the status topic.
+    """
 
     goal_id: GoalId
     status: GoalStatus
@@ -163,21 +169,21 @@ class GoalAccepted:
 
 @record
 class GoalRejected:
-    """Tell the sender that its goal was refused."""
+    """Tell the goal's sender that the goal was refused."""
 
     goal_id: GoalId
 
 
 @record
 class UnexpectedReply:
-    """Warn of an answer to a goal that awaits none. There may be more than one server of the action."""
+    """Warn of an answer to a goal that awaits no answer. The action may have more than one server."""
 
     goal_id: GoalId
 
 
 @record
 class StatusChanged:
-    """A goal has another status."""
+    """Note that a goal has another status."""
 
     goal_id: GoalId
     status: GoalStatus
@@ -192,7 +198,7 @@ class RequestResult:
 
 @record
 class DeliverResult(Generic[WaiterT, ResultT]):
-    """Complete a waiter with the result."""
+    """Complete a waiter with the goal's result."""
 
     waiter: WaiterT
     status: GoalStatus

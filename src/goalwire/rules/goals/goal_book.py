@@ -1,7 +1,7 @@
 """The goals that an action server holds, and the one place where their states change.
 
-The reactor (server.py) decides what happens to a goal. This module keeps the record of it, the serialised
-array of all statuses, the counters, and the results until they expire.
+The reactor (server.py) decides what happens to a goal. This module keeps a record of each goal, the
+serialised array of all statuses, the counters, and the results until they expire.
 """
 
 from __future__ import annotations
@@ -23,9 +23,7 @@ RESULT_TIMEOUT_NS = 10_000_000_000
 
 
 class ServerGoal(Generic[RequestT, ResultT]):
-    """One goal of a server. Only the reactor changes it. A user's handle may refer to it after
-    its removal.
-    """
+    """The server's record of one goal. Only the reactor changes it. Goal handles may outlive its removal."""
 
     __slots__ = (
         'client',
@@ -69,7 +67,7 @@ class ServerGoal(Generic[RequestT, ResultT]):
 
 @record
 class ServedGoals:
-    """The numbers of goals that a server has now, and has had so far."""
+    """How many goals a server has now, and has had so far."""
 
     deciding: int
     active: int
@@ -88,10 +86,10 @@ class ServedGoals:
 
 
 class GoalBook(Generic[RequestT, ResultT]):
-    """Every goal of one action server, from its request until its result is discarded.
+    """All goals of one action server, each from its request until its result is discarded.
 
-    A goal is discarded `result_timeout_ns` after its end. With 0 that is at once, after the waiting clients
-    got the result. With a negative value it is never discarded.
+    A goal is discarded `result_timeout_ns` after its end. With a timeout of 0 it is discarded as soon as the
+    waiting clients have got the result. With a negative timeout it is never discarded.
     """
 
     def __init__(self, result_timeout_ns: int, policy: GoalPolicy) -> None:
@@ -117,7 +115,7 @@ class GoalBook(Generic[RequestT, ResultT]):
         return GoalStatus.UNKNOWN if goal is None else goal.status
 
     def refuse(self) -> None:
-        """Count a goal that was refused."""
+        """Count a refused goal."""
         self._reached[GoalStatus.UNKNOWN] += 1
 
     def accept(self, goal: ServerGoal[RequestT, ResultT], stamp_ns: int, handle: object) -> None:
@@ -136,14 +134,15 @@ class GoalBook(Generic[RequestT, ResultT]):
 
     def abort(self, goal: ServerGoal[RequestT, ResultT]) -> None:
         """Move a goal that has not ended to ABORTED."""
-        if goal.status is GoalStatus.ACCEPTED:  # the table has no shorter path
+        if goal.status is GoalStatus.ACCEPTED:  # the table leads from ACCEPTED to ABORTED only by EXECUTING
             self.move(goal, GoalEvent.EXECUTE)
         self.move(goal, GoalEvent.ABORT)
 
     def finish(self, goal: ServerGoal[RequestT, ResultT], result: ResultT | None, now: int) -> int | None:
-        """Keep the final result, and free the goal's place.
+        """Keep a goal's final result, and free the goal's place.
 
-        Returns the time at which to call `expire`, if it is earlier than the time returned before; else None.
+        Returns the time at which to call `expire` if it is earlier than the time of every earlier result;
+        else None.
         """
         places = self.places
         places.unfinished.pop(goal.goal_id, None)
@@ -167,13 +166,14 @@ class GoalBook(Generic[RequestT, ResultT]):
             self.discard(self.goals[heappop(self.expiring)[1]])
 
     def unfollow(self, client: bytes) -> None:
-        """Note that a client has gone, so it follows no goal any longer. Its goals have a grace period."""
+        """Note that a client has gone: it is a follower of no goal any more."""
         for goal in self.places.unfinished.values():
             goal.followers.discard(client)
 
     def orphans(self, client: bytes) -> list[ServerGoal[RequestT, ResultT]]:
-        """Return the goals of a lost client that no other client follows. The others now belong to a
-        follower.
+        """Return the goals of a lost client that no other client follows.
+
+        Its other goals now belong to one of their followers.
         """
         found = []
         for goal in self.places.unfinished.values():
@@ -184,7 +184,7 @@ class GoalBook(Generic[RequestT, ResultT]):
         return found
 
     def discard(self, goal: ServerGoal[RequestT, ResultT]) -> None:
-        """Remove a goal. A handle that still refers to it then has the status UNKNOWN."""
+        """Remove a goal. A goal handle that still refers to it has the status UNKNOWN from then on."""
         del self.goals[goal.goal_id]
         self._statuses.remove(goal.goal_id)
         goal.status, goal.handle, goal.execution = GoalStatus.UNKNOWN, None, None

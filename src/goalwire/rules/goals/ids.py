@@ -26,8 +26,8 @@ def new_goal_id(random: bytes | None = None) -> GoalId:
 def read_goal_id(given: bytes | UUID) -> GoalId:
     """Return the id that a program gives as 16 bytes or as a uuid.UUID.
 
-    Raises TypeError for anything else, ValueError for another length and for sixteen zeros: a request to
-    cancel that id would cancel every goal of the server.
+    Raises TypeError for another type; ValueError for another length, and for sixteen zero bytes, since a
+    request to cancel that id would cancel every goal of the server.
     """
     if not isinstance(given, bytes):
         from uuid import UUID

@@ -1,9 +1,9 @@
-"""The journal of an action server: its settings, its memory of a goal, and the texts that tell clients of it.
+"""The journal of an action server: its settings, its record of a goal, and texts about it for clients.
 
-A server of ROS 2 forgets its goals when it ends, and ended goals after a while. Then it executes a known id
-again, and answers UNKNOWN for a goal that it has half executed. A server with a journal does neither. It
-tells its clients more than ROS 2's messages can, by the text behind a result (rules/goals/wire.py). Clients
-of ROS 2 do not see the text, and read a status that is true as well.
+An action server of ROS 2 forgets all goals when its process ends, and each ended goal after a while. Then it
+executes a goal with the same id again, and answers UNKNOWN for a goal that it has half executed. A server
+with a journal does neither. It tells its clients more than ROS 2's messages can, by a text behind the result
+(rules/goals/wire.py). Clients of ROS 2 do not see the text; the status that they read is true as well.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class GoalJournal:
 
 @record
 class KnownGoal:
-    """A goal in a journal."""
+    """The record of a goal in a journal."""
 
     status: GoalStatus
     """UNKNOWN while it is under way in this process."""
@@ -58,7 +58,10 @@ class KnownGoal:
 
 
 def read_journal(given: str | Path | GoalJournal) -> GoalJournal:
-    """Return the settings that a program gives as a path or as a GoalJournal. Raises TypeError."""
+    """Return the journal that a program gives as a path or as a GoalJournal.
+
+    Raises TypeError for other types.
+    """
     if isinstance(given, GoalJournal):
         return given
     if isinstance(given, str | PathLike):
@@ -67,10 +70,10 @@ def read_journal(given: str | Path | GoalJournal) -> GoalJournal:
 
 
 def absence_text(journal: str) -> str:
-    """Return the text behind the UNKNOWN of a server whose journal, of this id, does not have the goal."""
+    """Return the text beside the status UNKNOWN of a goal that the journal with this id does not have."""
     return _JOURNAL + journal
 
 
 def journal_in(text: str) -> str:
-    """Return the id of the journal that `absence_text` names; '' if the text is another one."""
+    """Return the journal's id in a text made by `absence_text`; '' if the text is a different one."""
     return text.removeprefix(_JOURNAL) if text.startswith(_JOURNAL) else ''

@@ -8,9 +8,9 @@
 | `queue(n)`    | 1       | n                   | is refused                 |
 | `preempt()`   | 1       | the latest          | cancels those before it    |
 
-A goal that waits is ACCEPTED; it becomes EXECUTING when its turn comes. If it is cancelled before that, it
-ends at once. A running goal keeps its place until its execute callback has returned, even if it has set its
-final state before.
+A waiting goal is ACCEPTED, and becomes EXECUTING when its turn comes. If it is cancelled while it waits, it
+ends at once. A running goal keeps its place until its execute callback has returned, even if the callback has
+set the goal's final state earlier.
 """
 
 from __future__ import annotations
@@ -25,14 +25,17 @@ if TYPE_CHECKING:
 GoalT = TypeVar('GoalT')
 
 OnClientLost: TypeAlias = Literal['keep', 'cancel', 'abort']
-"""The possible treatments of the goals of a lost client. ROS 2 keeps them."""
+"""What a server does with the goals of a lost client. ROS 2's servers keep such goals."""
 
 ON_CLIENT_LOST: tuple[str, ...] = get_args(OnClientLost)
 
 
 @record
 class GoalPolicy:
-    """A policy, made by the functions below. Raises TypeError for non-numbers, ValueError for bad numbers."""
+    """A goal policy, made by `parallel`, `single`, `preempt` or `queue`.
+
+    Raises TypeError for numbers of another type, ValueError for numbers out of range.
+    """
 
     at_once: int | None = None
     """The most goals that run at a time; None: any number."""
@@ -52,7 +55,7 @@ class GoalPolicy:
 
 
 def check_policies(policy: GoalPolicy, on_client_lost: OnClientLost) -> None:
-    """Raise ValueError for an unknown `on_client_lost`, TypeError for anything but a policy."""
+    """Raise TypeError if `policy` is not a GoalPolicy, ValueError for an unknown `on_client_lost`."""
     if not isinstance(policy, GoalPolicy):
         raise TypeError(f'policy is what goalwire.single(), preempt(), … return, not {policy!r}')
     if on_client_lost not in ON_CLIENT_LOST:
@@ -65,22 +68,22 @@ UNLIMITED = GoalPolicy()
 
 
 def parallel(n: int) -> GoalPolicy:
-    """Run up to `n` goals at the same time; refuse more."""
+    """Run up to `n` goals at the same time; refuse further goals."""
     return GoalPolicy(n)
 
 
 def single() -> GoalPolicy:
-    """Run one goal at a time; refuse others meanwhile."""
+    """Run one goal at a time; refuse other goals meanwhile."""
     return GoalPolicy(1)
 
 
 def preempt() -> GoalPolicy:
-    """Run the latest goal. It cancels the running goal, and starts when that has ended."""
+    """Run the latest goal: a new goal cancels the running goal, and starts when that goal has ended."""
     return GoalPolicy(1, 1, preempts=True)
 
 
 def queue(n: int) -> GoalPolicy:
-    """Run one goal after the other; up to `n` wait for their turn, more are refused."""
+    """Run one goal after the other; let up to `n` goals wait for their turn, and refuse more."""
     return GoalPolicy(1, n)
 
 
@@ -109,7 +112,7 @@ class Places(Generic[GoalT]):
         return self.policy.at_once is None or self.running < self.policy.at_once
 
     def next(self) -> GoalT | None:
-        """Take the goal whose turn it is out of the waiting goals; None if none waits, or too many run."""
+        """Remove and return the waiting goal whose turn it is; None if no goal waits, or no place is free."""
         if not self.waiting or not self.has_room:
             return None
         return self.waiting.pop(next(iter(self.waiting)))

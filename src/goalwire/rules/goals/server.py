@@ -8,13 +8,13 @@
     with a journal: ─► KeepResult at the end, FindResult for requests about goals that do not run
 
 There is one record of each goal: a ServerGoal in the server's GoalBook, from the request for the goal until
-its result is discarded. Every event advances it once. The record also holds two things for the caller, the
-goal's handle and its execution, until the goal has ended.
+its result is discarded. Every event advances the record once. For the caller, the record also holds the
+goal's handle and its execution until the goal has ended.
 
-Under a policy other than UNLIMITED, on_execute may let a goal wait for its turn. When another goal ends, the
-effects of that end come first, then [PublishStatus, Execute] of the goal whose turn it is.
+Under a policy other than UNLIMITED, on_execute may let a goal wait for its turn. When a goal ends, the
+effects of its end come first, then [PublishStatus, Execute] of the goal whose turn it is.
 
-The caller (entities/actions/server.py) holds a lock of its own, so that one method runs at a time. It appends
+The caller (entities/actions/server.py) holds its own lock, so that one method runs at a time. It appends
 the effects to one queue and performs them in order, on one thread at a time and outside the lock. So a status
 array is published before the reply that relies on it, and transitions that come together share one array.
 
@@ -61,7 +61,7 @@ _EXECUTABLE = (GoalStatus.ACCEPTED, GoalStatus.CANCELING)
 
 
 class GoalServer(Generic[RequestT, ResultT]):
-    """Decides what happens to each goal of one action server, and to each request about it."""
+    """Decides what happens to each goal of one action server, and to each request about a goal."""
 
     def __init__(
         self,
@@ -71,9 +71,10 @@ class GoalServer(Generic[RequestT, ResultT]):
         client_grace_ns: int = 0,
         journal: GoalJournal | None = None,
     ) -> None:
-        """Make a server. GoalBook explains `result_timeout_ns`; check_policies has the errors.
+        """Make a server. GoalBook explains `result_timeout_ns`. Raises the errors of `check_policies`.
 
-        The caller calls `on_client_gone` at once, and `on_client_lost` after `client_grace_ns`.
+        When a client has gone, the caller calls `on_client_gone` at once, and `on_client_lost` after
+        `client_grace_ns`.
         """
         check_policies(policy, on_client_lost)
         self._lost = on_client_lost
@@ -84,18 +85,18 @@ class GoalServer(Generic[RequestT, ResultT]):
         self._places = self._book.places
         self.policy = policy
         """The policy, which limits the goals that run at a time."""
-        # The caller may read these, but not change them.
+        # The caller may read the following attributes, but not change them.
         self.deciding, self.goals = self._book.deciding, self._book.goals
         self.status, self.take_status = self._book.status, self._book.take_status
         self.on_client_gone = self._book.unfollow
         self._cancellations: Cancellations[RequestT] = Cancellations()
         self._closed = False
 
-    # ---- what is known ----
+    # ---- questions about the goals ----
 
     @property
     def watches_clients(self) -> bool:
-        """True if on_client_lost makes a difference."""
+        """True if goals of lost clients are cancelled or aborted, so that clients must be watched."""
         return self._lost != 'keep'
 
     def statistics(self) -> ServedGoals:
@@ -107,7 +108,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_goal_request(
         self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
     ) -> ServerEffects[RequestT, ResultT]:
-        """Handle a send_goal request: [AskGoal], or [ReplyGoal] if the id or every place is taken.
+        """Handle a send_goal request: [AskGoal], or [ReplyGoal] if the id is taken or no place is free.
 
         `client` identifies the sender; on_client_lost gets the same value.
         """
@@ -124,8 +125,8 @@ class GoalServer(Generic[RequestT, ResultT]):
     ) -> ServerEffects[RequestT, ResultT]:
         """Handle the user's decision: [ReplyGoal, Accepted], or [ReplyGoal] if the goal is refused.
 
-        A callback that raised counts as a refusal. The goal is also refused if no place is left. `handle`
-        goes into the goal's record.
+        If the user's callback raised an error, pass a refusal. The goal is also refused if no place is free
+        any more. `handle` is stored in the goal's record.
         """
         goal = self.deciding.pop(goal_id, None)
         if goal is None:
@@ -147,9 +148,9 @@ class GoalServer(Generic[RequestT, ResultT]):
         """Execute a goal: [PublishStatus, Execute], or [PublishStatus] if it has to wait for its turn.
 
         `execution` comes back with Execute. Under preempt() the earlier goals are cancelled: [PublishStatus,
-        StoppedByServer]. A goal that is CANCELING keeps that state: [Execute]; if it would have to wait, it
-        ends. A goal that waits already goes on waiting: []. Raises InvalidTransition if it ran or ended
-        before.
+        StoppedByServer]. If the goal is CANCELING, it keeps this state: [Execute]; or it ends, if it would
+        have to wait. If the goal waits already, it goes on waiting: []. Raises InvalidTransition if the goal
+        was executed earlier or has ended.
         """
         goal = self.goals.get(goal_id)
         if goal is None or goal_id in self._places.waiting:
@@ -175,7 +176,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return [PublishStatus(), execute]
 
     def _preempt(self, newest: ServerGoal[RequestT, ResultT], now: int) -> ServerEffects[RequestT, ResultT]:
-        """Cancel every other goal that runs, or waits for its turn."""
+        """Cancel every other goal that runs or waits for its turn, since `newest` preempts them."""
         effects: ServerEffects[RequestT, ResultT] = []
         for goal in list(self._places.unfinished.values()):
             if goal is not newest and (goal.started or goal.goal_id in self._places.waiting):
@@ -185,7 +186,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_event(self, goal_id: GoalId, event: GoalEvent, now: int) -> ServerEffects[RequestT, ResultT]:
         """End a goal by the user's SUCCEED, ABORT or CANCELED: [PublishStatus].
 
-        The result follows by `on_result`. A goal that was never executed has no result to come, so it gets
+        The result follows by `on_result`. A goal that was never executed will not return a result, so it gets
         the default result: [PublishStatus, ReplyResult…, WakeAt]. Raises InvalidTransition.
         """
         goal = self.goals.get(goal_id)
@@ -216,7 +217,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_cancel_request(
         self, goal_id: GoalId, stamp_ns: int, request: RequestT, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """Handle a cancel_goal request: [AskCancel…], one for each goal, or [ReplyCancel] without a goal."""
+        """Handle a cancel_goal request: [AskCancel…], one for each goal, or [ReplyCancel] if no goal fits."""
         if self._book.expiring:
             self._book.expire(now)
         code, chosen = choose(self.goals, goal_id, stamp_ns)
@@ -229,11 +230,12 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_cancel_decision(
         self, cancellation: int, goal_id: GoalId, accepted: bool, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """Handle the user's decision about one goal. A callback that raised counts as a refusal.
+        """Handle the user's decision about cancelling one goal.
 
-        An accepted cancellation makes the goal CANCELING at once, or CANCELED if it waits for its turn:
-        [PublishStatus, ReplyResult…, WakeAt]. The last decision of the request adds [PublishStatus,
-        ReplyCancel], or [ReplyCancel] if no goal is cancelled.
+        If the user's callback raised an error, pass a refusal. An accepted cancellation makes the goal
+        CANCELING at once, or CANCELED if it waits for its turn: [PublishStatus, ReplyResult…, WakeAt]. The
+        last decision of the request adds [PublishStatus, ReplyCancel], or [ReplyCancel] if no goal is
+        cancelled.
         """
         open_one = self._cancellations.take_decision(cancellation, goal_id)
         if open_one is None:
@@ -255,7 +257,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return [*([PublishStatus()] if granted else []), ReplyCancel(done.request, done.code, granted)]
 
     def _cancel(self, goal: ServerGoal[RequestT, ResultT], now: int) -> ServerEffects[RequestT, ResultT]:
-        """Cancel a goal without a client's request. Does nothing if it is being cancelled already."""
+        """Cancel a goal without a client's request. Does nothing if the goal is being cancelled already."""
         if not goal.status.is_cancelable:
             return []
         self._book.move(goal, GoalEvent.CANCEL_GOAL)
@@ -271,10 +273,10 @@ class GoalServer(Generic[RequestT, ResultT]):
     # ---- clients ----
 
     def on_client_lost(self, client: bytes, now: int) -> ServerEffects[RequestT, ResultT]:
-        """Keep, cancel or abort the goals of a client that has gone.
+        """Keep, cancel or abort the goals of a client that has gone, as the server's setting says.
 
-        Goals that the user has not decided about are refused: [ReplyGoal…]. The others give [PublishStatus,
-        StoppedByServer…], or the effects of their end if they do not run.
+        Goals that the user has not decided about are refused: [ReplyGoal…]. For the other goals:
+        [PublishStatus, StoppedByServer…], or the effects of their end if they do not run.
         """
         effects: ServerEffects[RequestT, ResultT] = []
         if self._lost == 'keep':
@@ -288,7 +290,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return effects
 
     def _abort(self, goal: ServerGoal[RequestT, ResultT], now: int) -> ServerEffects[RequestT, ResultT]:
-        """Abort a goal in any active state. Does nothing if it has ended."""
+        """Abort a goal in any active state. Does nothing if the goal has ended."""
         if goal.status.is_terminal:
             return []
         self._book.abort(goal)
@@ -301,7 +303,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_result_request(
         self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
     ) -> ServerEffects[RequestT, ResultT]:
-        """Handle a get_result request of `client`: [ReplyResult] or [FindResult] if it has ended, else []."""
+        """Handle a get_result request: [ReplyResult] or [FindResult] if the goal has ended, else []."""
         if self._book.expiring:
             self._book.expire(now)
         goal = self.goals.get(goal_id)
@@ -317,7 +319,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return []
 
     def on_time(self, now: int) -> ServerEffects[RequestT, ResultT]:
-        """Discard the expired results at the time of a WakeAt; [WakeAt] if other results are left."""
+        """Discard the results that have expired when a WakeAt is due: [WakeAt] if other results are left."""
         book = self._book
         book.expire(now)
         return [WakeAt(book.expiring[0][0])] if book.expiring else []
@@ -325,7 +327,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     # ---- the end ----
 
     def on_close(self) -> ServerEffects[RequestT, ResultT]:
-        """Answer every open request and abort every active goal, since the server goes away.
+        """Answer every open request and abort every active goal, since the server is being destroyed.
 
         [ReplyGoal…, (PublishStatus,) ReplyCancel…, PublishStatus, ReplyResult…]. Later goals are refused.
         """
@@ -365,7 +367,7 @@ class GoalServer(Generic[RequestT, ResultT]):
 def _tell_result(
     goal: ServerGoal[RequestT, ResultT], result: ResultT | None, journal: GoalJournal | None
 ) -> ServerEffects[RequestT, ResultT]:
-    """Answer the requests that wait for a goal's result, after it is in the journal if there is one."""
+    """Answer the requests that wait for a goal's result; with a journal, write the result there first."""
     requests = tuple(goal.waiting)
     goal.waiting.clear()
     if journal is not None:

@@ -1,4 +1,4 @@
-"""A client's view of an action's server, which shows whether the server has changed since."""
+"""A client's view of an action's server: two views show whether the server has changed between them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _NO_GOALS = bytes(4)
 
 @record
 class ServerView:
-    """A client's view of an action's server."""
+    """What a client sees of an action's server at one moment."""
 
     servers: frozenset[str]
     """The gids of the action's servers. A server has another gid after a restart."""
@@ -21,7 +21,7 @@ class ServerView:
 
 
 def hash_of_statuses(payload: bytes) -> str:
-    """Return the hash of a status array in CDR; '' if there is none, or if it names no goal."""
+    """Return the hash of a status array in CDR; '' if there is no array, or if it names no goal."""
     if len(payload) < 8 or payload[4:8] == _NO_GOALS:
         return ''
     return sha256(payload).hexdigest()[:16]

@@ -1,8 +1,8 @@
 """The status array that a server publishes: every goal it retains, in the order of acceptance.
 
 Its payload is CDR (action_msgs/msg/GoalStatusArray, little endian): a length, then per goal 16 bytes of id,
-the stamp's int32 seconds and uint32 nanoseconds, one byte of status. The stamp is aligned to 4. So every
-entry but the first has three bytes of padding behind its id and is 28 bytes long.
+the stamp's int32 seconds and uint32 nanoseconds, one byte of status. The stamp is aligned to 4 bytes. So
+every entry but the first has three bytes of padding between id and stamp, and is 28 bytes long.
 
 An array is sent with every transition. With thousands of goals, a loop over all of them would take most of
 the time of a transition (0.4 ms for 1000). So neither side loops: the server changes single bytes of the
@@ -43,7 +43,7 @@ _FEW = 16
 
 
 class StatusArray:
-    """The entries of the retained goals, with a mark of those that have changed since the last `take`."""
+    """The entries of the retained goals, and which of them have changed since the last `take`."""
 
     def __init__(self) -> None:
         self._entries = bytearray()
@@ -77,14 +77,14 @@ class StatusArray:
         self._untaken.add(goal_id)
 
     def remove(self, goal_id: GoalId) -> None:
-        """Remove a goal that has ended, but only after one `take` has told its end."""
+        """Remove a goal that has ended, but not before a `take` has returned its final status."""
         if goal_id in self._untaken:
             self._leaving.add(goal_id)
         else:
             self._delete(goal_id)
 
     def take(self) -> bytes | None:
-        """Return the payload to publish; None if nothing has changed since the last one."""
+        """Return the payload to publish; None if no entry has changed since the last `take`."""
         if not self._untaken:
             return None
         payload = self.encode()
@@ -108,7 +108,7 @@ class StatusArray:
 
 
 def decode_status_array(payload: bytes) -> list[tuple[GoalId, GoalStatus]]:
-    """Read a published status array of either byte order, without its stamps.
+    """Return the ids and statuses in a published status array of either byte order.
 
     Raises RemoteError for a payload of the wrong length or a status that ROS 2 does not know.
     """
@@ -121,14 +121,17 @@ def decode_status_array(payload: bytes) -> list[tuple[GoalId, GoalStatus]]:
 
 
 def statuses_of(goals: Collection[GoalId], payload: bytes) -> list[tuple[GoalId, GoalStatus]]:
-    """Read the statuses of these goals only, in the order of the array. Raises like decode_status_array."""
+    """Read the statuses of `goals` only, in the order of the array.
+
+    Raises the errors of decode_status_array.
+    """
     if len(goals) > _FEW:
         return [entry for entry in decode_status_array(payload) if entry[0] in goals]
     end = _START + _ENTRY * _count_entries(payload)
     found: dict[int, tuple[GoalId, GoalStatus]] = {}
     for goal_id in goals:
-        at = payload.rfind(goal_id, _PREFIX, end)  # the latest come last, so look from there
-        while at > _PREFIX and (at - _START) % _ENTRY:  # bytes of two entries that happen to look like an id
+        at = payload.rfind(goal_id, _PREFIX, end)  # the latest goals are at the end
+        while at > _PREFIX and (at - _START) % _ENTRY:  # a match across two entries is not an id
             at = payload.rfind(goal_id, _PREFIX, at + ID_LENGTH - 1)
         if at >= 0:
             start = _START if at == _PREFIX else at

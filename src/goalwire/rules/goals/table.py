@@ -1,5 +1,4 @@
-"""The life of a goal: one table of transitions, which the server, the client, the documents and the tests
-use.
+"""The states of a goal: one table of transitions, which the server, the client, the docs and the tests use.
 
     ACCEPTED ──EXECUTE──► EXECUTING ──SUCCEED──► SUCCEEDED
         │                  │     └────ABORT────► ABORTED
@@ -9,8 +8,8 @@ use.
                            │ └───────SUCCEED───► SUCCEEDED
                            └─────────ABORT─────► ABORTED
 
-ACCEPTED, EXECUTING and CANCELING are active. The other three are terminal: a goal stays in them. The numbers
-are those of action_msgs/msg/GoalStatus and rcl_action_goal_event_t.
+ACCEPTED, EXECUTING and CANCELING are active. The other three states are terminal: a goal stays in them. The
+numbers are those of action_msgs/msg/GoalStatus and rcl_action_goal_event_t.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class GoalStatus(IntEnum):
-    """The state of a goal. UNKNOWN: the goal was not accepted yet, or is not known any more."""
+    """The state of a goal. UNKNOWN means that the goal was not accepted yet, or is not known any more."""
 
     UNKNOWN = 0
     ACCEPTED = 1

@@ -1,7 +1,8 @@
 """The payloads of an action whose layout does not depend on the action's type (CDR, action_msgs).
 
-A goal id is sixteen plain bytes at the beginning, so the data after it have the same alignment as without it.
-So a goal or a feedback is cut out of its wrapper, or put into it, without decoding it.
+A goal id is sixteen plain bytes at the beginning of a payload, so the data after the id have the same
+alignment as without the id. So a serialized goal or feedback is cut out of its wrapper message, or put into
+it, without being decoded.
 """
 
 from __future__ import annotations
@@ -46,12 +47,12 @@ def unwrap(payload: Payload) -> tuple[GoalId, bytes]:
 
 
 def wrap(goal_id: GoalId, message: bytes) -> bytes:
-    """Put a goal id before a serialized goal or feedback."""
+    """Put a goal id before a serialized goal or feedback, behind the CDR header."""
     return message[:_START] + goal_id + message[_START:]
 
 
 def goal_id_of(payload: Payload) -> GoalId:
-    """Return the goal id that a payload begins with; raises RemoteError for one too short."""
+    """Return the goal id that a payload begins with; raises RemoteError for a payload that is too short."""
     if len(payload) < _INNER:
         raise RemoteError(f'a goal id takes {_INNER} bytes of payload, got {len(payload)}')
     return bytes(payload[_START:_INNER])
@@ -68,12 +69,12 @@ def encode_acceptance(accepted: bool, stamp_ns: int) -> bytes:
 
 
 def is_acceptance(payload: Payload) -> bool:
-    """Tell whether a send_goal reply accepts the goal. A reply that is too short does not."""
+    """Tell whether a send_goal reply accepts the goal. A reply that is too short counts as a refusal."""
     return len(payload) > _START and payload[_START] != 0
 
 
 def status_of(payload: Payload) -> GoalStatus:
-    """Read the status that a get_result reply begins with; UNKNOWN if ROS 2 has no such number."""
+    """Read the status that a get_result reply begins with; UNKNOWN for a number without a meaning."""
     try:
         return _STATUSES[payload[_START]]
     except IndexError:
@@ -81,7 +82,7 @@ def status_of(payload: Payload) -> GoalStatus:
 
 
 def with_status(payload: bytes, status: GoalStatus) -> bytes:
-    """Return a get_result reply with another status."""
+    """Return a copy of a get_result reply with another status."""
     return payload[:_START] + bytes((status,)) + payload[_START + 1 :]
 
 
@@ -115,7 +116,7 @@ def encode_cancel_request(goal_id: GoalId, stamp_ns: int = 0) -> bytes:
 
 
 def decode_cancel_request(payload: Payload) -> tuple[GoalId, int]:
-    """Return id and stamp (ns) of a cancel_goal request; raises RemoteError for one too short."""
+    """Return id and stamp (ns) of a cancel_goal request; raises RemoteError if the request is too short."""
     goal_id = goal_id_of(payload)
     try:
         seconds, nanoseconds = _STAMP[payload[1] & 1].unpack_from(payload, _INNER)

@@ -11,7 +11,7 @@ from uuid import UUID, uuid5
 from goalwire.records import record
 
 Json: TypeAlias = 'Mapping[str, Json] | Sequence[Json] | str | int | float | bool | None'
-"""A value that a journal stores as JSON text."""
+"""A value that a mission's journal stores as JSON text."""
 
 
 class MissionState(StrEnum):
@@ -55,7 +55,7 @@ _FOR_PEOPLE = {
 
 
 class Decision(StrEnum):
-    """The decision of a person, or of a mission's `if_lost`, about a step that may have happened."""
+    """A decision about a step that may have happened, made by a person or by a mission's `if_lost`."""
 
     DONE = 'done'
     """The step has happened: the mission goes on, with an empty result."""
@@ -99,7 +99,7 @@ class Entry:
 
 @record
 class StepKey:
-    """The action that a mission's code requests at one step, with a hash of its arguments."""
+    """The kind and target of a mission's step, with a hash of its arguments."""
 
     kind: str
     """'goal', 'call', 'wait', 'sleep', 'approve', 'run', …"""
@@ -127,9 +127,9 @@ def digest_of(*parts: bytes | str) -> str:
 
 
 def goal_id_of(journal: str, mission: str, step: int, attempt: int) -> UUID:
-    """Return the id of a step's goal. It is the same at each call, and no other goal has it.
+    """Return the id of a step's goal: always the same id for the same arguments, and another for others.
 
     `journal` is the UUID of the journal's file. So a server that still knows the goals of an earlier journal
-    does not take a new mission's goals for them. Each decision 'again' increments `attempt`.
+    does not confuse a new mission's goals with them. Each decision 'again' increments `attempt`.
     """
     return uuid5(UUID(journal), f'{mission}\0{step}\0{attempt}')

@@ -1,6 +1,6 @@
 """Decides whether a mission may go on by itself after its runner was away.
 
-The return of power must not be enough to start a machine.
+A machine must not start to move just because its power has returned.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Resume = Literal['ask', 'auto']
 
 @record
 class Sighting:
-    """A time at which a runner was alive: the boot id of its machine, and the machine's steady clock in s."""
+    """A moment at which a runner was alive: its machine's boot id, and the time of its steady clock in s."""
 
     boot: str
     steady: float

@@ -1,7 +1,7 @@
 """Replays a mission: its code runs again, and each step that is in the journal returns its recorded outcome.
 
-A mission does its steps one after the other, so the number of a step identifies it. The code has to request
-the same steps in the same order, with the same arguments. If it requests another step, the code was changed,
+A mission does its steps one after the other, so a step's number identifies the step. The code has to request
+the same steps in the same order, with the same arguments. If the code requests another step, it was changed,
 or it depends on data outside the journal, such as the time. Then goalwire guesses nothing: the mission is
 stuck until a person has looked at it.
 """
@@ -15,9 +15,10 @@ from goalwire.rules.missions.entries import Entry, EntryKind, StepKey
 
 
 class DoesNotFit(BaseException):
-    """The code does not fit the journal; the text names the step and both sides.
+    """An error if a mission's code does not fit its journal; the text names the step, and what each side has.
 
-    It does not derive from Exception, so a mission's `except Exception` does not take it for a failed step.
+    The class does not derive from Exception, so a mission's `except Exception` does not catch it as a failed
+    step.
     """
 
 
@@ -42,7 +43,7 @@ class StepHistory:
         return next((entry for entry in self.entries if entry.kind is EntryKind.ENDED), None)
 
     def since_intent(self, kind: EntryKind) -> Entry | None:
-        """Return the newest entry of a kind after the newest intent; None if there is none."""
+        """Return the newest entry of a kind after the newest intent; None if there is no such entry."""
         for entry in reversed(self.entries):
             if entry.kind is kind:
                 return entry
@@ -57,7 +58,7 @@ class StepHistory:
 
 
 class Replay:
-    """A position in a journal. Each step that the mission's code requests moves it forward."""
+    """A position in a journal. Each step that the mission's code requests moves the position forward."""
 
     def __init__(self, entries: Iterable[Entry]) -> None:
         self._steps: dict[int, list[Entry]] = {}
@@ -68,12 +69,12 @@ class Replay:
 
     @property
     def is_over(self) -> bool:
-        """True if the journal has no outcome of the next step: from here on the steps really happen."""
+        """True if the journal has no outcome of the next step: now steps are carried out, not replayed."""
         recorded = self._steps.get(self._next)
         return recorded is None or not any(entry.kind is EntryKind.ENDED for entry in recorded)
 
     def begin(self, key: StepKey) -> StepHistory:
-        """Return the history of the step that the code requests now. Raises DoesNotFit."""
+        """Return the journal's entries of the step that the code requests now. Raises DoesNotFit."""
         number = self._next
         recorded = tuple(self._steps.get(number, ()))
         if recorded:
@@ -82,14 +83,14 @@ class Replay:
         return StepHistory(number, key, recorded)
 
     def finish(self) -> None:
-        """Check the journal at the end of the code. Raises DoesNotFit if it has further steps."""
+        """Check the journal when the code has ended. Raises DoesNotFit if the journal has further steps."""
         if self._next in self._steps:
             left = _key_of(self._steps[self._next][0])
             raise DoesNotFit(f'step {self._next + 1} was {left}, and the code ends before it')
 
 
 def check_key(number: int, recorded: StepKey, asked: StepKey) -> None:
-    """Raise DoesNotFit unless the code requests the step that is in the journal."""
+    """Raise DoesNotFit unless the step that the code requests is the one in the journal."""
     if recorded == asked:
         return
     step = f'step {number + 1}'

@@ -1,8 +1,8 @@
-"""Judges whether a goal that its server does not know never arrived, or was forgotten.
+"""Judges whether a goal that is unknown to its server never arrived there, or was forgotten by it.
 
-The server itself does not tell these apart. But every goal that ends changes the server's status array, and a
-server keeps results for a while. So the array from before the sending is compared with the present one. The
-rules and their sources (rcl, rclpy, rclcpp) are in docs/explanation/missions.md.
+The server gives the same answer in both cases. But every goal that ends changes the server's status array,
+and a server keeps results for a while. So the array from before the goal was sent is compared with the
+present array. The rules and their sources (rcl, rclpy, rclcpp) are in docs/explanation/missions.md.
 """
 
 from __future__ import annotations
@@ -33,9 +33,10 @@ def judge(
 ) -> tuple[Whereabouts, str]:
     """Return the fate of a goal that the server does not know, and the reason in a sentence.
 
-    `sent` is the view of the server just before the goal was sent. All times are in s. `listened`: the time
-    for which this client has heard the server. `age`: the time since the sending, by a clock that does not
-    jump; None if the machine was restarted since. `kept`: the time for which the server keeps results.
+    `sent` is the view of the server just before the goal was sent, `now` the present view. All times are in
+    s. `listened`: the time for which this client has heard the server. `age`: the time since the goal was
+    sent, by a clock that does not jump; None if the machine was restarted meanwhile. `kept`: the time for
+    which the server keeps results.
     """
     if sent is None or not sent.servers or sent.servers != now.servers:
         return Whereabouts.LOST, 'the server was restarted since, and has forgotten its goals'

@@ -7,7 +7,7 @@ from goalwire.records import record
 
 @record
 class ActionNames:
-    """The names of the action `name` on the wire. They are remapped one by one, as in ROS 2."""
+    """The names of the action `name` on the wire. Each name is remapped separately, as in ROS 2."""
 
     name: str
 

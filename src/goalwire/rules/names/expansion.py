@@ -1,4 +1,4 @@
-"""Expands names as users write them to fully qualified names (rcl_expand_topic_name)."""
+"""Expands the names that users write to fully qualified names (rcl_expand_topic_name)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def join(namespace: str, name: str) -> str:
 
 
 def absolute_namespace(namespace: str) -> str:
-    """Return a namespace with a `/` in front, as nodes use it."""
+    """Return a namespace with a `/` in front, the form that nodes use."""
     return namespace if namespace.startswith('/') else f'/{namespace}'
 
 
@@ -30,8 +30,8 @@ def expand_topic_name(name: str, node_name: str, namespace: str, *, is_service: 
     """Return the absolute name that `name` stands for in the node `node_name` in `namespace`.
 
     Raises InvalidName for a name, node name or namespace that ROS 2 forbids, and for an unknown substitution.
-    The result may still break the rules of full names, such as `a//b`. `qualify_topic_name` checks these,
-    too.
+    The result may still break the rules of full names, as `/a//b` does. `qualify_topic_name` checks these
+    rules, too.
     """
     validate_topic_name(name, is_service=is_service)
     validate_node_name(node_name)

@@ -38,11 +38,11 @@ class Lexeme(IntEnum):
 class RuleSyntaxError(LocalError, ValueError):
     """An error for a rule on the command line that does not parse. The text is ROS 2's own.
 
-    Programs get another error, about arguments or a parameter file, that quotes this text.
+    Programs get a different error, about arguments or a parameter file, which quotes this text.
     """
 
 
-# The first alternative that matches wins; a token has no two underscores in a row.
+# The first pattern that matches wins. A token does not contain two underscores in a row.
 _PATTERNS = {
     Lexeme.URL_SERVICE: r'rosservice://',
     Lexeme.URL_TOPIC: r'rostopic://',
@@ -81,7 +81,7 @@ class Lexer:
         return first, second
 
     def accept(self, kinds: Container[Lexeme]) -> str:
-        """Consume the next lexeme and return its text, if it is of one of `kinds`; else return ''."""
+        """If the next lexeme is of one of `kinds`, consume it and return its text; else return ''."""
         kind, end = self._next()
         if kind not in kinds:
             return ''
@@ -89,7 +89,7 @@ class Lexer:
         return text
 
     def expect(self, kind: Lexeme) -> str:
-        """Consume a lexeme of this `kind` and return its text; raises RuleSyntaxError for another kind."""
+        """Consume the next lexeme and return its text; raises RuleSyntaxError if it is not of this `kind`."""
         found, end = self._next()
         if found is not kind:
             ended = found in {Lexeme.NONE, Lexeme.EOF}
@@ -99,7 +99,7 @@ class Lexer:
         return text
 
     def rest(self) -> str:
-        """Return the unread rest of the text."""
+        """Return the part of the text that has not been read."""
         return self.text[self.index :]
 
     def _next(self) -> tuple[Lexeme, int]:
@@ -112,7 +112,10 @@ class Lexer:
 
 
 def node_prefix(lexer: Lexer) -> str | None:
-    """Consume the prefix `node:`, which limits a rule to one node; None if there is none."""
+    """Consume the prefix `node:`, which limits a rule to one node, and return the node's name.
+
+    Returns None if the text has no such prefix.
+    """
     if lexer.peek_two() != (Lexeme.TOKEN, Lexeme.COLON):
         return None
     name = lexer.expect(Lexeme.TOKEN)

@@ -1,7 +1,7 @@
 """Remap rules: `from:=to`, `node:from:=to`, `__node:=name`, `__ns:=/namespace` (rcl/remap.h).
 
-The first rule that matches wins, and its result is not remapped again. A node's name is remapped first. The
-rules for its namespace, topics and services are then chosen by the new name.
+The first rule that matches wins, and its result is not remapped again. A node's name is remapped first. Rules
+with the prefix `node:` for namespaces, topics and services then apply to the node with this new name.
 """
 
 from __future__ import annotations
@@ -28,7 +28,10 @@ class Remaps(Flag):
 
 @record
 class RemapRule:
-    """One rule. `match` is '' for nodes and namespaces. `node` limits the rule to the node of that name."""
+    """A remap rule.
+
+    `match` is '' in rules for node names and namespaces. `node` limits the rule to the node of that name.
+    """
 
     remaps: Remaps
     match: str
@@ -37,7 +40,7 @@ class RemapRule:
 
 
 class RemapRules:
-    """The rules for one node. Its own rules come before those of the process."""
+    """The remap rules for one node. The node's own rules come before those of the process."""
 
     def __init__(self, rules: Iterable[RemapRule] = ()) -> None:
         self._rules = tuple(rules)
@@ -47,7 +50,7 @@ class RemapRules:
         return self._whole(Remaps.NODE, name) or name
 
     def namespace(self, namespace: str, node_name: str) -> str:
-        """Return the namespace for the node with the (already remapped) name `node_name`."""
+        """Return the namespace of the node whose name, already remapped, is `node_name`."""
         return self._whole(Remaps.NAMESPACE, node_name) or namespace
 
     def topic(self, full_name: str, node_name: str, namespace: str) -> str:
@@ -72,7 +75,7 @@ class RemapRules:
 
 
 def parse_remap_rule(text: str) -> RemapRule:
-    """Read one rule; raises RuleSyntaxError with ROS 2's text."""
+    """Read one remap rule; raises RuleSyntaxError with ROS 2's text."""
     lexer = Lexer(text)
     node = node_prefix(lexer)
     kind = lexer.peek()

@@ -1,4 +1,4 @@
-"""The robots of a fleet: each has all its nodes and names below a namespace of its own.
+"""The robots of a fleet: each robot has all its nodes and names below its own namespace.
 
 The first part of a namespace is the robot's name: a node in /alpha/arm belongs to the robot 'alpha'. A node
 in the namespace / belongs to no robot.
@@ -25,14 +25,14 @@ def robot_of(namespace: str) -> str:
 
 
 def name_below(robot: str, name: str) -> str:
-    """Return the full name of a relative name on a robot; an absolute name stays as it is."""
+    """Return the full name that a relative name has on a robot; an absolute name is returned unchanged."""
     return name if name.startswith('/') else join(f'/{robot}', name)
 
 
 def check_pattern(text: str, *, is_name: bool = False) -> str:
-    """Return a robot's name, or a pattern of names ('*' stands for any text), without slashes in front.
+    """Return a robot's name, or a pattern of names ('*' stands for any text), without outer slashes.
 
-    Raises ValueError for other texts, and with `is_name` for an asterisk.
+    Raises ValueError for a text that is neither; if `is_name` is true, also for a pattern.
     """
     pattern = text.strip('/')
     if _PATTERN.fullmatch(pattern) is None or (is_name and '*' in pattern):
@@ -46,7 +46,7 @@ def check_pattern(text: str, *, is_name: bool = False) -> str:
 
 @record
 class RobotView:
-    """The robots that somebody looks at."""
+    """A choice of robots, for example those that a page of the console shows."""
 
     patterns: tuple[str, ...]
     """Names, or patterns of names, of robots."""
@@ -54,16 +54,19 @@ class RobotView:
     """True to see nodes without their endpoints."""
 
     def covers(self, namespace: str) -> bool:
-        """Return whether a node in this namespace is seen."""
+        """Return whether the view contains the nodes in this namespace."""
         return self.has(robot_of(namespace))
 
     def has(self, robot: str) -> bool:
-        """Return whether a robot is seen."""
+        """Return whether the view contains a robot."""
         return bool(robot) and any(fnmatchcase(robot, pattern) for pattern in self.patterns)
 
 
 def view_of(patterns: str | Iterable[str], *, nodes_only: bool = False) -> RobotView:
-    """Return the view of one pattern or several. Raises ValueError, also if there is none."""
+    """Return the view of one or several patterns.
+
+    Raises ValueError for a bad pattern, or without patterns.
+    """
     given = (patterns,) if isinstance(patterns, str) else tuple(patterns)
     if not given:
         raise ValueError("no robots are named: '*' stands for all")

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 MAX_NODE_NAME = 255
 MAX_NAMESPACE = 245
 MAX_TOPIC_NAME = 247
-"""rmw leaves room in DDS's 255 characters for prefixes such as `rq/` and `rr/`."""
+"""The longest topic name: of DDS's 255 characters, rmw reserves 8 for prefixes such as `rq/`."""
 
-_LONGEST_KEPT = 1000  # characters of a name whose judgement is kept
+_LONGEST_KEPT = 1000  # the most characters of a name whose validation is cached
 _DIGITS = frozenset('0123456789')
 _NOT_NODE = Pattern(r'[^A-Za-z0-9_]')
 _NOT_FULL = Pattern(r'[^A-Za-z0-9_/]')
@@ -39,9 +39,9 @@ Fault = tuple[str, int]
 
 
 class InvalidName(LocalError, ValueError):
-    """An error for a name that ROS 2 forbids, with ROS 2's `reason` and the `index` of the fault.
+    """An error for a name that ROS 2 forbids, with ROS 2's text `reason` and the fault's `index` in the name.
 
-    Programs get the error of rclpy instead: a NameValidationException or a TopicExpansionError.
+    Programs get rclpy's error in its place: a NameValidationException or a TopicExpansionError.
     """
 
     def __init__(self, kind: str, name: str, reason: str, index: int) -> None:
@@ -57,7 +57,7 @@ class UnknownSubstitution(InvalidName):
 
 
 def validate_node_name(name: str) -> None:
-    """Raise InvalidName unless `name` may name a node."""
+    """Raise InvalidName unless `name` is a valid node name."""
     _raise_first('node name', name, _node_faults)
 
 
@@ -67,12 +67,12 @@ def validate_namespace(namespace: str) -> None:
 
 
 def validate_topic_name(name: str, *, is_service: bool = False) -> None:
-    """Raise InvalidName unless users may write `name`, which may be relative and have substitutions."""
+    """Raise InvalidName unless users may write this topic name; it may be relative and have substitutions."""
     _raise_first('service name' if is_service else 'topic name', name, _topic_faults)
 
 
 def validate_full_topic_name(name: str, *, is_service: bool = False) -> None:
-    """Raise InvalidName unless `name` is fully qualified: absolute, nothing left to expand."""
+    """Raise InvalidName unless `name` is valid and fully qualified: absolute, without substitutions."""
     _raise_first('service name' if is_service else 'topic name', name, _full_topic_faults)
 
 
@@ -92,7 +92,7 @@ def _raise_first(kind: str, name: str, faults: Callable[[str], Iterator[Fault]])
         raise InvalidName(kind, name, *fault)
 
 
-@lru_cache(maxsize=256)  # a node's names are judged again for each of its endpoints
+@lru_cache(maxsize=256)  # each endpoint of a node validates the node's names again
 def _first(faults: Callable[[str], Iterator[Fault]], name: str) -> Fault | None:
     return next(faults(name), None)
 
@@ -159,7 +159,7 @@ def _topic_faults(name: str) -> Iterator[Fault]:
 
 
 def _piece_faults(piece: re.Match[str]) -> Iterator[Fault]:
-    """Yield the faults of one `{substitution}`, or of one character of another kind."""
+    """Yield the faults of one `{substitution}`, or of one character that is not allowed in every place."""
     start, text = piece.start(), piece[0]
     if text[0] == '{':
         yield from _substitution_faults(piece)

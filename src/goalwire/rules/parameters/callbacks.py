@@ -1,8 +1,8 @@
 """The callbacks of a node that run before, while and after parameters are set (rclpy.node).
 
-The callback that was added last is called first. A callback before the set gets the parameters, and returns
-the parameters to be set in their place. A callback on the set may refuse it, before any value changes. A
-callback after the set gets the parameters that were set.
+Of each kind, the callback that was added last is called first. A pre-set callback gets the parameters, and
+returns the parameters to be set in their place. An on-set callback may refuse the change before any value
+changes. A post-set callback gets the parameters that were set.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from goalwire.rules.parameters.parameter import Parameter
 
 
 class Verdict(Protocol):
-    """The answer of a callback on a set: an rcl_interfaces/msg/SetParametersResult."""
+    """The answer of an on-set callback: an rcl_interfaces/msg/SetParametersResult."""
 
     @property
     def successful(self) -> bool:
@@ -44,7 +44,7 @@ NO_ANSWER = 'Callback returned an invalid type'
 
 
 class SetCallbacks:
-    """The callbacks of one node, each list in the order of their calls."""
+    """The callbacks of one node for setting parameters: three lists, each in the order of the calls."""
 
     def __init__(self) -> None:
         self.before: list[Before] = []
@@ -52,13 +52,13 @@ class SetCallbacks:
         self.after: list[After] = []
 
     def prepare(self, parameters: list[Parameter]) -> list[Parameter]:
-        """Return the parameters to be set instead of `parameters`; raises CallbackError."""
+        """Return the parameters that pre-set callbacks put in place of `parameters`; raises CallbackError."""
         if not self.before:
             return parameters
         return [wanted for callback in tuple(self.before) for wanted in _choose(callback, parameters)]
 
     def judge(self, parameters: list[Parameter]) -> Outcome:
-        """Call the callbacks on the set, until one of them refuses or returns no SetParametersResult."""
+        """Call the on-set callbacks until one of them refuses or does not return a SetParametersResult."""
         for callback in tuple(self.on):
             outcome = _outcome(callback, parameters)
             if not outcome.successful:
@@ -66,7 +66,7 @@ class SetCallbacks:
         return ACCEPTED
 
     def tell(self, parameters: list[Parameter]) -> None:
-        """Call the callbacks after a set."""
+        """Call the post-set callbacks with the parameters that were set."""
         for callback in tuple(self.after):
             callback(parameters)
 
@@ -94,7 +94,7 @@ def _outcome(callback: On, parameters: list[Parameter]) -> Outcome:
 
 
 def _tell_no_answer(callback: On, verdict: object) -> None:
-    """Warn about a callback without a result, with the line at which the callback is written."""
+    """Warn of an on-set callback that returned no SetParametersResult, at the line where it is defined."""
     text = (
         f'{NO_ANSWER}: {_name(callback)}() returned {verdict!r}, so nothing is set; '
         "write 'return SetParametersResult(successful=True)', from rcl_interfaces.msg"

@@ -1,6 +1,6 @@
 """Descriptors: they limit the values of a parameter (rcl_interfaces/msg/ParameterDescriptor).
 
-The rules and the texts of the refusals are rclpy's (rclpy.node).
+The rules, and the texts of refusals, are those of rclpy (rclpy.node).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, WrongType, refu
 from goalwire.rules.parameters.parameter import Parameter, Type
 
 RELATIVE_TOLERANCE = 1e-6
-"""The tolerance with which a double counts as equal to an end or a step of a range."""
+"""The relative tolerance with which a double counts as equal to an end or a step of a range."""
 
 
 NumberT = TypeVar('NumberT', int, float)
@@ -27,7 +27,7 @@ class Range(NamedTuple, Generic[NumberT]):
 
     @property
     def lowest(self) -> NumberT:
-        """The lower end; ROS 2 takes the ends in either order."""
+        """The range's lower end. ROS 2 accepts the two ends in either order."""
         return min(self.from_value, self.to_value)
 
     @property
@@ -37,7 +37,7 @@ class Range(NamedTuple, Generic[NumberT]):
 
 
 class Descriptor(NamedTuple):
-    """The description of a parameter; each list of ranges has one entry at most."""
+    """The description of a parameter. Each of its two lists of ranges has at most one entry."""
 
     name: str = ''
     type: Type = Type.NOT_SET
@@ -49,9 +49,10 @@ class Descriptor(NamedTuple):
     integer_range: tuple[Range[int], ...] = ()
 
     def judge(self, parameter: Parameter, *, declared: bool = False) -> Outcome:
-        """Return whether the parameter may have this value. `declared`: True if it was declared before.
+        """Return whether the parameter may have this value.
 
-        This does not check whether the parameter is read-only.
+        `declared`: True if the parameter is declared already. Whether the parameter is read-only is not
+        checked.
         """
         if not self.dynamic_typing:
             if parameter.type_ is Type.NOT_SET:
@@ -85,7 +86,7 @@ def _judge_double(name: str, value: float, range_: Range[float]) -> Outcome:
     low, high, step = range_.lowest, range_.highest, range_.step
     if _near(value, low) or _near(value, high):
         return ACCEPTED
-    if not low < value < high:  # also True for NaN
+    if not low < value < high:  # this condition is also true for NaN
         return refused(f'Parameter {name} out of range Min: {low}, Max: {high}, value: {value}')
     if step and not _near(low + round((value - low) / step) * step, value):
         return refused(

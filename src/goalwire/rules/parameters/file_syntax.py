@@ -8,8 +8,8 @@
       head:
         ros__parameters: {tilt: 0.1}
 
-This is not quite YAML: scalars are read as `-p` reads them (value_syntax.py), the last of two equal keys
-wins, and aliases are refused. The file itself is read by entities/parameters/files.py.
+The syntax differs from YAML: scalars are read by the rules of `-p` (value_syntax.py), the last of two equal
+keys wins, and aliases are refused. entities/parameters/files.py reads the file from the disk.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 KEY = 'ros__parameters'
 
 NodeValues: TypeAlias = 'dict[str, dict[str, ParameterValue]]'
-"""Values by dotted parameter names, by the names of nodes as they are written: `a/b` means `/a/b`."""
+"""For each node name as written in the file (`a/b` means `/a/b`): values by dotted parameter names."""
 
 
 def parse_parameter_file(data: bytes) -> NodeValues:
-    """Read a file's content; raises RuleSyntaxError with ROS 2's text, and the line."""
+    """Read the content of a parameter file; raises RuleSyntaxError with ROS 2's text and the line."""
     import yaml
 
     nodes: NodeValues = {}
@@ -66,9 +66,10 @@ def _absolute(name: str) -> str:
 
 
 def _parts_match(pattern: list[str], name: list[str]) -> bool:
-    """Match a pattern part by part. If the rest does not fit, the last `**` takes one part more.
+    """Match a pattern with a name, part by part.
 
-    An earlier `**` never has to take more, so the time is bounded by the product of the lengths.
+    If the rest does not match, the last `**` is extended by one part of the name, and matching resumes behind
+    it. An earlier `**` never has to be extended, so the time is bounded by the product of the lengths.
     """
     at = in_name = 0
     last, taken = -1, 0
@@ -87,7 +88,10 @@ def _parts_match(pattern: list[str], name: list[str]) -> bool:
 
 
 def _read_nodes(events: Iterator[yaml.Event], namespace: str, where: yaml.Event, nodes: NodeValues) -> None:
-    """Read a mapping of names up to its end. Its own name is `namespace`, '' at the top."""
+    """Read a mapping of node names and namespaces up to its end.
+
+    The mapping belongs to `namespace`, '' at the top.
+    """
     import yaml
 
     seen_parameters = False
@@ -158,7 +162,7 @@ def _key(event: yaml.Event) -> str:
 
 
 def _node_name(name: str, where: yaml.Event) -> str:
-    """Return the name of a node. Each part must be valid or a wildcard."""
+    """Return a node's name after checking it: each part must be valid, or a wildcard."""
     if '//' in name:
         _refuse(f"'{name}' contains repeated forward slash", where)
     namespace, _, node = _absolute(name).rpartition('/')

@@ -1,7 +1,7 @@
-"""Fits a value that a person gives to the known type of a parameter, or refuses it with an example.
+"""Converts a value that a person gives to the declared type of a parameter, or refuses it with an example.
 
-The rule is that of message fields (idl/field_values.py): 1 for a double and 3.0 for an integer are clear, and
-accepted; 'fast' for a double, 2.5 for an integer and 'false' for a bool are refused.
+The rule is that of message fields (idl/field_values.py): 1 for a double and 3.0 for an integer are
+unambiguous, and accepted; 'fast' for a double, 2.5 for an integer and 'false' for a bool are refused.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ KIND_NAMES = {
     Type.DOUBLE_ARRAY: 'double array',
     Type.STRING_ARRAY: 'string array',
 }
-"""The words of `ros2 param` for the types."""
+"""The names that `ros2 param` gives to the types."""
 
 _FIELD_TYPES = {
     Type.BOOL: FieldType('bool'),
@@ -41,7 +41,7 @@ _FIELD_TYPES = {
 
 
 def fit_parameter(name: str, type_: Type, given: object) -> ParameterValue:
-    """Return the value of a parameter of a declared type; `given` is data of YAML, see `read_yaml`.
+    """Return `given`, which `read_yaml` has read, as a value of the declared type `type_` of a parameter.
 
     Raises FieldValueError, which names the parameter, the type, what was given, and an example.
     """
@@ -52,9 +52,9 @@ def fit_parameter(name: str, type_: Type, given: object) -> ParameterValue:
 
 
 def fit_parameter_text(name: str, type_: Type, text: str) -> ParameterValue:
-    """Return the value of a text from a command line or a form, for a parameter of a declared type.
+    """Return a text from a command line or a form as a value of the declared type of a parameter.
 
-    For a string, every text that is not a list is accepted. Raises FieldValueError.
+    If the type is string, every text that is not a list is accepted. Raises FieldValueError.
     """
     try:
         given: Any = read_yaml(text)
@@ -66,14 +66,14 @@ def fit_parameter_text(name: str, type_: Type, text: str) -> ParameterValue:
         given = Written(text, None)
     is_nothing = isinstance(given, Written) and given.value is None
     if type_ is Type.STRING and (is_nothing or isinstance(given, Mapping)):
-        return text  # 'null', and 'a: b', which holds no fields here
+        return text  # for example 'null', and 'a: b', which is a text here and not a mapping
     return fit_parameter(name, type_, given)
 
 
 def explain_misfit(name: str, type_: Type, value: object) -> str:
-    """Return a text with the value to give instead of a value of a wrong type; '' if there is no advice.
+    """Return advice for a value of a wrong type: which value to give instead; '' if there is no advice.
 
-    If a conversion is enough, the text has the converted value, since programs must convert it themselves.
+    If a conversion is enough, the text shows the converted value, since programs must convert it themselves.
     """
     try:
         fitted = fit_parameter(name, type_, value)

@@ -14,12 +14,12 @@ RECURSIVE = 0
 def list_names(names: Iterable[str], prefixes: list[str], depth: int) -> tuple[list[str], list[str]]:
     """Return the names at or below one of the prefixes, and the prefixes of these names.
 
-    Without prefixes it returns all names. A name may have `depth` parts below its prefix. Raises TypeError
-    and ValueError as rclpy does.
+    Without prefixes it returns all names. A name may have up to `depth` parts below its prefix. Raises
+    TypeError and ValueError as rclpy does.
     """
     _check(prefixes, depth)
     found = [name for name in names if _is_listed(name, prefixes, depth)]
-    # Each once, in order of appearance.
+    # Each prefix is listed once, in the order of appearance.
     heads = dict.fromkeys(name.rpartition(SEPARATOR)[0] for name in found if SEPARATOR in name)
     return found, list(heads)
 

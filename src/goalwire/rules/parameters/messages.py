@@ -1,4 +1,7 @@
-"""Converts parameters to and from messages of rcl_interfaces. Their classes are made at the first use."""
+"""Converts parameters to and from messages of rcl_interfaces.
+
+The message classes are made at the first use.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,7 @@ def value_of(message: ParameterValueMessage) -> ParameterValue:
 
 
 def descriptor_of(message: ParameterDescriptor) -> Descriptor:
-    """Return an rcl_interfaces/msg/ParameterDescriptor as our own; raises ValueError for an unknown type."""
+    """Return the Descriptor in an rcl_interfaces/msg/ParameterDescriptor; ValueError for an unknown type."""
     return Descriptor(
         name=message.name,
         type=Type(message.type),
@@ -48,7 +51,7 @@ def descriptor_of(message: ParameterDescriptor) -> Descriptor:
 
 
 def descriptor_message(descriptor: Descriptor) -> ParameterDescriptor:
-    """Return a descriptor as an rcl_interfaces/msg/ParameterDescriptor."""
+    """Return a Descriptor as an rcl_interfaces/msg/ParameterDescriptor."""
     from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 
     return ParameterDescriptor(

@@ -6,14 +6,17 @@ from typing import NamedTuple
 
 
 class Outcome(NamedTuple):
-    """The outcome of setting parameters: `successful`, and the reason of a refusal, for people."""
+    """The outcome of setting parameters: `successful`, and for a refusal the reason, a text for people."""
 
     successful: bool
     reason: str = ''
 
 
 class WrongType(Outcome):
-    """A refusal because of the value's type. For it, a declaration raises another exception, as in rclpy."""
+    """A refusal because of the value's type.
+
+    A declaration raises a different exception for it, as in rclpy.
+    """
 
 
 ACCEPTED = Outcome(successful=True)

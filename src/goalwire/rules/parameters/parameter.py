@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from rcl_interfaces.msg import Parameter as ParameterMessage
     from rcl_interfaces.msg import ParameterValue as ParameterValueMessage
-    from typing_extensions import TypeVar  # type checkers have it
+    from typing_extensions import TypeVar  # type checkers always find this package
 
     ValueT_co = TypeVar('ValueT_co', default=Any, covariant=True)
 else:
@@ -42,7 +42,7 @@ class Type(Enum):
 
     @classmethod
     def from_parameter_value(cls, value: object) -> Type:
-        """Return the type that a Python value has; raises TypeError if it has none."""
+        """Return the parameter type of a Python value; raises TypeError if no type can hold the value."""
         if value is None:
             return cls.NOT_SET
         for kind, scalar, _ in SCALARS:
@@ -78,7 +78,8 @@ SCALARS: tuple[tuple[type, Type, Type], ...] = (
     (str, Type.STRING, Type.STRING_ARRAY),
 )
 """The Python type, the parameter's type for one value, and for several."""
-# By the type of the elements. The first entry that fits wins, so an empty sequence holds bytes, as in rclpy.
+# Keys are the types of the elements. The first entry that fits wins: an empty sequence holds bytes, as in
+# rclpy.
 _SEQUENCES: dict[type, Type] = {bytes: Type.BYTE_ARRAY} | {kind: several for kind, _, several in SCALARS}
 
 
@@ -89,12 +90,12 @@ def _noted(text: str, advice: str) -> TypeError:
 
 
 def is_kind(value: object, kind: type) -> bool:
-    """Tell whether `value` is of a type. A bool does not count as an int."""
+    """Tell whether `value` is an instance of `kind`. A bool does not count as an int."""
     return isinstance(value, kind) and not (kind is int and isinstance(value, bool))
 
 
 def _fits(value: object) -> bool:
-    """Tell whether a message can hold the value: numbers are int64, byte arrays hold single bytes."""
+    """Tell whether a message can hold a value: integers are int64, elements of byte arrays one byte."""
     if isinstance(value, (list, tuple, array)):
         return all(_fits(element) for element in value)
     if isinstance(value, bytes):
@@ -128,16 +129,16 @@ def value_message(type_: Type, value: ParameterValue) -> ParameterValueMessage:
 
 _INT64 = range(-(2**63), 2**63)
 
-_Type: TypeAlias = Type  # inside Parameter the name is an attribute
+_Type: TypeAlias = Type  # inside the class Parameter, `Type` is a class attribute
 
 
 class Parameter(Generic[ValueT_co]):
-    """A name, a type and a value; `Parameter[str]` in annotations, as in newer rclpy."""
+    """A parameter: a name, a type and a value. Annotations may be `Parameter[str]`, as in newer rclpy."""
 
     Type = Type
 
     def __init__(self, name: str, type_: _Type | None = None, value: ParameterValue = None) -> None:
-        """Make a parameter; without a type it takes that of the value. Raises TypeError, ValueError."""
+        """Make a parameter; if no type is given, it has the value's type. Raises TypeError, ValueError."""
         if type_ is None:
             type_ = Type.from_parameter_value(value)
         if not isinstance(type_, Type):
@@ -186,10 +187,10 @@ class Parameter(Generic[ValueT_co]):
         """Return the value as an rcl_interfaces/msg/ParameterValue."""
         return value_message(self._type, self._value)
 
-    if not TYPE_CHECKING:  # which find the mistake themselves
+    if not TYPE_CHECKING:  # type checkers find the mistake without this method
 
         def _refuse_operator(self, _other: object) -> NoReturn:
-            """Raise an error for every operator, since the program means the value of the parameter."""
+            """Raise TypeError for every operator, since the program confuses the parameter with its value."""
             raise TypeError(
                 f"this is the parameter '{self._name}' and not its value: write "
                 f'get_parameter({self._name!r}).value'

@@ -1,4 +1,4 @@
-"""Reads values by YAML's own rules, like `ros2 param` (rclpy.parameter). The rules of `-p` differ."""
+"""Reads values by YAML's own rules, like `ros2 param` (rclpy.parameter). `-p` reads values by other rules."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _MOST_VALUES = 1_000_000
 
 
 def typed_text(text: str) -> Typed:
-    """Return the value of a YAML text. A text that has no other type is a string."""
+    """Return the value of a YAML text with its type. A text that has no other type is a string."""
     import yaml
 
     try:
         typed = _type_value(yaml.safe_load(text))
-    except Exception:  # PyYAML raises anything: for no date, too many digits, too many levels
+    except Exception:  # PyYAML raises errors of many types: for invalid dates, too many digits, deep nesting
         typed = None
     return typed or (Type.STRING, text)
 
@@ -36,7 +36,7 @@ def typed_text(text: str) -> Typed:
 def typed_value(name: str, value: object) -> Typed:
     """Return a value from YAML with its type; raises FileShapeError for a value that no parameter holds."""
     if value is None:
-        return Type.STRING, 'null'  # parameter files hold the text 'null'
+        return Type.STRING, 'null'  # as in rclpy, null in a file is the text 'null'
     if isinstance(value, date):
         return Type.STRING, str(value)
     try:
@@ -52,7 +52,7 @@ def typed_value(name: str, value: object) -> Typed:
 
 def _type_value(value: object) -> Typed | None:
     if isinstance(value, list):
-        for kind, _, several in SCALARS:  # the first that fits wins: `[]` holds booleans
+        for kind, _, several in SCALARS:  # the first type that fits wins, so `[]` is a list of booleans
             if all(is_kind(element, kind) for element in value) and several.check(value):
                 return several, value
         return None
@@ -66,8 +66,8 @@ def _type_value(value: object) -> Typed | None:
 def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool) -> dict[str, object]:
     """Return the values in a file's content for some nodes (None: for all), by dotted parameter names.
 
-    The file has a node under its full name, or below its namespace. With `use_wildcard` the values of `/**`
-    apply first, then those of names such as `/*/arm` that match a node. Raises FileShapeError.
+    In the file, a node stands under its full name, or below its namespace. With `use_wildcard` the values of
+    `/**` apply first, then those of names such as `/*/arm` that match a node. Raises FileShapeError.
     """
     if not isinstance(content, dict):
         raise FileShapeError(
@@ -89,7 +89,7 @@ def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool)
 
 
 def _branches(content: dict[object, object]) -> Iterator[tuple[str, object]]:
-    """Yield the nodes in a file, with their namespaces in the names: `/left/arm`."""
+    """Yield each node's name in a file, with its namespace (`/left/arm`), and what is below the name."""
     for name, branch in content.items():
         if _is_namespace(branch):
             namespace = str(name).rstrip('/')
@@ -99,7 +99,7 @@ def _branches(content: dict[object, object]) -> Iterator[tuple[str, object]]:
 
 
 def _is_namespace(branch: object) -> bool:
-    """Tell whether a mapping has names of nodes, each with its parameters."""
+    """Tell whether a mapping is a namespace: its keys are names of nodes, each with parameters."""
     if not isinstance(branch, dict) or KEY in branch or not branch:
         return False
     return all(isinstance(below, dict) and KEY in below for below in branch.values())
@@ -133,6 +133,6 @@ def _flat(parameters: dict[object, object], prefix: str) -> dict[str, object]:
             values.update(_flat(value, f'{prefix}{key}.'))
         else:
             values[f'{prefix}{key}'] = value
-        if len(values) > _MOST_VALUES:  # aliases could multiply the data without bound
+        if len(values) > _MOST_VALUES:  # aliases in YAML could multiply the data without bound
             raise FileShapeError(f'more than {_MOST_VALUES:,} parameters')
     return values

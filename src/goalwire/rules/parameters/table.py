@@ -25,9 +25,10 @@ class Changes:
 
 
 class ParameterTable(Mapping[str, Parameter]):
-    """The declared parameters by name, in order of declaration. Programs know it as `Node._parameters`.
+    """The declared parameters by name, in order of declaration.
 
-    Any thread may read it without a lock. Sets are applied one after the other, under a lock.
+    Programs know the table as `Node._parameters`. Any thread may read it without a lock. Changes are made
+    one after the other, under a lock.
     """
 
     def __init__(self, overrides: dict[str, ParameterValue], *, allow_undeclared: bool = False) -> None:
@@ -50,11 +51,11 @@ class ParameterTable(Mapping[str, Parameter]):
         return len(self._values)
 
     def values(self) -> ValuesView[Parameter]:
-        """Return the present parameters."""
+        """Return all declared parameters with their present values."""
         return self._values.copy().values()
 
     def items(self) -> ItemsView[str, Parameter]:
-        """Return the present names and parameters."""
+        """Return pairs of name and parameter, as they are at present."""
         return self._values.copy().items()
 
     def descriptor(self, name: str) -> Descriptor | None:
@@ -69,7 +70,7 @@ class ParameterTable(Mapping[str, Parameter]):
         return descriptor is not None and not descriptor.dynamic_typing
 
     def judge(self, parameters: Sequence[Parameter]) -> Outcome:
-        """Return whether declared parameters may be set. Undeclared parameters are not checked."""
+        """Return whether the given values may be set. Undeclared parameters are not checked."""
         for parameter in parameters:
             descriptor = self._descriptors.get(parameter.name)
             if descriptor is None:
@@ -84,9 +85,10 @@ class ParameterTable(Mapping[str, Parameter]):
     def store(
         self, parameters: Sequence[Parameter], declared: Mapping[str, Descriptor] | None = None
     ) -> Changes:
-        """Store accepted parameters, all at once. With `declared`, this declares them by its descriptors.
+        """Store accepted parameters, all at once.
 
-        Without `declared`, a parameter without a value is removed, and an undeclared parameter is added.
+        With `declared`, the parameters are declared with its descriptors. Without `declared`, a parameter
+        without a value is removed, and an undeclared parameter is added.
         """
         changes = Changes()
         with self._lock:
@@ -129,7 +131,7 @@ class ParameterTable(Mapping[str, Parameter]):
 
 
 def _following(descriptor: Descriptor, parameter: Parameter) -> Descriptor:
-    """Return the descriptor with the type of the present value, if the parameter is dynamically typed."""
+    """Return `descriptor`, with the type of the present value if the parameter is dynamically typed."""
     if descriptor.dynamic_typing and descriptor.type is not parameter.type_:
         return descriptor._replace(type=parameter.type_)
     return descriptor

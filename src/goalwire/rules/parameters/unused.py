@@ -1,8 +1,8 @@
-"""Finds parameter overrides that no node has used. They are reported once, at the end of the program.
+"""Finds parameter overrides that no node has used; they are reported once, at the end of the program.
 
-Some are not reported, because they may be intended. Programs may share a file, so its values below wildcards
-are not reported. Its values for nodes of other programs are not reported, either, if the file also has values
-for a node of this program.
+Some unused overrides may be intended, since programs may share a parameter file. So values of a file below
+wildcards are not reported. Values of a file for nodes of other programs are not reported, either, if the file
+also has values for a node of this program.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from goalwire.rules.parameters.file_syntax import matches
 if TYPE_CHECKING:
     from goalwire.rules.arguments import Arguments
 
-_LONGEST_SHOWN = 100  # characters of a name
-_MOST_SHOWN = 5  # names in one line
+_LONGEST_SHOWN = 100  # the most characters of a name in a report
+_MOST_SHOWN = 5  # the most names in one line of a report
 
 
 class OverrideUse:
-    """Compares the parameters that the nodes of a process have declared with those of its command line."""
+    """Compares the parameters that a process's nodes have declared with the overrides of its command line."""
 
     def __init__(self, arguments: Arguments) -> None:
         self._given = arguments.parameters
@@ -53,9 +53,10 @@ class OverrideUse:
         return [told for told in found if told not in self._told]
 
     def describe_misspelt(self) -> list[str]:
-        """Return sentences about names that resemble declared names, and about files for other nodes only.
+        """Return sentences about misspelt names of overrides, and about files that are for other nodes only.
 
-        Each sentence is returned once, here or by `describe_unused`.
+        A name counts as misspelt if it resembles a declared name. Each sentence is returned only once: by
+        this method or by `describe_unused`.
         """
         found = [told for told in self.describe_unused() if 'did you mean' in told or 'it is for' in told]
         self._told.update(found)

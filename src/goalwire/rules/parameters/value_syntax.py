@@ -1,6 +1,6 @@
 """Reads the values of `-p name:=value` and parameter files, by the rules of rcl_yaml_param_parser.
 
-They differ from PyYAML's rules: `yes`, `on` and `y` are booleans, `010` is octal, `null`, `~` and dates are
+These rules differ from PyYAML's: `yes`, `on` and `y` are booleans, `010` is octal, `null`, `~` and dates are
 strings, and all elements of a sequence must have the same type.
 """
 
@@ -29,7 +29,7 @@ _NAMED = re.compile(r'[+-]?\.?(?:inf|nan)|[+-]?infinity', re.IGNORECASE)
 _DIGIT_BUT_ZERO = re.compile(r'[1-9]')
 _INT64 = range(-(2**63), 2**63)
 
-# Text that is always one plain scalar in YAML, because it has no indicator, no space and no colon.
+# Text that YAML always reads as one plain scalar: it has no indicator, no space and no colon.
 _PLAIN = re.compile(r'[A-Za-z0-9_./+~][A-Za-z0-9_./+~=-]*|-[A-Za-z0-9_./+~=]+')
 
 _TYPE_NAMES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
@@ -53,7 +53,7 @@ def parse_parameter_value(text: str) -> ParameterValue:
 
 
 def is_text(argument: str) -> bool:
-    """Tell whether an argument was valid UTF-8. Python decodes other bytes to lone surrogates (PEP 383)."""
+    """Tell whether an argument was valid UTF-8. Python decodes invalid bytes to lone surrogates (PEP 383)."""
     return not any('\ud800' <= sign <= '\udfff' for sign in argument)
 
 
@@ -68,7 +68,7 @@ def plain_scalar(text: str) -> Scalar:
 
 
 def _integer(text: str) -> int | None:
-    """Read an integer like C's strtoll with base 0; None if it is not one, or does not fit."""
+    """Read an integer like C's strtoll with base 0; None if the text is not an integer, or exceeds int64."""
     if not (found := _INTEGER.fullmatch(text)):
         return None
     sign, hexadecimal, octal, decimal = found.groups()
@@ -88,7 +88,7 @@ def _bounded_decimal(digits: str) -> int:
 
 
 def _float(text: str) -> float | str:
-    """Read a number like C's strtod; return the text itself if it is no number, or too large for a double."""
+    """Read a number like C's strtod; return the text itself if it is not a number or exceeds a double."""
     if _NAMED.fullmatch(text):
         return float(text.replace('.', ''))
     try:
@@ -120,7 +120,7 @@ def _from_events(events: Iterator[yaml.Event]) -> ParameterValue:
 
 
 def sequence_value(events: Iterator[yaml.Event]) -> ParameterValue:
-    """Read a sequence up to its end; None for an empty one. Raises RuleSyntaxError."""
+    """Read a sequence up to its end; return None for an empty sequence. Raises RuleSyntaxError."""
     import yaml
 
     sequence: list[Scalar] = []
@@ -135,7 +135,7 @@ def sequence_value(events: Iterator[yaml.Event]) -> ParameterValue:
             raise RuleSyntaxError(f'Will not support aliasing at line {line_of(event)}')
         else:
             raise RuleSyntaxError(f'Mappings in sequences are not parameters, at line {line_of(event)}')
-    # An empty sequence has no element to tell its type: ROS 2 takes it for no value.
+    # An empty sequence has no element that shows its type, so ROS 2 treats it as no value.
     return cast('ParameterValue', sequence or None)
 
 
@@ -157,5 +157,5 @@ def _append(sequence: list[Scalar], scalar: Scalar, line: int) -> None:
 
 
 def line_of(event: yaml.Event) -> int:
-    """Return the line, from 1, that an event begins on."""
+    """Return the line, counted from 1, on which a YAML event begins."""
     return event.start_mark.line + 1 if event.start_mark else 1
