@@ -28,7 +28,7 @@ class GraphProblem:
     """A conflict between endpoints that do not fit each other."""
 
     name: str
-    """The types of their topic or service."""
+    """The full name of their topic or service."""
     text: str
     """The problem, and how to solve it."""
     endpoints: tuple[GraphEntity, ...]
@@ -96,7 +96,9 @@ class GraphView:
 
 
 class GraphChanges(Entity):
-    """An async iterator of the graph's changes. Those between two steps count as one, the latest."""
+    """An async iterator of the graph's changes. Changes between two steps of the iterator count as one, the
+    latest.
+    """
 
     def __init__(self, node: NodeCore) -> None:
         self.name = node.name.qualified

@@ -66,7 +66,8 @@ class SharedContexts:
         self._users: dict[Context, int] = {}
 
     def take(self, domain: int | None, view: RobotView | None = None) -> Context:
-        """Return the context of a domain, by default ROS_DOMAIN_ID's; call `close` after use. Any thread.
+        """Return the context of a domain, by default ROS_DOMAIN_ID's; call `close` after use. Any thread may
+        call this.
 
         Nodes that look at the same robots share one.
 
@@ -91,7 +92,9 @@ class SharedContexts:
         return sum(context.ok() for context in list(self._users))
 
     def close(self, context: Context) -> None:
-        """Give the context back for one node; the last one shuts it down, which may take time. Any thread."""
+        """Give the context back for one node; the last one shuts it down, which may take time. Any thread may
+        call this.
+        """
         with self._lock:
             self._users[context] -= 1
             if self._users[context]:
@@ -107,7 +110,7 @@ CONTEXTS = SharedContexts()
 class Node:
     """A node: `async with goalwire.Node('name') as node:`, once. Only the loop's thread may use it.
 
-    To leave the block cancels the running handlers, waits until they have cleaned up, and closes everything
+    Leaving the block cancels the running handlers, waits until they have cleaned up, and closes everything
     that the node has made. An error in the block is raised unchanged. An error in a handler is logged, and
     its client gets an error.
     """
@@ -125,7 +128,8 @@ class Node:
         parameters: Mapping[str, ParameterValue] | None = None,
         call_timeout: float | None = None,
     ) -> None:
-        """Open nothing yet. `arguments` are this node's ROS arguments, in addition to the program's own.
+        """Prepare the node; entering its block opens it. `arguments` are this node's ROS arguments, in
+        addition to the program's own.
 
         With `program_arguments=False` the node ignores the program's arguments, and has its own context.
         Nodes without a `context` share one for each `domain`, by default ROS_DOMAIN_ID's. With `robots`,
@@ -153,12 +157,12 @@ class Node:
     # -- its life ------------------------------------------------------------------------------------------
 
     async def __aenter__(self) -> Self:
-        """Join the graph. Raises ClosedError a second time, rclpy's name exceptions, TransportError."""
+        """Join the graph. Raises ClosedError if called twice, rclpy's name exceptions, TransportError."""
         if self._entered:
             raise ClosedError(f"the node '{self._name}' was entered before: make a new one")
         self._entered = True
         try:
-            core = await in_thread(self._open)  # takes too long for the loop's thread
+            core = await in_thread(self._open)  # opening takes too long for the loop's thread
             self._host = SharedLoop(core.work_queue, core.context.shutdown_signal, self._runs)
             await self._host.__aenter__()
         except BaseException:
@@ -301,8 +305,8 @@ class Node:
     ) -> RawSubscription:
         """Call `deliver(sample)` for each serialized message of 'pkg/msg/Name', which may be unknown here.
 
-        It runs on a thread of the wire, or on a publisher's thread in the same process. So it must be short
-        and must not block. Without a `type_hash` the hash of the known definition is used. Raises
+        `deliver` runs on a thread of the wire, or on a publisher's thread in the same process. So it must be
+        short and must not block. Without a `type_hash` the hash of the known definition is used. Raises
         InvalidTopicNameException.
         """
         return RawSubscription(self._open_core(), topic, type_name, type_hash, _qos(qos), deliver)

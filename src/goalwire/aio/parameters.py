@@ -99,7 +99,7 @@ class Parameters(Mapping[str, Any]):
             raise InvalidParameterValueException(', '.join(values), dict(values), result.reason)
 
     def changes(self) -> Changes:
-        """Return an async iterator of the changes from now on, also by other nodes: names and values."""
+        """Return an async iterator of the names and values that change from now on, also by other nodes."""
         return Changes(self._store)
 
     def __contains__(self, name: object) -> bool:

@@ -109,7 +109,7 @@ class LoggedService(ServiceCore):
 
     def _log(self, error: Exception) -> None:
         if self.destroyed:
-            return  # the answer came too late
+            return  # the service was closed before its handler failed
         from goalwire.tracebacks import traceback_text
 
         get_logger(self.node.logger_name).error(

@@ -27,7 +27,7 @@ class AttachedRun(Run[ResultT, FeedbackT]):
         """Wait for a server, then listen to the goal and ask for its result."""
         core = self._core
         waiting = attempt
-        if self._limits.timeout is None:  # then only the wait for the server has a limit, as for a new goal
+        if self._limits.timeout is None:  # as for a new goal, only the wait for the server is limited
             waiting = CallContext(attempt.context, 'action', core.full_name, core.default_timeout)
         await waiting.until(core.server_is_there, core.goal_service)
         attempt.see_servers(core.goal_service)

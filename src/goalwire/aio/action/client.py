@@ -86,8 +86,8 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
     ) -> Run[ResultT, FeedbackT]:
         """Make a run of a goal, given or made of `fields`: `async with client.send(goal) as run:`.
 
-        To enter the block waits for a server and sends the goal. To leave it cancels a goal that still runs
-        and waits for its end, `grace` s at most. The server, its answer and the result must come within
+        Entering the block waits for a server and sends the goal. Leaving the block cancels a goal that still
+        runs and waits for its end, `grace` s at most. The server, its answer and the result must come within
         `timeout` s, or the client's timeout. If neither is given, only the server and its answer must come
         within the node's or the process's timeout for calls. A server counts as stuck if for `heartbeat` s it
         sends neither feedback nor a change of the goal's status.
@@ -105,7 +105,9 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return Run(self._core, message, limits, own_id, keep=keep)
 
     def _limits(self, timeout: float | None, grace: float, heartbeat: float | None) -> Limits:
-        """Check the times, before a goal is sent that an error would leave without a run."""
+        """Check the time limits before the goal is sent: an error afterwards would leave the goal without a
+        run.
+        """
         limit = self._timeout if timeout is None else timeout
         for what, given in (('timeout', limit), ('grace', grace), ('heartbeat', heartbeat)):
             if given is not None:
@@ -119,10 +121,10 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
     ) -> Run[ResultT, FeedbackT]:
         """Make a run of a goal that any client has sent before: `async with client.attach(id) as run:`.
 
-        Only the request for the result is sent. To enter the block waits for a server. The run then has the
-        feedback from now on, the status, the result and `cancel`. To leave the block never cancels the goal.
+        Only the request for the result is sent. Entering the block waits for a server. The run then has the
+        feedback from now on, the status, the result and `cancel`. Leaving the block never cancels the goal.
         If the server does not know the goal, the result raises ServerLostError. The times mean the same as in
-        `send`. To enter raises GoalIdTaken if this client follows that goal already. Raises as `send` does
+        `send`. Entering raises GoalIdTaken if this client follows that goal already. Raises as `send` does
         for a wrong time or id.
         """
         limits = self._limits(timeout, 0.0, heartbeat)
@@ -183,7 +185,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return await self._cancel(read_stamp(stamp), timeout)
 
     async def _cancel(self, stamp_ns: int, timeout: float | None) -> CancelAnswer:
-        """Ask for all goals that were accepted by a time; 0 stands for every goal."""
+        """Ask the server to cancel all goals that it accepted at or before a time; 0 means every goal."""
         attempt = CallContext(self._core.node.context, 'action', self.name, timeout)
         await attempt.until(self._core.server_is_there, self._core.goal_service)
         asked = self._core.cancel_goal(NO_ID, stamp_ns)

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 ResultT = TypeVar('ResultT')
 
 ASK_AGAIN_S = 1.0
-"""How long to wait for one answer before the request is repeated: a new client's first one may be lost."""
+"""How long to wait for one answer before the request is repeated: a new client's first request may be lost.
+"""
 APART_S = 2.0
 """The time between two answers "unknown goal". A goal or a status array that is on its way arrives in it."""
 _SILENCES = 2
@@ -111,7 +112,7 @@ async def find_journal(core: ActionClientCore, timeout: float) -> str | None:
     finally:
         asked.cancel()
         with suppress(Exception):
-            asked.exception()  # read it, or Python warns
+            asked.exception()  # read the error, or Python warns of it
     return journal_in(text)
 
 
@@ -126,7 +127,7 @@ class _Inquiry:
         """The reason why there is no conclusion yet."""
 
     async def conclude(self) -> GoalProbe[Any]:
-        """Ask again and again. Raises DeadlineError, and whatever ends a request."""
+        """Ask until there is a conclusion. Raises DeadlineError, and the error of a request that fails."""
         was_unknown = False
         silences = 0
         while True:
@@ -174,7 +175,7 @@ class _Inquiry:
         """Ask for the results of this goal and of a new random id.
 
         Return whether the request for the random id was answered, and the response for this goal or None,
-        with the text behind it.
+        with the text that follows the response on the wire.
         """
         ours = self._core.results.ask_once(self._goal_id, self._limit)
         control = self._core.results.ask_once(new_goal_id(), self._limit)
@@ -190,7 +191,7 @@ class _Inquiry:
             for asked in (ours, control):
                 asked.cancel()
                 with suppress(Exception):
-                    asked.exception()  # read it, or Python warns
+                    asked.exception()  # read the error, or Python warns of it
 
     async def _pause(self, seconds: float) -> None:
         await self._wait(Future(), seconds)

@@ -114,7 +114,7 @@ class Run(Generic[ResultT, FeedbackT]):
     def result(self) -> Awaitable[ResultT]:
         """The result of a successful goal, to be awaited, also several times.
 
-        To await it raises GoalAborted, GoalCanceled, DeadlineError, ServerStuckError, ServerLostError or
+        Awaiting it raises GoalAborted, GoalCanceled, DeadlineError, ServerStuckError, ServerLostError or
         ServerFailedError; ShutDownError, InvalidHandle if the client is closed.
         """
         return _Result(self)
@@ -181,7 +181,7 @@ class Run(Generic[ResultT, FeedbackT]):
             self._take(sending)
         except asyncio.CancelledError:
             if self._keep:
-                sending.cancel()  # the cancellation concerns only the wait for the answer
+                sending.cancel()  # the caller's cancellation ends only this wait, not the goal
             else:
                 await self._cancel_late(sending)
             raise
@@ -246,7 +246,7 @@ class Run(Generic[ResultT, FeedbackT]):
         except DeadlineError:
             self._core.cancel_sending(sending)
         except (CallError, ClosedError, RemoteError):
-            return  # it was refused, its server has gone, or its answer cannot be read
+            return  # the goal was refused, its server has gone, or the answer cannot be read
         else:
             await self._stop(limit)
 
@@ -275,7 +275,7 @@ class Run(Generic[ResultT, FeedbackT]):
         except (DeadlineError, ShutDownError) as error:
             self._warn(f'a goal that was cancelled did not end ({error})')
         except (CallError, ClosedError):
-            return  # its server has gone, and the goal with it
+            return  # the server has gone, and the goal with it
 
     async def _cancel(self, attempt: CallContext) -> bool:
         asked = self._core.cancel_goal(self._id, call_context=attempt)
@@ -395,7 +395,7 @@ class Heartbeat:
         goal.heard = self._hear
 
     def _hear(self) -> None:
-        """Note a sign of life. Any thread."""
+        """Note a sign of life. Any thread may call this."""
         self._heard = self._clock.now()
 
     def _look(self) -> None:

@@ -109,7 +109,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
     def _cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> CancelResponse:
         task = self._running.get(handle.goal_id_bytes)
         if task is not None:
-            task.cancel()  # the task is cancelled in a later turn of the loop, when the goal is CANCELING
+            task.cancel()  # takes effect in a later turn of the loop, when the goal is CANCELING
         return CancelResponse.ACCEPT
 
     async def _execute(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> object:
@@ -135,7 +135,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
 
     async def _run(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> ResultT | None:
         if handle.is_cancel_requested or not handle.is_active:
-            return None  # cancelled before the handler began
+            return None  # the goal was cancelled before its handler began
         running = self._handler(Goal(handle, self._feedback_type))
         if not isawaitable(running):
             raise TypeError('the handler is a plain function, which holds up the loop: make it `async def`')
