@@ -1,4 +1,5 @@
-"""The robot as others see it: goals, rates, service calls, parameters, log lines and messages.
+"""Collects what a robot shows to other programs: goals, rates, service calls, parameters, log lines and
+messages.
 
 The command line, `goalwire top` and the console all use this package, so that two screens that show
 the same thing show the same figure.

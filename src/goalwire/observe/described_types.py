@@ -1,7 +1,8 @@
-"""Types that are not known here, taken from a node that uses them (REP 2016).
+"""Fetches the definition of an unknown type from a node that uses the type (REP 2016).
 
-Every node of ROS 2 since Jazzy offers `~/get_type_description`. A description is taken only if its hash is
-the one that the node's endpoint shows on the wire: so a wrong description is never used to read a message.
+Every node of ROS 2 since Jazzy offers `~/get_type_description`. A description is accepted only if its hash is
+the hash that the node's endpoint announces on the wire: so a wrong description is never used to read a
+message.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import GraphEntity
 
 SEARCH_S = 2.0
-"""How long a node that uses the type and describes types is looked for."""
+"""The time in s for which nodes are looked for that use the type and offer `get_type_description`."""
 ANSWER_S = 3.0
-"""How long a node may take to describe its type."""
+"""The time in s that a node may take to describe a type."""
 
 
 async def class_in_use(node: goalwire.Node, name: str) -> Any:
@@ -44,7 +45,9 @@ async def class_in_use(node: goalwire.Node, name: str) -> Any:
 
 
 def whole_type(name: str) -> str:
-    """Return the type that a type is part of: a service's for its events, an action's for its services."""
+    """Return the type that a type is part of: for a service's events the service, for an action's services
+    the action.
+    """
     package, kind, part = name.split('/')
     return name if kind == 'msg' else f'{package}/{kind}/{part.partition("_")[0]}'
 
@@ -52,19 +55,20 @@ def whole_type(name: str) -> str:
 async def fetch_type(node: goalwire.Node, name: str) -> bool:
     """Make 'pkg/kind/Name' known by asking nodes that use it; return whether that worked.
 
-    The name may be that of a part of a service or action. If a node gives no right answer, the next one is
-    asked.
+    The name may be the name of a part of a service or action. If a node's answer is missing or wrong, the
+    next node is asked.
     """
     if await _fetch(node, whole_type(name)):
         return True
-    # DDS shows no hash of a service, but the hash of its events, whose type contains all its parts.
+    # DDS announces no hash of a service, but the hash of its event type, which contains all parts of the
+    # service.
     return '/srv/' in name and name.endswith('_Event') and await _fetch(node, name)
 
 
 async def _fetch(node: goalwire.Node, name: str) -> bool:
-    """Fetch a message, service or action, or the events of a service.
+    """Fetch the definition of a message, a service, an action, or the event type of a service.
 
-    An action is put together from its parts.
+    An action's definition is composed of the descriptions of its parts.
     """
     endpoints = await _endpoints_of(node, name)
     descriptions = [await _describe(node, parts) for parts in endpoints.values()]
@@ -81,9 +85,10 @@ async def _fetch(node: goalwire.Node, name: str) -> bool:
 
 
 async def _endpoints_of(node: goalwire.Node, name: str) -> dict[str, list[GraphEntity]]:
-    """Return the endpoints that use a type, by the type that they show: for an action, by its parts.
+    """Return the endpoints that use a type, by the type that they announce; an action's endpoints announce
+    its parts.
 
-    Only nodes that describe types count: nodes of older releases are not waited for.
+    Only endpoints of nodes that offer `get_type_description` are returned: older releases do not offer it.
     """
     parts = {name}
     if '/action/' in name:
@@ -108,7 +113,9 @@ def _service_of(user: GraphEntity) -> str:
 
 
 async def _describe(node: goalwire.Node, users: list[GraphEntity]) -> TypeDescription | None:
-    """Return the description of a type by the first node that answers with the hash of its endpoint."""
+    """Return the first description of a type whose hash is the hash that the answering node's endpoint
+    announces.
+    """
     from type_description_interfaces.srv import GetTypeDescription
 
     from goalwire.cdr.type_hash import hash_of_description
@@ -132,7 +139,7 @@ async def _describe(node: goalwire.Node, users: list[GraphEntity]) -> TypeDescri
 
 
 def fetch_type_now(name: str) -> bool:
-    """Call `fetch_type` with a separate node on a thread with its own loop, and wait for the answer."""
+    """Call `fetch_type` with a separate node on a thread with its own loop, and return its result."""
 
     async def ask() -> bool:
         async with goalwire.Node(f'_goalwire_types_{os.getpid()}', program_arguments=False) as node:

@@ -32,12 +32,14 @@ class StopService:
 
     @property
     def can_release(self) -> bool:
-        """Whether the same service, called with false, releases the robot."""
+        """True if a call of the same service with false releases the robot."""
         return self.type_name.endswith('SetBool')
 
 
 def stop_services(services: Sequence[tuple[str, list[str]]]) -> list[StopService]:
-    """Return the emergency stops among services: std_srvs types, named estop, e_stop or emergency_stop."""
+    """Return the emergency stops among services: types of std_srvs, with estop, e_stop or emergency_stop in
+    the name.
+    """
     return [
         StopService(name, types[0])
         for name, types in services
@@ -50,8 +52,8 @@ def stop_services(services: Sequence[tuple[str, list[str]]]) -> list[StopService
 def says_state(topic: str, type_name: str) -> bool:
     """Return True if a topic reports the state of an emergency stop.
 
-    A Bool does so if its name is emergency_stopped, or a stop service's name with _state or _active; true
-    means stopped. A DiagnosticStatus does so if its name is a stop service's name with _status.
+    A topic of Bool does so if its name is emergency_stopped, or a stop service's name with _state or _active;
+    true means stopped. A topic of DiagnosticStatus does so if its name is a stop service's name with _status.
     """
     last = topic.lower().rpartition('/')[2]
     ends = {BOOL: _STATE_ENDS, DIAGNOSTIC_STATUS: ('_status',)}.get(type_name, ())
@@ -67,16 +69,16 @@ class Word:
     stopped: bool
     reason: str = ''
     by: str = ''
-    """The name of the client that has stopped the robot, or ''."""
+    """The name of the client that has stopped the robot; '' if it is unknown."""
     is_switch: bool = False
-    """True if the node serves the emergency stop, too."""
+    """True if the node also serves the emergency stop."""
 
 
 def word_of(message: Any, node: str, topic: str, *, is_switch: bool) -> Word:
-    """Return the report in a Bool or a DiagnosticStatus.
+    """Return what a Bool or a DiagnosticStatus says about the emergency stop.
 
     A DiagnosticStatus may have the values `stopped` ('true' or 'false') and `by`. Without `stopped`, a level
-    of ERROR or worse means stopped. Its message is the reason.
+    of ERROR or worse means stopped. Its `message` is the reason.
     """
     if hasattr(message, 'data'):
         return Word(node, topic, bool(message.data), is_switch=is_switch)

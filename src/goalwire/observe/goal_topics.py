@@ -31,9 +31,10 @@ async def follow_goals(
     on_status: Callable[[Goal], object] = _ignore,
     on_feedback: Callable[[Goal], object] = _ignore,
 ) -> None:
-    """Keep the goals of an action of class `cls` in a table, until it is cancelled.
+    """Keep the goals of an action of class `cls` in the table `goals`, until this coroutine is cancelled.
 
-    `on_status` hears of each goal whose status has changed, `on_feedback` of each goal that sent feedback.
+    `on_status` is called with each goal whose status has changed, `on_feedback` with each goal that has new
+    feedback.
     """
     goals.watch(action, monotonic())
     statuses = _statuses(node, action)
@@ -70,7 +71,7 @@ async def _take_feedback(
 async def known_goals(node: goalwire.Node, action: str, patience: float) -> list[ReportedGoal]:
     """Return the goals that the server of an action knows; a server that had no goal yet reports none.
 
-    It waits `patience` s at most.
+    Waits `patience` s at most for the server's report.
     """
     statuses = _statuses(node, action)
     try:
@@ -84,14 +85,14 @@ async def known_goals(node: goalwire.Node, action: str, patience: float) -> list
 
 
 def _statuses(node: goalwire.Node, action: str) -> goalwire.Subscription[Any]:
-    """Subscribe to the status of an action; the latest status comes at once."""
+    """Subscribe to the status topic of an action; the server's latest status message comes at once."""
     from action_msgs.msg import GoalStatusArray
 
     qos = goalwire.QoS(depth=1, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
     return node.subscription(GoalStatusArray, f'{action}/_action/status', qos=qos)
 
 
-# -- what an action's services are asked ---------------------------------------------------------------------
+# -- requests to an action's services ------------------------------------------------------------------------
 
 
 def goal_request(cls: Any, goal_id: bytes, goal: Any) -> Any:
@@ -102,16 +103,17 @@ def goal_request(cls: Any, goal_id: bytes, goal: Any) -> Any:
 
 
 def result_request(cls: Any, goal_id: str) -> Any:
-    """Return the request for the result of a goal, which is answered when the goal has ended."""
+    """Return the request for the result of a goal; the server answers it when the goal has ended."""
     request = cls.Impl.GetResultService.Request()
     request.goal_id.uuid = list(bytes.fromhex(goal_id))
     return request
 
 
 def cancel_request(goal_id: str = '', before: float = 0.0) -> CancelGoal.Request:
-    """Return the request to cancel one goal, and those accepted at or before a time; without both, all.
+    """Return the request to cancel one goal, and the goals accepted at or before a time; without both, all
+    goals.
 
-    `goal_id` is in hexadecimal digits, the time in s since 1970.
+    `goal_id` is in hexadecimal digits, `before` in s since 1970.
     """
     from action_msgs.srv import CancelGoal
 
@@ -124,5 +126,5 @@ def cancel_request(goal_id: str = '', before: float = 0.0) -> CancelGoal.Request
 
 
 def goals_canceling(response: Any) -> list[str]:
-    """Return the ids of the goals that a server cancels."""
+    """Return the ids of the goals that a server cancels, from its response to a cancel request."""
     return [bytes(goal.goal_id.uuid).hex() for goal in response.goals_canceling]

@@ -14,7 +14,7 @@ SENT = 'SENT'
 """The status of a goal whose server has not answered yet."""
 ACTIVE = frozenset({SENT, *(status.name for status in GoalStatus if status.is_active)})
 KEPT = 300
-"""How many goals are kept; of more, the ones that ended first are dropped."""
+"""The number of goals that are kept. If there are more, the oldest ended goals are dropped."""
 _TICKS = 400
 
 
@@ -29,7 +29,7 @@ class ReportedGoal(NamedTuple):
     goal_id: str
     status: str
     accepted: float
-    """In s since 1970, by the server's clock."""
+    """The time of acceptance, in s since 1970 by the server's clock."""
 
     @property
     def is_active(self) -> bool:
@@ -50,7 +50,7 @@ def reported_goals(array: Any) -> list[ReportedGoal]:
 
 
 class Goal:
-    """One goal, as far as it was seen from here. Times are readings of the monotonic clock, in s."""
+    """One goal, as far as this process has observed it. Times are readings of the monotonic clock, in s."""
 
     def __init__(self, action: str, goal_id: str, now: float) -> None:
         self.action = action
@@ -59,25 +59,25 @@ class Goal:
         self.began = now
         self.ended: float | None = None
         self.accepted: float | None = None
-        """By the server's clock, in s since 1970."""
+        """The time of acceptance, in s since 1970 by the server's clock."""
         self.marks: list[tuple[float, str]] = []
-        """When it came to each status."""
+        """The statuses of the goal, each with the time at which it was noticed."""
         self.ticks: deque[float] = deque(maxlen=_TICKS)
-        """When feedback came."""
+        """The times at which feedback came."""
         self.feedback: Any = None
         """The latest feedback message."""
         self.progress: float | None = None
-        """0 to 1, if the feedback tells."""
+        """The goal's progress, 0 to 1; None if the feedback does not show it."""
         self.result: Mapping[str, Any] | None = None
         self.problem = ''
         self.request: Mapping[str, Any] | None = None
-        """The goal message, if it was sent from here."""
+        """The goal message, if this process has sent the goal; else None."""
         self._saw_start = True
         self._readers: dict[str, Progress] = {}
 
     @property
     def is_mine(self) -> bool:
-        """True if it was sent from here."""
+        """True if this process has sent the goal."""
         return self.request is not None
 
     @property
@@ -88,7 +88,8 @@ class Goal:
     def move(self, status: str, now: float) -> bool:
         """Note a status. Return False if it changes nothing, such as a status after the goal's end.
 
-        The answer to a goal may come after its status EXECUTING: so a goal never becomes ACCEPTED again.
+        The answer to a goal's request may come after its status EXECUTING. So only a SENT goal becomes
+        ACCEPTED.
         """
         if status == self.status or not self.is_active or (status == 'ACCEPTED' and self.status != SENT):
             return False
@@ -101,7 +102,7 @@ class Goal:
         return True
 
     def miss_start(self) -> None:
-        """Note that the goal ran before anybody listened, so that the first value of its progress is
+        """Note that the goal ran before its feedback was subscribed to, so the first value of its progress is
         unknown.
         """
         self._saw_start = False
@@ -109,9 +110,10 @@ class Goal:
         self.progress = None
 
     def take_feedback(self, feedback: Any, now: float, field: str | None = None) -> None:
-        """Note a feedback message; `field` tells the progress, as `Progress` takes it.
+        """Note a feedback message. `field` names the field with the progress, in the form that `Progress`
+        takes.
 
-        If the message has no such field, the one that its name makes likely does.
+        If the message has no such field, the field whose name suggests progress is used.
         """
         self.ticks.append(now)
         self.feedback = feedback
@@ -120,24 +122,26 @@ class Goal:
                 continue
             if spec not in self._readers:
                 self._readers[spec] = Progress(spec, saw_start=self._saw_start)
-            with suppress(ProgressError):  # the field belongs to another action
+            with suppress(ProgressError):  # the feedback of this action has no such field
                 done = self._readers[spec].read(feedback)
                 self.progress = self.progress if done is None else done
                 return
 
 
 class GoalTable:
-    """The goals of all actions, the latest last."""
+    """The goals of all actions, in the order in which they were noticed."""
 
     def __init__(self, field: str | None = None, kept: int = KEPT) -> None:
-        """`field` tells the progress of the goals, as `Progress` takes it; `kept` goals are kept."""
+        """`field` names the feedback's field with the progress, in the form that `Progress` takes; `kept`
+        goals are kept.
+        """
         self._field = field
         self._kept = kept
         self._goals: OrderedDict[tuple[str, str], Goal] = OrderedDict()
         self._reported: dict[str, list[str]] = {}
         self._watched_since: dict[str, float] = {}
         self.version = 0
-        """A number that rises with each change."""
+        """A number that rises with each change of the table."""
 
     def __iter__(self) -> Iterator[Goal]:
         return iter(self._goals.values())
@@ -146,11 +150,11 @@ class GoalTable:
         return len(self._goals)
 
     def get(self, action: str, goal_id: str) -> Goal | None:
-        """Return a goal that is known."""
+        """Return the goal with this id; None if it is unknown."""
         return self._goals.get((action, goal_id))
 
     def active(self, action: str | None = None) -> list[Goal]:
-        """Return the goals that have not ended."""
+        """Return the goals, of one action or of all, that have not ended."""
         return [goal for goal in self if goal.is_active and action in {None, goal.action}]
 
     def reported(self, action: str, most_ended: int) -> list[Goal]:
@@ -160,18 +164,18 @@ class GoalTable:
         return [*(goal for goal in goals if goal.is_active), *ended[-most_ended:]]
 
     def watch(self, action: str, now: float) -> None:
-        """Note that listening to an action's goals begins now; earlier feedback was missed."""
+        """Note that the observation of an action's goals begins now; earlier feedback was missed."""
         self._watched_since[action] = now
 
     def forget(self, action: str) -> None:
-        """Drop the goals of an action."""
+        """Remove the goals of an action from the table."""
         self._reported.pop(action, None)
         for key in [key for key in self._goals if key[0] == action]:
             del self._goals[key]
         self.version += 1
 
     def note_sent(self, action: str, goal_id: str, request: Mapping[str, Any], now: float) -> Goal:
-        """Note a goal that is sent from here."""
+        """Note a goal that this process sends."""
         goal = self._goal(action, goal_id, now)
         goal.request = request
         return goal
@@ -181,18 +185,19 @@ class GoalTable:
     ) -> list[Goal]:
         """Note the statuses that a server reports, and return the goals that have changed.
 
-        `wall_offset` leads from readings such as `now` to times of acceptance, in s since 1970. A goal that
-        had ended when it was first seen ends when it began: no more is known.
+        `now` plus `wall_offset` is the time in s since 1970, as times of acceptance are. For a goal that had
+        already ended when it was first reported, the end is set to its begin, since the end is unknown.
         """
         news, ids = [], list[str]()
         since = self._watched_since.pop(action, None)
         for goal_id, status, accepted in goals:
             known = self._goals.get((action, goal_id))
-            is_old = known is None and status not in ACTIVE  # the time of its end is unknown
+            is_old = known is None and status not in ACTIVE  # the time of the goal's end is unknown
             if known is None:
                 began = min(now, accepted - wall_offset) if accepted > 0 else now
                 known = self._goal(action, goal_id, began)
-            # If the server uses another clock, as in a simulation, a goal may seem older than it is.
+            # If the server uses another clock, as in a simulation, a goal may seem older than it is, and lose
+            # its progress.
             if since is not None and accepted - wall_offset < since and not known.is_mine:
                 known.miss_start()
             known.accepted = accepted
@@ -203,7 +208,7 @@ class GoalTable:
         return news
 
     def take_feedback(self, action: str, goal_id: str, feedback: Any, now: float) -> Goal:
-        """Note a feedback message; the goal may be one that no status has told of yet."""
+        """Note a feedback message, also of a goal that no status message has reported yet."""
         goal = self._goal(action, goal_id, now)
         goal.take_feedback(feedback, now, self._field)
         self.version += 1
@@ -237,7 +242,9 @@ class GoalTable:
 
 
 def lanes(goals: Iterable[Goal], now: float, margin: float = 0.0) -> list[tuple[Goal, int]]:
-    """Give each goal the first row of its action in which the one before has ended, `margin` s earlier."""
+    """Place goals in rows of their action: each in the first row whose last goal ended `margin` s before it
+    began.
+    """
     placed: list[tuple[Goal, int]] = []
     ends: dict[str, list[float]] = {}
     for goal in sorted(goals, key=lambda each: each.began):

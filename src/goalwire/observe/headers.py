@@ -1,17 +1,17 @@
-"""The stamp of a message whose type is unknown: by convention a header is the first field."""
+"""Reads the stamp of a message whose type is unknown: by convention the header is a message's first field."""
 
 from __future__ import annotations
 
 import struct
 
 _HEAD = 4
-"""Bytes before the first field; the lowest bit of the second one says that numbers are in little endian."""
+"""The number of bytes before the first field. The lowest bit of the second byte is set for little endian."""
 
 
 def stamp_of_first_field(data: bytes) -> float | None:
     """Return the stamp of a serialized message in s; None if its first field cannot be a std_msgs/Header.
 
-    A header is a time, which is two numbers of 32 bits, and a text: its length, then its bytes, then a 0.
+    In CDR a header is a time (two numbers of 32 bits) and a text (its length, its bytes, a 0).
     """
     if len(data) < _HEAD + 13:
         return None

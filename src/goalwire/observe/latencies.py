@@ -1,4 +1,4 @@
-"""How long calls took: percentiles and a histogram."""
+"""The durations of calls: percentiles and a histogram."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from collections import deque
 
 KEPT = 1000
 _STEPS = (1.0, 2.0, 3.0, 5.0, 7.0)
-"""The limits of a histogram's bins in each power of ten."""
+"""The limits of a histogram's bins, as factors of each power of ten."""
 
 
 class Latencies:
-    """How long the latest calls took, in s."""
+    """The durations of the latest calls, in s."""
 
     def __init__(self, kept: int = KEPT) -> None:
         self._seconds: deque[float] = deque(maxlen=kept)
         self.number = 0
-        """How many calls were answered, including those that are no longer kept."""
+        """The number of calls that were answered, including calls whose durations were dropped since."""
         self.failed = 0
 
     def note(self, seconds: float) -> None:
@@ -28,15 +28,18 @@ class Latencies:
         return len(self._seconds)
 
     def percentile(self, share: float) -> float:
-        """Return the time that this share of the calls (0 to 1) did not exceed; 0 without calls."""
+        """Return the duration in s that the given share of the calls (0 to 1) did not exceed; 0 without
+        calls.
+        """
         ordered = sorted(self._seconds)
-        # 0.07 * 100 is a little more than 7.
+        # 1e-9 is subtracted because of rounding: in floats 0.07 * 100 is a little more than 7.
         return ordered[max(0, math.ceil(share * len(ordered) - 1e-9) - 1)] if ordered else 0.0
 
     def histogram(self) -> list[tuple[float, int]]:
-        """Return upper limits (1, 2, 3, 5, 7, 10 … of each power of ten) and the calls below each.
+        """Return upper limits (1, 2, 3, 5, 7, 10 … of each power of ten) and the number of calls between each
+        limit and the limit before.
 
-        Bins that are empty are left out at both ends.
+        Empty bins are left out at both ends.
         """
         found: list[tuple[float, int]] = []
         rest, power = sorted(self._seconds), 1e-6
@@ -52,5 +55,5 @@ class Latencies:
 
 
 def shown_seconds(seconds: float) -> str:
-    """Return a time as people read it."""
+    """Return a duration as text for people, in ms or s."""
     return f'{seconds * 1000:.3g} ms' if seconds < 1 else f'{seconds:.3g} s'

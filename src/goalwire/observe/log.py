@@ -19,7 +19,7 @@ _MOST_NAME = 300
 
 @record
 class LogLine:
-    """One line; `stamp` is seconds since 1970, by the clock of the node that wrote it."""
+    """One line of a log; `stamp` is in s since 1970, by the clock of the node that logged the line."""
 
     number: int
     stamp: float
@@ -27,11 +27,11 @@ class LogLine:
     node: str
     text: str
     place: str
-    """The file, line and function that logged it."""
+    """The file, the line of code and the function that logged the line."""
 
     @property
     def level_name(self) -> str:
-        """The level in words, DEBUG to FATAL."""
+        """The name of the level, from DEBUG to FATAL."""
         return LEVELS.get(self.level, str(self.level))
 
 
@@ -60,22 +60,22 @@ class LogBook:
 
     @property
     def version(self) -> int:
-        """A number that rises with each line."""
+        """A number that rises with each new line."""
         return self._count
 
     @property
     def nodes(self) -> list[str]:
-        """The names of the loggers that have written."""
+        """The names of the loggers of the kept lines, sorted."""
         return sorted({line.node for line in self._lines})
 
     def since(self, version: int, text: str) -> list[LogLine]:
-        """Return the lines that came after a version and hold a text, the oldest first."""
+        """Return the lines that came after a `version` and contain a text, the oldest first."""
         new = min(self._count - version, len(self._lines))
         lines = islice(self._lines, len(self._lines) - new, None)
         return [line for line in lines if text in line.node or text in line.text]
 
     def latest(self, most: int, *, least_level: int = 0, node: str = '', text: str = '') -> list[LogLine]:
-        """Return the latest lines that pass, the newest first."""
+        """Return at most `most` lines that the filters let pass, the newest first."""
         return list(islice(self._passing(least_level, node, text), most))
 
     def _passing(self, least_level: int, node: str, text: str) -> Iterator[LogLine]:

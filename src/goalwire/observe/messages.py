@@ -1,4 +1,4 @@
-"""Message classes by the names of their types, and messages as plain data."""
+"""Finds message classes by the names of their types, and converts messages to plain data."""
 
 from __future__ import annotations
 
@@ -34,13 +34,15 @@ def fields_of(cls: type) -> tuple[Field, ...]:
 
 
 def as_data(value: Any) -> Any:
-    """Return a message in JSON's types: long arrays and texts cut, NaN and infinities as texts."""
+    """Return a message as types of JSON: long arrays and texts are shortened, NaN and infinities become
+    texts.
+    """
     if hasattr(value, 'get_fields_and_field_types'):
         return {name: as_data(getattr(value, name)) for name in value.get_fields_and_field_types()}
     if isinstance(value, bool) or value is None:
         return value
     if isinstance(value, int):
-        return value if abs(value) < 2**53 else str(value)  # JavaScript's numbers are doubles
+        return value if abs(value) < 2**53 else str(value)  # larger ones lose digits in JavaScript
     if isinstance(value, float):
         return value if math.isfinite(value) else str(value)
     if isinstance(value, str):
@@ -59,12 +61,14 @@ def _shorten(items: list[Any], count: int) -> list[Any]:
 
 
 def cut(text: str, most: int) -> str:
-    """Return a text of at most `most` characters. The end of a cut text says how long it was."""
+    """Return a text of at most `most` characters. A shortened text is followed by the length of the whole
+    text.
+    """
     return text if len(text) <= most else f'{text[:most]}… ({len(text)} characters)'
 
 
 def as_dict(message: Any) -> Any:
-    """Return a message in JSON's types, in full; a field's array becomes a list."""
+    """Return a message as types of JSON, without shortening; an array becomes a list."""
     from rosidl_runtime_py import message_to_ordereddict
 
     if hasattr(message, 'get_fields_and_field_types'):
@@ -73,7 +77,7 @@ def as_dict(message: Any) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """Return a field's value; arrays as lists."""
+    """Return the value of a field; an array becomes a list."""
     if hasattr(value, 'tolist'):
         return value.tolist()
     if isinstance(value, list | tuple):

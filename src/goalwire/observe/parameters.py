@@ -1,4 +1,4 @@
-"""The parameters of another node, by the services that every ROS 2 node has."""
+"""Reads and sets the parameters of another node through the parameter services that ROS 2 nodes have."""
 
 from __future__ import annotations
 
@@ -25,19 +25,21 @@ STANDARD_SERVICES = (
     '/set_parameters_atomically',
     '/get_type_description',
 )
-"""The ends of the names of the services that every node has."""
+"""The last parts of the names of the services that every node has."""
 _NOT_SET = Type.NOT_SET.value
 
 
 def kind_name(number: int) -> str:
-    """Return the word of `ros2 param` for a type, by its number in rcl_interfaces/msg/ParameterType."""
+    """Return the word that `ros2 param` prints for a type, given its number in
+    rcl_interfaces/msg/ParameterType.
+    """
     if number == _NOT_SET:
         return 'not set'
     return KIND_NAMES[Type(number)] if number < len(Type) else f'unknown ({number})'
 
 
 def plain_value(message: Any) -> Any:
-    """Return the value of an rcl_interfaces/msg/ParameterValue as JSON has it: bytes as numbers.
+    """Return the value of an rcl_interfaces/msg/ParameterValue in types of JSON: bytes become numbers.
 
     Raises RuntimeError for a type that ROS 2 does not have.
     """
@@ -48,7 +50,7 @@ def plain_value(message: Any) -> Any:
 
 
 def nodes_with_parameters(services: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
-    """Return the nodes with parameter services."""
+    """Return the names of the nodes that have parameter services."""
     return [
         name.removesuffix(LIST)
         for name, types in services
@@ -57,12 +59,15 @@ def nodes_with_parameters(services: Iterable[tuple[str, Sequence[str]]]) -> list
 
 
 class NodeParameters:
-    """The parameters of one node: a context manager, which closes its clients at the end."""
+    """Access to the parameters of one node: a context manager, which closes its clients at the end of the
+    block.
+    """
 
     def __init__(self, node: goalwire.Node, name: str, timeout: float) -> None:
-        """`node` asks the node of that name, which may take `timeout` s for each answer.
+        """The requests of `node` go to the node with the name `name`, which may take `timeout` s for each
+        answer.
 
-        Every question raises goalwire's own errors if there is no answer.
+        Each method raises goalwire's own errors if no answer comes.
         """
         self._node = node
         self._name = name
@@ -82,17 +87,19 @@ class NodeParameters:
         return await self._clients[service].call(cls.Request(**fields), timeout=self._timeout)
 
     async def names(self, prefixes: Sequence[str] = ()) -> list[str]:
-        """Return the names of the parameters, sorted. The prefix `arm` selects those such as `arm.reach`."""
+        """Return the names of the parameters, sorted. The prefix `arm` selects parameters such as
+        `arm.reach`.
+        """
         from rcl_interfaces.srv import ListParameters
 
         response = await self._ask(ListParameters, 'list_parameters', prefixes=list(prefixes))
         return sorted(response.result.names)
 
     async def values(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return the ParameterValue messages of these parameters, without those that have no value."""
+        """Return the ParameterValue messages of these parameters; parameters without a value are left out."""
         found = await self._values(names) if names else []
         if len(found) != len(names):
-            # A node answers with nothing at all if one of the parameters has a type and no value yet.
+            # A node returns no values at all if one of the parameters has a type but no value yet.
             alone = [await self._values([name]) for name in names]
             pairs = [(name, each[0]) for name, each in zip(names, alone, strict=True) if each]
         else:
@@ -105,11 +112,11 @@ class NodeParameters:
         return list((await self._ask(GetParameters, 'get_parameters', names=list(names))).values)
 
     async def descriptors(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return the ParameterDescriptor messages of these parameters, without those that the node does
-        not have.
+        """Return the ParameterDescriptor messages of these parameters; parameters that the node lacks are
+        left out.
         """
         found = await self._descriptors(names)
-        if len(found) != len(names):  # a node answers with nothing at all if it lacks one of the names
+        if len(found) != len(names):  # a node returns nothing at all if it lacks one parameter
             known = set(await self.names())
             names = [name for name in names if name in known]
             found = await self._descriptors(names)
@@ -124,7 +131,7 @@ class NodeParameters:
         return list(response.descriptors)
 
     async def set(self, values: Sequence[tuple[str, Any]]) -> list[tuple[str, Any]]:
-        """Set parameters to ParameterValue messages, one after the other.
+        """Set parameters to the values of ParameterValue messages, one after the other.
 
         Return each name with its SetParametersResult.
         """
@@ -138,7 +145,7 @@ class NodeParameters:
         return list(zip([name for name, _ in values], response.results, strict=False))
 
     async def read(self) -> list[RemoteParameter]:
-        """Return all parameters, with values and descriptions."""
+        """Return all parameters of the node, with their values and descriptions."""
         names = await self.names()
         values, descriptors = await self.values(names), await self.descriptors(names)
         return [_parameter(name, values.get(name), about) for name, about in descriptors.items()]
@@ -150,7 +157,7 @@ class RemoteParameter:
 
     name: str
     number: int
-    """Of the type, as in rcl_interfaces/msg/ParameterType."""
+    """The number of the parameter's type, as in rcl_interfaces/msg/ParameterType."""
     value: Any
     description: str = ''
     constraints: str = ''
@@ -183,9 +190,9 @@ def _parameter(name: str, value: Any, about: Any) -> RemoteParameter:
 
 
 def fit_typed_value(parameter: RemoteParameter, typed: object) -> Any:
-    """Return a parameter's value from a form's text or switch, or from a value of its type.
+    """Return a parameter's value, made from a form's text or switch, or from a value of the parameter's type.
 
-    Raises FieldValueError, for a number outside the range that the parameter declares, too.
+    Raises FieldValueError, also for a number outside the range that the parameter declares.
     """
     type_ = Type(parameter.number)
     if type_ is Type.NOT_SET:

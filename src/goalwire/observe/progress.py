@@ -1,4 +1,4 @@
-"""How far a goal is, as one field of its feedback tells: FIELD, or FIELD/MAX."""
+"""The progress of a goal, read from one field of its feedback: FIELD, or FIELD/MAX."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _NUMBERS = ('float', 'double', 'int', 'uint')
 
 
 class ProgressError(ValueError):
-    """The feedback has no such number, or there is no such maximum."""
+    """The feedback has no number in the field for the progress, or MAX is not a number above 0."""
 
     def __init__(self, problem: str, advice: str = '') -> None:
         super().__init__(with_advice(problem, advice))
@@ -21,8 +21,9 @@ class ProgressError(ValueError):
 class Progress:
     """Reads one field of the feedback of one goal.
 
-    A field that tells what remains is compared with its first value. If that value was missed, because the
-    goal ran before, the progress is unknown.
+    The value of a field that counts down, such as `distance_remaining`, is compared with its first value. If
+    that value was missed, because the goal already ran when the first feedback was received, the progress is
+    unknown.
     """
 
     def __init__(self, spec: str, *, saw_start: bool = True) -> None:
@@ -45,9 +46,9 @@ class Progress:
             )
 
     def read(self, feedback: Any) -> float | None:
-        """Return how much is done, 0 to 1; None if the needed first value was missed.
+        """Return the progress, 0 to 1; None if the first value of a field that counts down was missed.
 
-        Raises ProgressError if the feedback has no such number.
+        Raises ProgressError if the feedback has no such field, or the field is not a number.
         """
         number = self._number(feedback)
         if self._first is None:
@@ -74,9 +75,10 @@ class Progress:
 
 
 def likely_field(feedback: Any) -> str | None:
-    """Return the field, as `Progress` takes it, whose name says that it tells progress; None without one.
+    """Return the field whose name suggests progress, in the form that `Progress` takes; None if there is
+    none.
 
-    A field that rises is preferred to one that tells what remains.
+    A field that counts up is preferred to a field that counts down.
     """
     fields: dict[str, str] = feedback.get_fields_and_field_types()
     numbers = [name for name, kind in fields.items() if kind.startswith(_NUMBERS) and '[' not in kind]

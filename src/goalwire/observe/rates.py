@@ -1,4 +1,4 @@
-"""How often messages come to a topic, and how many bytes."""
+"""Measures how many messages and bytes per second come to a topic."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections import deque
 from typing import NamedTuple
 
 WINDOW_S = 3.0
-"""A rate is that of the latest seconds."""
+"""A rate is measured over the latest seconds, of this number."""
 _LEAST_S = 0.5
-"""The least time that a rate is computed over: the rate of a burst would be arbitrary."""
+"""The shortest time in s over which a rate is computed: over a shorter burst it would be arbitrary."""
 
 
 class Pace(NamedTuple):
@@ -19,9 +19,9 @@ class Pace(NamedTuple):
 
 
 class Rate:
-    """How often messages come, computed from their number at the time of the latest one.
+    """How often messages come, computed from the times of arrival and the numbers of messages up to then.
 
-    The rate is known once two messages have come: the time before the first one tells nothing.
+    The rate is known once two messages have come: the time before the first message says nothing about it.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Rate:
         self._has_stopped = False
 
     def note(self, count: int, at: float, size: int = 0) -> None:
-        """Note the number of the latest message, when it came, and the bytes of all so far.
+        """Note an arrival: `count` messages with `size` bytes have come so far, the latest at the time `at`.
 
         `at` is a reading of the monotonic clock, in s.
         """
@@ -41,9 +41,9 @@ class Rate:
             arrivals.popleft()
 
     def pace(self, now: float) -> Pace | None:
-        """Return the pace of the last 3 s, or between the last two messages if they are further apart.
+        """Return the rate over the last 3 s, or between the last two messages if they are further apart.
 
-        None until it is known; 0 if messages came, and come no more.
+        Returns None until the rate is known, and 0 if messages came earlier but have stopped.
         """
         arrivals = self._arrivals
         if len(arrivals) < 2 or arrivals[-1][0] - arrivals[0][0] < _LEAST_S:
@@ -57,7 +57,7 @@ class Rate:
         return Pace(0.0, 0.0)
 
     def latest(self) -> Pace | None:
-        """Return the rate of the latest messages, however long ago and however close together they came."""
+        """Return the rate of the latest noted messages, even if they came long ago or within a short time."""
         if len(self._arrivals) < 2:
             return None
         (began, first, before), (ended, last, size) = self._arrivals[0], self._arrivals[-1]

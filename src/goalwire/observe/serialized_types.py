@@ -1,4 +1,4 @@
-"""Types of topics whose messages are only counted: no definition is needed for that."""
+"""Types for topics whose messages are only counted, for which no definition of the type is needed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def serialized_type(graph: Graph, topic: str, type_name: str) -> MessageSupport:
     here.
 
     The hash is that of the topic's publishers, or else of its subscriptions: on Zenoh a subscription with
-    another hash hears nothing.
+    another hash gets no messages.
     """
     for kind in (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION):
         for each in graph.entities(kind, topic):

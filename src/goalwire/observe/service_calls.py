@@ -1,4 +1,4 @@
-"""Calls of a service by any client, from its introspection events."""
+"""Collects the calls that any client makes to a service, from the service's introspection events."""
 
 from __future__ import annotations
 
@@ -16,32 +16,36 @@ _SENT, _RECEIVED, _ANSWERED, _CAME = range(len(STEPS))
 
 
 class SeenCall:
-    """One call: the times of its steps in s since 1970. Each time is by the clock of its publisher."""
+    """One call of a service. The times of its steps are in s since 1970, by the clock of the events'
+    publisher.
+    """
 
     def __init__(self, client: str, number: int) -> None:
         self.client = client
-        """The client's gid, in hexadecimal digits."""
+        """The gid of the calling client, in hexadecimal digits."""
         self.number = number
-        """The client's sequence number of the call."""
+        """The sequence number that the client gave the call."""
         self.seen_at = monotonic()
         self.steps: dict[int, float] = {}
         self.request: Any = None
-        """The message; None if the events have no contents."""
+        """The request message; None if the introspection events have no contents."""
         self.response: Any = None
 
     @property
     def served_in(self) -> float | None:
-        """The time in s from the request's arrival to the response, if the service tells both."""
+        """The time in s from the request's arrival to the response, if events of the service report both."""
         return self._between(_RECEIVED, _ANSWERED)
 
     @property
     def took(self) -> float | None:
-        """The time in s from the request's sending to the response's arrival, if the client tells both."""
+        """The time in s from the request's sending to the response's arrival, if events of the client report
+        both.
+        """
         return self._between(_SENT, _CAME)
 
     @property
     def state(self) -> str:
-        """The name of its last step, in words."""
+        """The name of the call's last step, in lower case."""
         return STEPS[max(self.steps)].replace('_', ' ').lower()
 
     def _between(self, first: int, last: int) -> float | None:
@@ -56,14 +60,16 @@ class ServiceCalls:
     def __init__(self) -> None:
         self._calls: OrderedDict[tuple[str, int], SeenCall] = OrderedDict()
         self.clients = Latencies()
-        """From the request to the response, as clients tell them."""
+        """The durations from the request to the response, as reported by clients' events."""
         self.server = Latencies()
-        """From the request's arrival to the response's sending, as the server tells them."""
+        """The durations from the request's arrival to the response's sending, as reported by the server's
+        events.
+        """
         self.version = 0
         """A number that rises with each event."""
 
     def take(self, event: Any, _at: float = 0.0) -> None:
-        """Note an event: a message of the service's type `Name_Event`."""
+        """Note an introspection event: a message of the service's type `Name_Event`."""
         info = event.info
         if not 0 <= info.event_type < len(STEPS):
             return

@@ -1,4 +1,4 @@
-"""Sizes as people read them."""
+"""Makes texts of sizes in bytes for people."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ _UNITS = ('B', 'KiB', 'MiB', 'GiB', 'TiB')
 
 
 def size_text(size: float) -> str:
-    """Return bytes in the largest unit that leaves a number above 1."""
+    """Return a size in bytes as text, in the largest unit that gives a number of at least 1."""
     unit = 0
     while size >= 1024 and unit < len(_UNITS) - 1:
         size, unit = size / 1024, unit + 1
