@@ -66,7 +66,7 @@ class GoalReport:
 
     @property
     def succeeded(self) -> bool:
-        """True if the goal has reached its end."""
+        """True if the goal has succeeded."""
         return self.status == 'SUCCEEDED'
 
     @property
@@ -182,7 +182,7 @@ class Job:
             self._tell(self._report(robot, run))
 
     async def _carry_out(self, steps: Steps, robot: str, action: str, _digest: str) -> Json:
-        """The mission of one robot. Its value is in the journal, so every way to end is a value."""
+        """The mission of one robot. Errors become values, too: the journal keeps a mission's value."""
         drive = steps.action(self._type, name_below(robot, action), if_lost='fail')
         try:
             await drive.call(self._goal, timeout=self._timeout)

@@ -82,11 +82,11 @@ async def _active_goals(node: Node, action: str, patience: float) -> int:
 
 
 async def _latest(node: Node, topic: str, type_name: str, patience: float) -> Any:
-    """Return the next message of a topic, which may be one that is kept; None if there is none in time."""
+    """Return the next message of a topic, which may be a kept one; None if none comes within `patience` s."""
     publishers = node.graph.publishers(topic)
     if not publishers:
         return None
-    with suppress(GoalwireError, TimeoutError):  # a peer may have given it any name or type
+    with suppress(GoalwireError, TimeoutError):  # a peer may have announced a topic of any name or type
         qos = suiting([each.qos for each in publishers], 1)
         subscription: Subscription[Any] = node.subscription(interface_class(type_name), topic, qos=qos)
         try:
