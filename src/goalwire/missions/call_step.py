@@ -28,7 +28,7 @@ class CallRequest:
     timeout: float | None
     if_lost: IfLost
     idempotent: bool
-    """True if the call may be made twice."""
+    """True if making the call twice does no harm."""
 
 
 class CallStep:
@@ -64,7 +64,7 @@ class CallStep:
     async def _call(self) -> Outcome:
         self._step.boundary('before send')
         calling = asyncio.ensure_future(self._client.call(self._request.request, timeout=self._step.left()))
-        await asyncio.sleep(0)  # the first turn of the task puts the request on the wire
+        await asyncio.sleep(0)  # lets the task take its first turn, which puts the request on the wire
         self._step.boundary('after send')
         try:
             response = await self._step.until_stopped(calling)

@@ -1,4 +1,6 @@
-"""The check whether changed code fits open missions: it runs against their journals, and does nothing."""
+"""The check whether changed code fits open missions: the code runs against their journals, and no step is
+carried out.
+"""
 
 from __future__ import annotations
 

@@ -12,7 +12,9 @@ if TYPE_CHECKING:
 
 
 class Gate:
-    """Closed until the mission's turn, and while it is paused or held. A stopped mission passes the gate."""
+    """A gate that is closed until the mission's turn, and while the mission is paused or held. A stopped
+    mission passes the gate.
+    """
 
     def __init__(self, run: Host, held: str, *, must_check: bool, has_turn: bool) -> None:
         """`held` says why the mission waits for a person. `must_check`: call `resume_check` first.
@@ -33,7 +35,7 @@ class Gate:
         self.wake()
 
     def give_turn(self) -> None:
-        """Let the mission begin: no other one has the robot."""
+        """Let the mission begin: no other mission has the robot."""
         self._has_turn = True
         self.wake()
 

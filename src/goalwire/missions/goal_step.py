@@ -1,4 +1,4 @@
-"""A goal as a step. It is sent only once; if that is uncertain, a person is asked.
+"""A goal as a step. The goal is sent only once; if it is uncertain whether it was sent, a person is asked.
 
 The journal has the intent before the goal is sent, with the server's state at that moment. If the answer is
 missing because the runner or the server was restarted, or the link was cut, the server is asked about the
@@ -55,7 +55,7 @@ class GoalRequest:
     timeout: float | None
     if_lost: IfLost
     kept: float
-    """The least time in s for which the server keeps results."""
+    """How long, in s, the server keeps results at least."""
 
 
 class GoalStep:
@@ -141,7 +141,7 @@ class GoalStep:
             was_known, self._may_be_known = self._may_be_known, True
             run = self._client.send(self._request.goal, goal_id=self._goal_id, keep=True)
         entering = asyncio.ensure_future(run.__aenter__())
-        await asyncio.sleep(0)  # the first turn of the task puts the request on the wire
+        await asyncio.sleep(0)  # lets the task take its first turn, which puts the request on the wire
         if not again:
             self._step.boundary('after send')
         try:
@@ -213,7 +213,7 @@ class GoalStep:
         """Ask the server for the goal's state until there is a conclusion."""
         while True:
             try:
-                # Also after the step's time: a goal that has reached its end meanwhile has reached it.
+                # Ask even after the step's time limit: a goal that has ended meanwhile counts as ended.
                 asking = self._client.probe(self._goal_id)
                 found = await self._step.until_stopped(asking, is_limited=False)
                 conclusion = await self._conclude(found)
@@ -253,11 +253,11 @@ class GoalStep:
         return self._failed(failure)
 
     async def _conclude_unknown(self, journal: str) -> Outcome | _Move | None:
-        """Conclude from the answer of a server that does not know the goal, and has this `journal`."""
+        """Conclude from the answer of a server that does not know the goal; `journal` is its journal's id."""
         assert self._intent is not None
         body = self._intent.body
         if journal and journal == body.get('journal'):
-            return self._send_again()  # this server forgets no goal: it has never had it
+            return self._send_again()  # this server forgets no goal, so it never had this one
         servers = body['servers']
         sent = ServerView(
             frozenset(map(str, servers if isinstance(servers, list) else ())), str(body['statuses'])
@@ -282,7 +282,9 @@ class GoalStep:
 
     @property
     def _was_just_written(self) -> bool:
-        """True if this life has written the intent, and has asked the server before it sends anything."""
+        """True if this life of the mission has written the intent, and asks the server before it sends
+        anything.
+        """
         return self._step.must_probe and self._step.history.intent is not self._intent
 
     def _send_again(self) -> Outcome | _Move:
@@ -300,7 +302,7 @@ class GoalStep:
 
     async def _decide(self, why: str) -> Outcome | _Move:
         """Let the mission or a person decide, since it is unknown whether the goal has run."""
-        self._step.lift_limit()  # people take their time
+        self._step.lift_limit()  # a person's answer may take longer
         goal_id = self._goal_id.hex()
         evidence = f'goal {goal_id} may have run, wholly or in part: {why}'
         decision = await self._step.decide_lost(self._request.if_lost, self._request.goal, evidence)

@@ -78,7 +78,7 @@ class LiveStep:
         await self._run.write(entry, state=state, why=why)
 
     def boundary(self, name: str) -> None:
-        """Report a place to the test kit, which may let the program crash there."""
+        """Report a place in the code to the test kit, which may let the program crash there."""
         self._run.boundary(name, self.title)
 
     # -- time ----------------------------------------------------------------------------------------------
@@ -103,7 +103,7 @@ class LiveStep:
         return None if self._deadline is None else max(self._deadline - self.machine.steady(), 0.0)
 
     def lift_limit(self) -> None:
-        """Remove the step's time limit, for example since it is over and the goal is being cancelled."""
+        """Remove the step's time limit, for example since it has passed and the goal is being cancelled."""
         self._deadline = None
 
     def ignore_stop(self) -> None:
@@ -113,7 +113,7 @@ class LiveStep:
     async def until_stopped(self, awaitable: Awaitable[T], *, is_limited: bool = True) -> T:
         """Wait for something; raises Interrupted if the mission is stopped, or the step's time is over.
 
-        Unless it `is_limited`, it may take longer than the step has.
+        Unless `is_limited` is set, waiting may take longer than the step's time limit.
         """
         task = asyncio.ensure_future(awaitable)
         stop = asyncio.ensure_future(self._run.stop_requested.wait())
@@ -139,12 +139,14 @@ class LiveStep:
     # -- people --------------------------------------------------------------------------------------------
 
     async def ask(self, state: MissionState, question: str) -> str:
-        """Ask a person, once in all lives, and wait until the journal has the answer. Raises Interrupted."""
+        """Ask a person, once in all lives of the mission, and wait until the journal has the answer. Raises
+        Interrupted.
+        """
         answer = self._run.expect_answer(self.number)
         try:
             known = StepHistory(self.number, self.history.key, self._run.entries_of(self.number))
             answered = known.since_intent(EntryKind.ANSWERED)
-            if answered is not None:  # answered before the restart, or before the step came here
+            if answered is not None:  # answered before a restart, or before the step came here
                 return str(answered.body['answer'])
             asked = known.since_intent(EntryKind.ASKED)
             entries = () if asked else (Entry(EntryKind.ASKED, self.number, {'question': question}),)
@@ -179,7 +181,7 @@ def check_if_lost(given: IfLost) -> None:
 
 
 async def _end(task: asyncio.Future[Any]) -> None:
-    """Cancel a task and wait until it has ended; ignore its error."""
+    """Cancel a task and wait until it ends; ignore its error."""
     if not task.done():
         task.cancel()
         with suppress(asyncio.CancelledError):

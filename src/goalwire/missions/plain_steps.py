@@ -56,12 +56,12 @@ async def wait_for_message(
         return Outcome(
             error=DeadlineError(f"topic '{topic}': no such message came within {timeout} s", name=topic)
         )
-    except Exception as error:  # an error of the condition itself
+    except Exception as error:  # the condition itself has raised it
         return Outcome(error=_step_failed(error))
 
 
 async def sleep(step: LiveStep, seconds: float) -> Outcome:
-    """Sleep until `seconds` after the step's begin, including the time without a runner."""
+    """Sleep until `seconds` after the step began; the time without a runner counts, too."""
     await _begun(step, seconds)
     try:
         await step.until_stopped(asyncio.Event().wait())

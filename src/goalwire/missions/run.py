@@ -90,7 +90,7 @@ class MissionRun:
             self.stop_requested.set()
 
     def boundary(self, name: str, step: str) -> None:
-        """Tell the test kit where the mission is."""
+        """Report a place in the code to the test kit, which may let the program crash there."""
         self._boundary(name, step)
 
     def entries(self) -> list[Entry]:
@@ -197,7 +197,7 @@ class MissionRun:
         return was_suspicious
 
     def goal_id(self, step: int, attempt: int) -> bytes:
-        """Return the id of a step's goal."""
+        """Return the id of a step's goal. It is the same in every life of the mission."""
         return goal_id_of(self._writer.store.uuid, self.row.id, step, attempt).bytes
 
     def stopped(self) -> MissionStopped:

@@ -17,12 +17,14 @@ from goalwire.records import record
 Missed = Literal['skip', 'run']
 _TIME_OF_DAY = re.compile(r'([01]\d|2[0-3]):([0-5]\d)')
 _LOOK_S = 60.0
-"""The time after which a clock that was set is noticed."""
+"""How long, in s, it may take to notice that the clock was set."""
 
 
 @record
 class Slots:
-    """The times of a schedule: `daily` at a time of the local day, or `every` so many seconds since 1970."""
+    """The times of a schedule: `daily` at a time of the local day, or at every multiple of `every` s since
+    1970.
+    """
 
     daily: str | None = None
     every: float | None = None
@@ -53,7 +55,7 @@ class Slots:
         assert self.daily is not None
         hour, minute = map(int, self.daily.split(':'))
         day = datetime.fromtimestamp(now).astimezone().date() + timedelta(days=days)
-        # A naive time is one of the local zone: at a change of the clocks the day has 23 or 25 hours.
+        # A naive time is local: so days of 23 or 25 hours, when summer time begins or ends, need no care.
         return datetime(day.year, day.month, day.day, hour, minute).timestamp()  # noqa: DTZ001
 
 
@@ -82,7 +84,7 @@ async def keep_schedule(
         left = slot - wall()
         if left > 0:
             await asyncio.sleep(min(left, _LOOK_S))
-            slot = min(slot, slots.after(wall()))  # the clock may have gone back
+            slot = min(slot, slots.after(wall()))  # the clock may have been set back
         else:
             await start(slot)
             slot = slots.after(max(wall(), slot))

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 FORMAT = '1'
 LARGEST_VALUE = 2**16
-"""The largest value or message in the journal, in bytes. Larger ones belong into files."""
+"""The largest value or message in the journal, in bytes. Larger values belong into files."""
 _BUSY_S = 10.0
 _TABLES = """
 CREATE TABLE IF NOT EXISTS file (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -57,9 +57,9 @@ class MissionRow:
     arguments: tuple[Json, ...]
     state: MissionState
     why: str
-    """The reason why it waits, or why it ended as it did."""
+    """The reason why the mission waits, or why it ended as it did."""
     begun: float
-    """The time of its beginning in s since 1970, as `changed`."""
+    """The time at which the mission began, in s since 1970; `changed` is the time of its latest change."""
     changed: float
     result: Json = None
 
@@ -129,7 +129,7 @@ class Store:
             self._db.execute('INSERT OR REPLACE INTO file VALUES (?, ?)', (key, value))
 
     def first_time(self, key: str, now: float) -> float:
-        """Return when this was first called with `key`: now, or the time that it keeps."""
+        """Return when this method was first called with `key`; if that is now, keep the time."""
         known = self.fact(key)
         if not known:
             self.set_fact(key, repr(now))
@@ -205,7 +205,7 @@ class Store:
         return [Command(number, mission, verb, json.loads(body)) for number, mission, verb, body in found]
 
     def take_command(self, number: int) -> None:
-        """Remove a command, since it was carried out or came too late."""
+        """Remove a command that was carried out or came too late."""
         with self._transaction():
             self._db.execute('DELETE FROM command WHERE number = ?', (number,))
 

@@ -27,8 +27,8 @@ def priority_of(entries: list[Entry]) -> int:
 class Turns:
     """A queue of missions. A mission keeps its turn until it ends, also while it waits for a person.
 
-    The next one is the one of the highest priority; of equal ones the one that was started first. A mission
-    that had begun under an earlier runner comes before those that had not.
+    The next mission is that of the highest priority; of equal priorities, the one that was started first. A
+    mission that began under an earlier runner comes before those that did not.
     """
 
     def __init__(self) -> None:

@@ -22,7 +22,7 @@ class Undo:
     """
 
     def __init__(self, undoing: Callable[[], AbstractContextManager[None]]) -> None:
-        """Steps that run in a block of `undoing()` run although the mission was stopped."""
+        """`undoing()` is a context manager: steps in its block run although the mission was stopped."""
         self._undoing = undoing
         self._pushed: list[Callable[[], Awaitable[Any]]] = []
 
@@ -37,7 +37,7 @@ class Undo:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if not isinstance(error, Exception):
-            return  # the block has succeeded, or the runner ends
+            return  # the block has succeeded, or the runner is ending
         if isinstance(error, MissionStopped) and not error.undo:
             return
         with self._undoing():

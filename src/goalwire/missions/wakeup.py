@@ -1,7 +1,7 @@
 """Wakes a runner that has commands waiting in its file: an empty datagram on loopback.
 
-The commands are in the file; the datagram only means "read the file". So it need not be trusted, and may be
-lost if no runner is there.
+The commands are in the file; the datagram only means "read the file". So a false datagram does no harm, nor
+does a lost one if no runner is there.
 """
 
 from __future__ import annotations
