@@ -78,7 +78,7 @@ class Endpoint:
     takes_views: bool = False
     """True for a subscription that can read large payloads in the wire's own memory, without a copy."""
     waits_for_room: bool | None = None
-    """True if a reliable publisher waits while the wire is full. None leaves it to the QoS: the publisher
+    """True if a reliable publisher waits while the wire is full. None leaves that to the QoS: the publisher
     waits if its history is to reach all subscriptions. Publishers of feedback always wait; publishers of log
     lines and service events never do."""
     part_hashes: Callable[[], tuple[str, str]] | None = None
@@ -253,10 +253,10 @@ class ClientPort(Port):
 
     A wire keeps a table of its requests, and the entity has a table of its calls (`RequestClient.pending`),
     since a call and its request end at different times. A call ends with its first reply, or at its deadline.
-    Its request ends when every server that was asked has answered or gone. Until then the wire finds it by
-    its number, with the servers that have not answered yet, since a reply on DDS holds only the number. One
-    table for both would need a mark of which of the two has ended, and each reply would have to look at that
-    mark.
+    Its request ends when every server that was asked has answered or gone. Until then the wire finds the
+    request, with the servers that have not answered yet, by its number: a reply on DDS holds nothing else.
+    One table for both would need a mark of which of the two has ended, and each reply would have to look at
+    that mark.
     """
 
     @abstractmethod
@@ -277,9 +277,9 @@ class ClientPort(Port):
 
     @abstractmethod
     def cancel(self, sequence: int) -> None:
-        """Forget a request: nobody waits for its reply, and neither function is called.
+        """Forget a request: nobody waits for its reply, and neither `on_reply` nor `on_end` is called.
 
-        A function that is running at this moment goes on. A request that has ended, or never was, is ignored.
+        A callback that is running at this moment goes on. A request that has ended, or never was, is ignored.
         """
 
     def reaches_server(self) -> bool:

@@ -1,4 +1,4 @@
-"""ROS 2 over DDS, as the RMWs for DDS speak it. Its code is imported at the first open.
+"""ROS 2 over DDS, as the RMWs for DDS speak it. The code is imported at the first open.
 
 GOALWIRE_DDS chooses the implementation of DDS: `native`, the default, for goalwire's own RTPS, or `cyclone`
 for libddsc.

@@ -63,7 +63,7 @@ _FIRST_PORT, _PORTS_OF_A_DOMAIN, _DISCOVERY_PORT = 7400, 250, 10
 
 
 def knows_its_peers() -> bool:
-    """Return whether every possible peer listens at one of `ports_in_use`, since nobody else is asked.
+    """Return whether all possible peers listen at `ports_in_use`, since this process asks no other ports.
 
     False if an RMW's configuration file or ROS_STATIC_PEERS may name other peers.
     """

@@ -68,7 +68,7 @@ class DdsServer(OpenPort, Generic[ClientT, AddressT, ReplyT]):
     def __init__(self, state: EndpointState, gid: bytes) -> None:
         super().__init__(state, gid)
         self.waiting: dict[DdsRequest[ClientT, AddressT, ReplyT], bool] = {}
-        """The requests that are neither answered nor cancelled. The value is True, so that `pop(…, False)`
+        """The requests that are neither answered nor cancelled. Each value is True, so that `pop(…, False)`
         says whether the request was still there.
 
         Closing clears the dict: the clients learn of the server's end from the graph.

@@ -3,8 +3,8 @@
 Everything that a publisher sends goes through its dispatcher, also the history for a late subscription. So
 each subscription gets a publisher's messages in order, and each once, whichever threads publish.
 
-A call is handed to every server that is there at that moment. It ends when each of them has answered,
-cancelled its request, or gone; or when the client closes.
+A call is handed to every server that is there at that moment. The call ends when each server has
+answered, cancelled its request, or gone; or when the client closes.
 """
 
 from __future__ import annotations

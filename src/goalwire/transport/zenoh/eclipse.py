@@ -37,8 +37,9 @@ from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
 from goalwire.zenoh.protocol.queries import Answer
 
 UNTIMED_S: float | None = None
-"""The timeout of requests that have none. None leaves it to the configuration: ten minutes, as in rmw_zenoh.
-A shorter one would end slow calls: a request may be answered late, and must not be sent twice."""
+"""The timeout of requests that set none. The value None means that of the configuration: ten minutes, as in
+rmw_zenoh. A shorter timeout would end slow calls: a request may be answered late, and must not be sent
+twice."""
 
 _MANNER: dict[str, Any] = {
     'target': zenoh.QueryTarget.ALL_COMPLETE,
@@ -354,7 +355,7 @@ class EclipseWire(wire.Wire):
     def declare_history_publisher(
         self, key: str, *, reliable: bool, waits: bool, depth: int
     ) -> wire.Publisher:
-        """Declare a publisher with history. Unlike rmw_zenoh's, a reliable one sends no heartbeats.
+        """Declare a publisher with history. Unlike rmw_zenoh's, it sends no heartbeats if it is reliable.
 
         It waits for room instead, so that the last message is not lost. Zenoh 1.10.2 sends heartbeats from
         the thread that also learns when a socket has room again. While a burst waits for room, a heartbeat

@@ -27,7 +27,7 @@ def open_router(port: int, config: Configuration, before_eclipse: Callable[[], N
     """Open the router; `before_eclipse` is called before eclipse-zenoh opens sockets.
 
     Raises AddressTakenError, other TransportErrors, and ForkedError if the parent of this process has used
-    eclipse-zenoh and this one is to use it, too.
+    eclipse-zenoh and this process is to use it, too.
     """
     if environment.zenoh_choice() == environment.ECLIPSE:
         before_eclipse()

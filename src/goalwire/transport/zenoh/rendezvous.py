@@ -286,9 +286,9 @@ class Rendezvous:
     def leave_to_other(self, port: int) -> None:
         """Never take the port from now on, since a router that does not belong to goalwire holds it.
 
-        Otherwise that router could not start again after its end, and goalwire's serves only this machine.
-        Zenoh's threads call this, so it takes no lock: a thread that opens a router holds the lock and waits
-        for zenoh's threads.
+        Otherwise that router could not start again after its end, and goalwire's router serves only this
+        machine. Zenoh's threads call this, so it takes no lock: a thread that opens a router holds the lock
+        and waits for zenoh's threads.
         """
         self._left.add(port)
         router = self._routers.get(port)

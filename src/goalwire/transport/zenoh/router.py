@@ -22,10 +22,10 @@ def router(
 ) -> Iterator[str]:
     """Run a router in the block; yields its id. Raises TransportError.
 
-    It listens at `listen`, or on `port` of every address if that is empty, and connects to the routers in
-    `connect`. ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE count, as for rmw_zenoh's router. With an
-    identity it speaks mutual TLS and enforces its keystore's policy; raises SecurityError if that is
-    unusable.
+    The router listens at `listen`, or on `port` of every address if `listen` is empty, and connects to the
+    routers in `connect`. ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE apply, as for rmw_zenoh's router.
+    With an identity the router speaks mutual TLS and enforces its keystore's policy; raises SecurityError if
+    that policy is unusable.
     """
     rules = None if identity is None else rules_of(identity)
     settings = router_config(port, listen, connect, identity, rules)

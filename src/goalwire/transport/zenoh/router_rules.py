@@ -1,9 +1,9 @@
 """A policy as the access control of a Zenoh router: rules on key expressions, bound to names of certificates.
 
 A router checks each message twice: when it arrives on a link, and when it leaves on one. So an identity has
-rules for both: if it may publish on a topic, it may put on its keys, and learns of its subscribers. Keys and
-types are those of rmw_zenoh; `**` does not cross a chunk that begins with `@`, so that graph and history have
-expressions of their own.
+rules for both: if it may publish on a topic, it may put on the topic's keys, and learns of the topic's
+subscribers. Keys and types are those of rmw_zenoh; `**` does not cross a chunk that begins with `@`, so that
+graph and history have expressions of their own.
 
 Rules that deny always override rules that allow. So "all services, but not those for parameters" becomes a
 rule that denies the latter. An identity that may call all services and set the parameters of some nodes only

@@ -304,7 +304,7 @@ def _stop_offering(plan: Plan) -> None:
 
 
 def _look_for_router(wire: Wire, plan: Plan, found: Holder) -> None:
-    """Warn if no router answers within ZENOH_ROUTER_CHECK_ATTEMPTS: sessions find each other through it.
+    """Warn if no router answers within ZENOH_ROUTER_CHECK_ATTEMPTS: only a router lets sessions meet.
 
     A router that has answered the greeting, or that this process is about to offer, gets TAKE_OVER_S at
     least.

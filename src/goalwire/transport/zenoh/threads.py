@@ -44,7 +44,7 @@ NOISY = ('zenoh::api::session', 'zenoh::net::routing::hat::peer::interests')
 goes under traffic, and "Unknown interest" if an answer arrives for a question that was withdrawn."""
 
 LOG_FILTER = ','.join(['error', *(f'{part}=off' for part in NOISY)])
-"""The log filter of zenoh without RUST_LOG: errors, except those of NOISY."""
+"""The log filter of zenoh if RUST_LOG is not set: errors, except those of NOISY."""
 
 
 CALLERS_S = 1.0

@@ -108,8 +108,8 @@ class Publisher(Declared, Protocol):
         """Puts one message on the links that have room, and returns the others, each with a function.
 
         Takes a payload, an attachment, the links on which earlier messages wait, and `waits=`. The function
-        of a link sends the message there. With `waits` it waits for room; otherwise it may drop the message.
-        A session that does not show its links returns one entry for all, whatever room they have.
+        of a link sends the message there. With `waits` the function waits for room; otherwise it may drop the
+        message. A session that does not show its links returns one entry for all, whatever room they have.
         """
 
 
@@ -177,7 +177,7 @@ class Wire(ABC):
     def declare_subscriber(
         self, key: str, on_message: OnMessage, *, takes_own: bool = True, takes_views: bool = False
     ) -> Subscriber:
-        """Declare a callback for messages on matching keys; with `takes_own` also for this session's.
+        """Declare a callback for messages on matching keys; with `takes_own` also for the session's own.
 
         With `takes_views` payloads may stay in shared memory, and are read-only views of it.
         """
@@ -229,7 +229,7 @@ class Wire(ABC):
         """Report each link to a router, now and later: the router's id, and the address that was dialled."""
 
     def call_later(self, seconds: float, function: Callable[[], None]) -> Callable[[], object]:  # noqa: ARG002
-        """Call a function later on the thread that reads; return a function that cancels this.
+        """Call a function later on the thread that reads; return a function that cancels the call.
 
         A session without such a thread does nothing, as here: its caller must check the time itself.
         """

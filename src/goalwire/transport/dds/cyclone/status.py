@@ -76,7 +76,7 @@ class Peers:
         )
 
     def is_matched(self, reader: int, handle: int) -> bool:
-        """Return whether a reader is matched with that writer now."""
+        """Return whether a reader is matched with a writer now."""
         address = self._library.dds_get_matched_publication_data(reader, handle)
         if address:
             self._library.dds_builtintopic_free_endpoint(address)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from goalwire.security.environment import Chosen
 
 _FAST_RETRY: Settings = {'period_init_ms': 100, 'period_max_ms': 400, 'period_increase_factor': 2}
-"""Retries that find a rendezvous which has moved in under half a second; rmw_zenoh waits 1, 2, 4 s."""
+"""Pauses short enough to find a moved rendezvous within half a second; rmw_zenoh waits 1, 2, 4 s."""
 
 _QUEUE_SIZE: Settings = {'control': 16, 'data': 16}
 """How many batches of 64 KiB may wait for a link, allocated when needed; rmw_zenoh has 2. A message of 1 MB

@@ -1,4 +1,4 @@
-"""JSON5, as Zenoh's configuration files and overrides are written in it (https://spec.json5.org).
+"""JSON5, the format of Zenoh's configuration files and overrides (https://spec.json5.org).
 
 JSON with comments, trailing commas, names without quotes, texts in single quotes, and more ways to write a
 number. The line of each value is kept, so that errors can name it.
