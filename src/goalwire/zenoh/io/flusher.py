@@ -2,7 +2,7 @@
 
 In a flood, links hold small messages back to send them together. Most go out with the messages that follow,
 or when the publishing thread goes to sleep in an executor. A thread of the session's sends the rest, as
-Zenoh's own does; it is started with the first flood. Only code that keeps the GIL can delay it longer.
+Zenoh's own does; it is started with the first flood. Only code that keeps the GIL can delay the rest longer.
 """
 
 from __future__ import annotations

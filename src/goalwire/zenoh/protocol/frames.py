@@ -144,8 +144,8 @@ class FrameReader:
     def receive(self, data: bytes) -> None:
         """Read received bytes. Raises ZenohProtocolError or ClosedByPeerError; then the link must end."""
         self._heard = True
-        # `_tail` is the begun batch of earlier reads. Within a large message, only that batch is completed by
-        # a copy; else the tail is joined with all of `data`.
+        # `_tail` is the incomplete batch of earlier reads. Within a large message, only that batch is
+        # completed by a copy; otherwise the tail is joined with all of `data`.
         start, tail = 0, self._tail
         if tail:
             if self.in_pieces:
@@ -215,8 +215,8 @@ class FrameReader:
         """Read a frame or a piece; return its end.
 
         Each priority numbers its reliable frames and its best-effort frames separately: these are its two
-        channels. A number that is not ahead of the last one of its channel repeats an earlier frame, which
-        may have come another way. It is ignored.
+        channels. A frame is ignored if its number is not ahead of the last one of its channel: it repeats an
+        earlier frame.
         """
         header = data[at]
         reader = Reader(data, at + 1, end)

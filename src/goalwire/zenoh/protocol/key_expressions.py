@@ -125,8 +125,8 @@ def _is_verbatim(chunk: str) -> bool:
 
 
 def _chunks_meet(one: Sequence[str], other: Sequence[str]) -> bool:
-    """Return whether some key matches both, given as chunks. Walks along `one` with a set: the numbers of
-    leading chunks of `other` that can match the chunks of `one` so far.
+    """Return whether some key matches both expressions. Walks along `one` with a set: the numbers of leading
+    chunks of `other` that can match the chunks of `one` so far.
     """
     reached = {0}
     if ANY_CHUNKS in other:

@@ -87,7 +87,7 @@ class KeyIndex(Generic[T]):
             head = key[:end]
             out += [(head + _BELOW, thing) for thing in list(self._below.get(head, {}).values())]
             start = key.rfind('/', 0, end)
-            if key.startswith('@', start + 1):  # wildcards do not match a chunk with @
+            if key.startswith('@', start + 1):  # no wildcard matches a chunk that begins with @
                 break
             end = start
         return out

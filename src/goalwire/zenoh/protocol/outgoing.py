@@ -7,7 +7,7 @@ dropped and counted. A message that may not be dropped waits for room first, if 
 session's owner decides.
 
 Numbering, queueing and writing are done in one critical section. If a signal's handler sends while its own
-thread is sending, its message goes out right after the message of the thread.
+thread is sending, the handler's message goes out right after the message of the thread.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Connection(Protocol):
         """Write as much as the socket takes, and return how many bytes that is."""
 
     def write_many(self, buffers: list[Buffer]) -> int:
-        """Write some buffers one after the other, as far as the socket takes them; return the bytes."""
+        """Write some buffers one after the other, as far as the socket takes them; return how many bytes."""
 
     def request_flush(self) -> None:
         """Have `Outgoing.flush` called once the socket has room again."""

@@ -1,7 +1,7 @@
 """The entities that a session asks routers for.
 
 Peers tell each other everything, but a router tells only what it is asked for. A session asks for everything,
-or in some keys only: then it costs as much as these keys have entities, however many the router knows.
+or for the entities in some keys only: then its cost does not grow with all other entities of the router.
 Keys that the session uses later are asked for, too, so that it reaches everybody whom it can name.
 """
 

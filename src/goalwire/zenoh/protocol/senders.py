@@ -348,7 +348,7 @@ class Querier:
         on_end: Callable[[], None],
         timeout_s: float,
     ) -> int:
-        """Send a query; return its number, for `PendingQueries.cancel`. Callbacks may run earlier."""
+        """Send a query and return the number that cancels it. Callbacks may run before `ask` returns."""
         session = self._session
         now = session.clock()
         if now > session.stale_after:

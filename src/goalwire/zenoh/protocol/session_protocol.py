@@ -11,7 +11,7 @@ expression does. A complete queryable counts as complete for a query only if its
 query's key. Messages and queries also reach the session's own entities, on the caller's thread.
 
 All changes and copies of the tables are made in one critical section. If a signal's handler declares an
-entity while its own thread is in the section, it is declared right after the thread has left.
+entity while its own thread is in the section, the entity is declared right after the thread has left.
 """
 
 from __future__ import annotations
@@ -146,8 +146,7 @@ class SessionProtocol:
         takes_own: bool = True,
         takes_views: bool = False,
     ) -> int:
-        """Call `callback` with each message on a key that intersects this one; return a handle to
-        `undeclare`.
+        """Call `callback` with each message whose key intersects `key`; return a number for `undeclare`.
 
         With `takes_views` a payload in shared memory may stay there: then it is a memoryview, and the memory
         is not reused while the view lives.

@@ -3,7 +3,7 @@
 A timestamp counts in units of 2^-32 s. Here its 14 lowest bits count the stamps within a unit of 3.8 µs, and
 the next 14 bits count these units. All higher bits change only 16 times a second, and are encoded that often.
 The lower ones are looked up in tables, at neighbouring places. So a stamp takes 0.4 µs; encoding the exact
-time took 1.2.
+time took 1.2 µs.
 """
 
 from __future__ import annotations
