@@ -70,7 +70,7 @@ class Intake:
         """While True, arriving messages are left out, and do not count as lost."""
         self.losses = Losses(Counter(), Counter())
         self.count = 0
-        """The number of messages that were taken."""
+        """The number of messages that have entered the queue."""
         self._counts: Counter[str] = Counter()
         self.byte_count = 0
         self._unsynced = Condition()
@@ -103,7 +103,7 @@ class Intake:
                 self._condition.notify()
 
     def counts(self) -> Counter[str]:
-        """Return how many messages of each topic were taken."""
+        """Return how many messages of each topic have entered the queue."""
         with self._condition:
             return self._counts.copy()
 

@@ -53,11 +53,11 @@ class RecordedGoal:
         self.sent = call.sent
         self.answered = call.ended
         self.is_accepted: bool | None = None if call.response is None else call.response.accepted
-        """None if the bag has no response to the goal."""
+        """True if the server accepted the goal; None if the bag has no response to the goal."""
         self.feedback: list[tuple[int, Any]] = []
-        """The times and messages of its feedback."""
+        """The times and messages of the goal's feedback."""
         self.cancels: list[int] = []
-        """The times of the requests to cancel it."""
+        """The times of the requests to cancel the goal."""
         self.status = 0
         """An action_msgs/msg/GoalStatus; 0 if the bag has no result."""
         self.result: Any = None

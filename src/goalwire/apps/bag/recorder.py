@@ -123,7 +123,7 @@ class Recorder:
 
     @property
     def count(self) -> int:
-        """The number of messages that were taken."""
+        """The number of messages that were recorded so far."""
         return self._intake.count
 
     def types(self) -> dict[str, str]:
@@ -131,12 +131,12 @@ class Recorder:
         return {topic.delivery.topic: topic.type_name for topic in self._topics.values()}
 
     def counts(self) -> Counter[str]:
-        """Return how many messages of each topic were taken."""
+        """Return how many messages of each topic were recorded so far."""
         return self._intake.counts()
 
     @property
     def byte_count(self) -> int:
-        """The size of all messages that were taken, in bytes."""
+        """The size of all messages that were recorded so far, in bytes."""
         return self._intake.byte_count
 
     @property

@@ -32,7 +32,7 @@ class Patterns:
     """An allow list; an empty one allows every name."""
 
     flag: str
-    """The command-line option of this list, for error texts."""
+    """The command-line option that sets this allow list, for error texts."""
     patterns: tuple[str, ...] = ()
 
     def allow(self, name: str) -> bool:

@@ -20,7 +20,7 @@ FULL_TRACEBACKS = 'GOALWIRE_FULL_TRACEBACKS'
 
 
 def main() -> int:
-    """Run the program's command line; the exit code of the process."""
+    """Run the program's command line, and return the exit code of the process."""
     end_at_once()
     _open_closed_streams()
     program = os.path.splitext(os.path.basename(sys.argv[0]))[0]

@@ -271,7 +271,7 @@ async def _send_entrance(send: Send, cookie: str) -> None:
 
 
 async def _send_to_the_page(send: Send, cookie: str) -> None:
-    """Send the browser to the page with another cookie."""
+    """Redirect the browser to the page, and replace or delete its cookie."""
     headers = [
         (b'location', b'/'),
         (b'cache-control', b'no-store'),

@@ -20,7 +20,7 @@ class Exercise:
     number: int
     title: str
     name: str
-    """The name of its program, without `.py`."""
+    """The name of the exercise's program, without `.py`."""
 
     @property
     def program(self) -> str:
@@ -37,7 +37,7 @@ class Exercise:
         return (MATERIAL / self.name / f'{name}.template').read_text(encoding='utf-8')
 
     def hints(self) -> list[str]:
-        """Return its hints, the gentlest first."""
+        """Return the exercise's hints, the gentlest first."""
         hints = re.split(r'^\d+\. ', self.read('hints.md'), flags=re.MULTILINE)[1:]
         return [' '.join(hint.split()) for hint in hints]
 

@@ -83,7 +83,7 @@ class Window:
             self._server.handle_request()
 
     def attend(self, write: Callable[[bytes], object]) -> None:
-        """Write one browser's events until it goes or the window is closed."""
+        """Send events to one browser until it disconnects or the window is closed."""
         stream = _Stream(self.lock)
         with self.lock:
             self._streams.add(stream)

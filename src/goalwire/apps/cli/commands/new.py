@@ -24,7 +24,7 @@ _ENDING = '.template'
 
 
 class Kind(NamedTuple):
-    """The things that a new package may contain."""
+    """A kind of program that a new package may contain."""
 
     program: str
     """The name of the program's module, and of its folder in `templates`; users run PACKAGE_program."""

@@ -36,7 +36,7 @@ def completions(shell: str, arguments: Sequence[str]) -> list[str]:
 
 
 def complete(words: Sequence[str]) -> list[str]:
-    """Return the completions of the last of these words."""
+    """Return the completions of the last word of a command line."""
     *said, begun = words or ['']
     flags = [word for word in said if not word.startswith('-')]
     if not flags:

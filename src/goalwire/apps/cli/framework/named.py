@@ -45,7 +45,7 @@ class Named:
         self.hidden_flag(parser, default=False)
 
     def name_argument(self, parser: ArgumentParser) -> None:
-        """Add the name, and the flags that all commands share that look at the graph."""
+        """Add the argument for the name, and the flags of every command that looks at the graph."""
         add_graph_arguments(parser)
         article = 'an' if self.what[0] in 'aeiou' else 'a'
         parser.add_argument(

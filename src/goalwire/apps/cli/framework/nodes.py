@@ -50,7 +50,7 @@ def add_node_argument(parser: ArgumentParser, *, optional: bool = False) -> None
 
 
 def add_timeout_argument(parser: ArgumentParser) -> None:
-    """Add how long to wait for a node."""
+    """Add the option for the number of seconds to wait for a node."""
     parser.add_argument(
         '--timeout',
         metavar='N',

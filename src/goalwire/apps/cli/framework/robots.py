@@ -32,7 +32,7 @@ def chosen_robot() -> str:
     given = os.environ.get(VARIABLE, '')
     if not given:
         return ''
-    from goalwire.rules.names.robots import check_pattern  # only if a robot is chosen
+    from goalwire.rules.names.robots import check_pattern  # imported only if a robot is chosen
 
     try:
         return check_pattern(given, is_name=True)

@@ -186,7 +186,7 @@ class Top(App[Outcome]):
         (tab.table if isinstance(tab, TableTab) else tab.query_one('RichLog')).focus()
 
     def on_data_table_row_selected(self) -> None:
-        """Enter: echo a topic, else show details."""
+        """When the user presses Enter on a row, echo the row's topic, or show details of any other row."""
         if self._tab.id == 'topics':
             self.action_echo()
         else:

@@ -67,7 +67,7 @@ class View(NamedTuple):
         return {name: numbers[name] for name, _ in self.names([(name, []) for name in sorted(numbers)])}
 
     def services(self, graph: Graph) -> NamesAndTypes:
-        """Return the services, without those of every node."""
+        """Return the services, without those that every node has."""
         found = self.names(graph.service_names_and_types())
         return found if self.hidden else [each for each in found if not each[0].endswith(STANDARD_SERVICES)]
 

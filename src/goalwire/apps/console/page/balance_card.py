@@ -58,7 +58,7 @@ class BalanceCard:
         self._pushes.set_visibility(self._may_call(self._balance.push))
 
     def refresh(self, watch: RobotWatch) -> None:
-        """Show how the robot stands."""
+        """Show whether the robot is on its feet or has fallen."""
         self._watch = watch
         fallen = self._balance.has_fallen
         self._state.set_text(

@@ -149,7 +149,7 @@ class _Fields:
                         _Fields(field.fields, item, fresh, f'{path}[{number}]').build()
 
         def add() -> None:
-            if field.capacity is None or len(items) < field.capacity:  # a double click adds twice
+            if field.capacity is None or len(items) < field.capacity:  # a double click calls `add` twice
                 items.append(new_item(field))
                 draw()
                 _focus(box, f'{path}[{len(items) - 1}]')

@@ -57,6 +57,6 @@ class Pacer:
         self._changed.set()
 
     def close(self) -> None:
-        """Stop: the browser has gone."""
+        """Stop refreshing, because the browser has gone."""
         self._closed = True
         self._changed.set()

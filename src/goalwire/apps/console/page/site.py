@@ -36,7 +36,7 @@ def install_site(application: FastAPI, meshes: Meshes) -> str:
 
     @app.exception_handler(404)
     def missing(_request: object, _error: Exception) -> Response:
-        return PlainTextResponse('there is no such page\n', 404)  # NiceGUI's pages would stay in memory
+        return PlainTextResponse('there is no such page\n', 404)  # NiceGUI's 404 pages stay in memory
 
     app.config.socket_io_js_transports = ['websocket']
     core.sio.eio.transports = ['websocket']

@@ -25,5 +25,5 @@ async def ask_for_dark(client: Client) -> bool:
 
 
 def keep_dark(*, dark: bool) -> None:
-    """Save the choice in the browser."""
+    """Save the choice of the dark or the light theme in the browser."""
     ui.run_javascript(f"localStorage.setItem('goalwire-dark', '{str(dark).lower()}')")

@@ -179,7 +179,7 @@ class Meshes:
         return f'/console/mesh/{key}'
 
     def file(self, key: str) -> Path | None:
-        """Return the file that a key stands for."""
+        """Return the mesh file that a key stands for."""
         return self._files.get(key)
 
 

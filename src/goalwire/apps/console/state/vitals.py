@@ -100,7 +100,7 @@ class Vitals:
         for topic, types in topics:
             if there.get(topic) and topic not in self._readers:
                 kind = next(each for each in types if says_state(topic, each))
-                with suppress(goalwire.GoalwireError):  # a peer may have given it any name or type
+                with suppress(goalwire.GoalwireError):  # a peer may announce a topic of any name or type
                     self._readers[topic] = StateReader(self._node, topic, kind, self._hear)
 
     def _hear(self, publisher: bytes, message: Any, topic: str) -> None:
@@ -151,7 +151,7 @@ class Vitals:
             self._battery_reading, self.battery = None, None
         self._battery_topic = topic
         if topic:
-            with suppress(goalwire.GoalwireError):  # a peer may have given it any name or type
+            with suppress(goalwire.GoalwireError):  # a peer may announce a topic of any name or type
                 self._battery_reading = self._topics.read(topic, BATTERY, self._take_battery)
 
     def _take_battery(self, message: Any, at: float) -> None:

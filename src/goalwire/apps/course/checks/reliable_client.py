@@ -30,7 +30,7 @@ class Server:
         """When each request came, in s."""
 
     async def answer(self, _request: GetBatteryStatus.Request) -> GetBatteryStatus.Response:
-        """Answer the request, unless it is one of the first."""
+        """Answer a request, unless it is one of the first `deaf` requests."""
         from humanoid_interfaces.srv import GetBatteryStatus
         from sensor_msgs.msg import BatteryState
 

@@ -87,7 +87,7 @@ class World:
                 name = f'turtle{self._named}'
         elif name in self.turtles:
             return None
-        x, y, theta = _FLOATS.unpack(_FLOATS.pack(x, y, theta))  # rounded to the floats of a request
+        x, y, theta = _FLOATS.unpack(_FLOATS.pack(x, y, theta))  # float32, as in a request
         turtle = Turtle(name, x, y, theta, look=random.randrange(LOOKS))  # noqa: S311 - a picture
         self.turtles[name] = turtle
         return turtle

@@ -32,7 +32,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it prints no data
-    """Publish the burst, then obey the services of the node."""
+    """Publish the burst; then the services of the player's node control the playing, until Ctrl-C."""
     from goalwire.apps.bag.player import Player
     from goalwire.apps.bag.player_services import offer_services
     from goalwire.apps.cli.framework.live import live

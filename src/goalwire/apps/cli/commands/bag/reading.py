@@ -10,7 +10,7 @@ from goalwire.rosbag2.writer import STORAGES
 
 
 def bag_argument(parser: ArgumentParser) -> None:
-    """Add the bag, and the flag that names its storage."""
+    """Add the argument for the bag, and the flag that names the bag's storage format."""
     parser.add_argument('bag_path', help='Bag to open: a folder, or one file of it')
     storage_argument(parser)
 

@@ -27,7 +27,7 @@ _SERVICES = {
 
 
 def add_container_argument(parser: ArgumentParser, *, optional: bool = False) -> None:
-    """Add the name of a container."""
+    """Add the argument for the name of a container."""
     parser.add_argument(
         'container_node_name', nargs='?' if optional else None, help='Name of the container node'
     )

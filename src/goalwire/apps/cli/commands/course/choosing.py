@@ -9,7 +9,7 @@ from goalwire.apps.course.exercises import EXERCISES, Exercise
 
 
 def add_exercise_argument(parser: ArgumentParser) -> None:
-    """Add the number of an exercise."""
+    """Add the argument for the number of an exercise."""
     parser.add_argument('exercise', help=f'Its number, 1 to {len(EXERCISES)}')
 
 

@@ -24,7 +24,7 @@ def pattern(text: str) -> str:
 
 
 def add_robots_argument(parser: ArgumentParser, *, default: str | None = None) -> None:
-    """Add --robots, and the flags that all commands share that look at the graph."""
+    """Add --robots, and the flags of every command that looks at the graph."""
     add_graph_arguments(parser)
     parser.add_argument(
         '-r',

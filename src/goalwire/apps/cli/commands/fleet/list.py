@@ -21,7 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace, output: Output) -> None:
-    """Print the names, one a line."""
+    """Print the names of the robots, one a line."""
     robots, graph = robots_meant(arguments, nodes_only=True)
     if arguments.count:
         output.data(len(robots)) if output.json else output.line(str(len(robots)))

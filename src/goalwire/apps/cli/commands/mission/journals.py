@@ -33,7 +33,7 @@ def add_journal_argument(parser: ArgumentParser) -> None:
 
 
 def add_mission_arguments(parser: ArgumentParser) -> None:
-    """Add --journal, and the mission's id."""
+    """Add --journal, and the argument for the mission's id."""
     add_journal_argument(parser)
     parser.add_argument('mission_id', metavar='ID', help='Id of the mission, or the beginning of the id')
 

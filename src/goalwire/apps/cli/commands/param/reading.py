@@ -11,7 +11,7 @@ from goalwire.observe.parameters import NodeParameters
 
 
 def parameter_arguments(parser: ArgumentParser) -> None:
-    """Add the node, and how long to wait for it."""
+    """Add the argument for the node, and the option for how long to wait for the node."""
     add_graph_arguments(parser)
     add_node_argument(parser)
     add_timeout_argument(parser)

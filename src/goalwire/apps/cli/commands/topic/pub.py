@@ -140,6 +140,6 @@ class _Publication:
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
-    """Publish until Ctrl-C or the number of times."""
+    """Publish until Ctrl-C, or as many messages as --times says."""
     publication = _Publication(arguments, output)
     return live(publication.perform, arguments.node_name, use_sim_time=arguments.use_sim_time)
