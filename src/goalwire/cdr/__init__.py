@@ -1,1 +1,1 @@
-"""Messages as bytes (CDR) and types as hashes (RIHS01)."""
+"""Encodes messages as bytes (CDR) and hashes types (RIHS01)."""

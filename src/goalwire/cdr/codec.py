@@ -1,7 +1,7 @@
-"""Messages to bytes and back: XCDR1, written in little endian, read in both.
+"""Converts messages to bytes and back: XCDR1, written in little endian, read in little or big endian.
 
-An encoder or decoder is generated when a class first needs one, and kept. It works for any class with
-rosidl's attributes.
+The source of an encoder or decoder is generated when a message class first needs it, and the function is
+kept. This works for any class with rosidl's attributes.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def encode(message: object) -> bytes:
 
 
 def decode(data: Data, cls: type[MessageT]) -> MessageT:
-    """Return the message in CDR bytes; raises DecodeError for bytes that hold no message of this class."""
+    """Return the message in CDR bytes; raises DecodeError for bytes that are not a message of this class."""
     return cast('MessageT', decoder(cls)(data))
 
 
@@ -44,9 +44,9 @@ def encoder(cls: type) -> Callable[[object], bytes]:
 
 @cache
 def parts_encoder(cls: type) -> Callable[[object], list[Data]]:
-    """Return `encode(message)` for one message class, which leaves memoryviews in its sequences uncopied.
+    """Return a function `encode(message)` for one message class that does not copy memoryviews in sequences.
 
-    It returns the bytes of the message in parts.
+    The function returns a list of buffers that together are the message.
     """
     source, names = encoder_source(cls, in_parts=True)
     names['explain'] = partial(explain.explain_encode, cls)
@@ -60,7 +60,7 @@ def parts_encoder(cls: type) -> Callable[[object], list[Data]]:
 def decoder(cls: type, *, in_place: bool = False) -> Callable[[Data], Any]:
     """Return `decode(data) -> message` for one message class.
 
-    With `in_place` sequences of numbers are read-only views of the data, not arrays of their own.
+    With `in_place` the message's sequences of numbers are read-only views of `data` instead of copies.
     """
     return _decoder(cls, '<', view=False, in_place=in_place)
 
@@ -80,7 +80,7 @@ def _decoder(cls: type, order: str, *, view: bool, in_place: bool) -> Callable[[
 
 
 def _decode_otherwise(cls: type, data: Data, *, in_place: bool) -> object:
-    """Decode data other than bytes with a little-endian header."""
+    """Decode data that is not of class bytes, or whose header does not say little endian."""
     if not isinstance(data, (bytes, bytearray, memoryview)):
         raise TypeError(f'expected bytes, got {type(data).__name__}')
     if isinstance(data, bytes):

@@ -1,9 +1,9 @@
 """Generates a decoder's source: one function per message class, one more per class inside its sequences.
 
-Values are read run by run into variables; a run is a row of fields of fixed size. The message objects are
-made last, without their constructors. A length is compared with the bytes that are left before anything is
-allocated for it. Bytes after a message are ignored, as in ROS 2: `rmw_serialize` reports an estimated size,
-so relays and bags carry some bytes more.
+Values are read run by run into variables; a run is a sequence of fields of fixed size, read by one call of
+struct. The message objects are made last, without calling their constructors. Before anything is allocated
+for a sequence, its length is compared with the bytes that are left. Bytes after a message are ignored, as in
+ROS 2: `rmw_serialize` reports an estimated size, so messages from relays and bags may have some bytes more.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def decoder_source(cls: type, order: str, *, view: bool) -> tuple[str, dict[str,
     """
     module = _Module(order, view=view)
     body = _Body(module, first=True)
-    empty = not layout.leaves(cls)  # so a message is also read if a peer leaves out this meaningless byte
+    empty = not layout.leaves(cls)  # without fields: some peers leave out the padding byte
     root = body.message(cls, add_empty=not empty)
     body.flush()
     lines = [
@@ -63,7 +63,7 @@ def decoder_source(cls: type, order: str, *, view: bool) -> tuple[str, dict[str,
 
 
 class _Module:
-    """The functions and names that one decoder consists of."""
+    """The functions of one generated decoder, and the names that they use."""
 
     def __init__(self, order: str, *, view: bool) -> None:
         self.order = order
@@ -78,7 +78,7 @@ class _Module:
         return name
 
     def loop(self, cls: type) -> str:
-        """Return the name of the function that reads many messages of a class."""
+        """Return the name of the generated function that reads a sequence of messages of a class."""
         if cls not in self._loops:
             self._loops[cls] = name = f'get_{cls.__name__}_{len(self._loops)}'
             body = _Body(self, first=False)
@@ -98,7 +98,9 @@ class _Module:
 
 
 class _Body:
-    """The statements that read one message: `lines` fill variables, `making` makes the objects."""
+    """Generates the statements that read one message: those in `lines` fill variables, those in `making` make
+    objects.
+    """
 
     def __init__(self, module: _Module, *, first: bool) -> None:
         self.lines: list[str] = []
@@ -111,7 +113,7 @@ class _Body:
         self._targets: list[str] = []
 
     def message(self, cls: type, *, add_empty: bool) -> str:
-        """Read a message and return the name of the variable that holds it."""
+        """Add the statements that read a message, and return the name of its variable."""
         root = self._new()
         leaves = layout.leaves(cls)
         values = [(leaf.name, self._leaf(leaf)) for leaf in leaves]
@@ -126,12 +128,12 @@ class _Body:
         return root
 
     def parts(self) -> list[str]:
-        """Return the loop that reads messages run by run."""
+        """Return the source of a loop that reads messages run by run."""
         self.flush()
         return ['    for _ in range(count):', *(f'        {line}' for line in (*self.lines, *self.making))]
 
     def block(self, run: Struct, alignment: int) -> list[str]:
-        """Return the loop that reads messages of one fixed size from one block."""
+        """Return the source of a loop that reads messages of fixed size from one block of bytes."""
         targets = ''.join(f'{target}, ' for target in self._targets) or '_'
         read = self._module.name('run', run.iter_unpack)
         return [
@@ -144,7 +146,7 @@ class _Body:
         ]
 
     def flush(self) -> None:
-        """Write the statements for the collected run."""
+        """Add the statements that read the collected run of fields."""
         if self._first:
             run = layout.run_struct(self.items, 0, order=self._order, prefix='H2x')
             targets = ', '.join(['header', *self._targets])
@@ -178,7 +180,7 @@ class _Body:
         return name
 
     def _leaf(self, leaf: Leaf) -> str:
-        """Read a field and return the expression of its value."""
+        """Add the statements that read a field, and return the expression of its value."""
         if leaf.type.shape is not Shape.SINGLE:
             return self._many(leaf)
         if leaf.cls is not None:
@@ -203,7 +205,8 @@ class _Body:
             self.lines.append(f'if {size} > {limit + 1}: refuse()')
         value, end = self._new(), self._assign(f'at + {size}')
         quick = f"str(data[at:{end} - 1], 'utf-8')" if self._module.view else f'data[at:{end} - 1].decode()'
-        # For size 0, data[end - 1] is the last byte of the length, 0 too; past the data it is an IndexError.
+        # For size 0, data[end - 1] is the last byte of the length, which is 0. Behind the data it raises
+        # IndexError.
         self.lines += [
             f'{value} = text(data, at, {size}) if data[{end} - 1] else {quick}',
             f'at = {end}',
@@ -251,7 +254,7 @@ class _Body:
 
     def _numbers(self, leaf: Leaf, length: str) -> str:
         code, size = TYPECODES[leaf.type.base], layout.SIZES[leaf.type.base]
-        if size == 8:  # the length before it is at a multiple of 4
+        if size == 8:  # behind the length, `at` is a multiple of 4
             self.lines.append(f'if {length} and not at & 7: at += 4')
         end = self._assign(f'at + {length} * {size}')
         value = self._assign(f'numbers({code!r}, data, at, {end}, {self._order!r})')

@@ -1,8 +1,8 @@
 """Generates an encoder's source: one function per message class, one more per class inside its sequences.
 
-Nested messages are flattened. Fields of fixed size, with at most one string among them, form a run: one call
-of one precompiled struct. Types and ranges are checked in passing. When something fails, cdr/explain.py finds
-out which field it was.
+Nested messages are flattened. Successive fields of fixed size, with at most one string among them, form a
+run, which one call of a precompiled struct packs. Types and ranges are checked during the encoding. If a
+check fails, cdr/explain.py finds out for which field.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ _HELPERS: dict[str, object] = {
 def encoder_source(cls: type, *, in_parts: bool = False) -> tuple[str, dict[str, object]]:
     """Return the source of `encode(m0) -> bytes` for a message class, and the names that it needs.
 
-    With `in_parts` it returns a list of buffers that together are these bytes. A memoryview of the right
-    numbers in a sequence is one of them, uncopied.
+    With `in_parts`, `encode` returns a list of buffers that together are these bytes. If a sequence of
+    numbers is a memoryview of the right type, the memoryview itself is one of the buffers.
     """
     module = _Module()
     single = layout.texts_inside(cls) in (0, 1) and not in_parts
@@ -55,7 +55,7 @@ def encoder_source(cls: type, *, in_parts: bool = False) -> tuple[str, dict[str,
 
 
 class _Module:
-    """The functions and names that one encoder consists of."""
+    """The functions of one generated encoder, and the names that they use."""
 
     def __init__(self) -> None:
         self.names: dict[str, object] = dict(_HELPERS)
@@ -68,7 +68,7 @@ class _Module:
         return name
 
     def loop(self, cls: type) -> str:
-        """Return the name of the function that adds many messages of a class."""
+        """Return the name of the generated function that encodes a sequence of messages of a class."""
         if cls not in self._loops:
             self._loops[cls] = name = f'put_{cls.__name__}_{len(self._loops)}'
             body = _Body(self, at=None, single=False)
@@ -83,7 +83,9 @@ class _Module:
 
 
 class _Body:
-    """The statements that add one message; `at` is the offset of the next byte, or None if it varies."""
+    """Generates the statements that encode one message; `at` is the offset of its first byte, or None if it
+    varies.
+    """
 
     def __init__(self, module: _Module, at: int | None, *, single: bool, in_parts: bool = False) -> None:
         self.lines: list[str] = []
@@ -114,12 +116,16 @@ class _Body:
             self._leaf(leaf, f'{variable}._{leaf.name}')
 
     def parts(self) -> list[str]:
-        """Return the body of a function that adds each message as parts of its own."""
+        """Return the source of a function's body that encodes each message of a sequence into its own
+        buffers.
+        """
         self.flush()
         return ['    for m0 in messages:', *(f'        {line}' for line in self.lines), '    return at']
 
     def block(self, run: Struct, alignment: int) -> list[str]:
-        """Return the body of a function that adds all messages, of one fixed size, as one part."""
+        """Return the source of a function's body that encodes messages of fixed size into one
+        common buffer.
+        """
         self._check_floats()
         pack = self._module.name('run', run.pack_into)
         return [
@@ -134,7 +140,7 @@ class _Body:
         ]
 
     def flush(self) -> None:
-        """Write the statements for the collected run."""
+        """Add the statements that pack the collected run of fields."""
         self._check_floats()
         if self.items or self._first:
             self._pack()
@@ -146,7 +152,7 @@ class _Body:
             self.lines.append(f'if not ({kinds} is float): require(float, {", ".join(self._floats)})')
 
     def _pack(self) -> None:
-        prefix = 'xBxx' if self._first else ''  # 00 01 00 00: CDR, little endian
+        prefix = 'xBxx' if self._first else ''  # the header: 00 01 00 00, CDR in little endian
         arguments = ', '.join(['1', *self._arguments] if self._first else self._arguments)
         if self._text_size:
             table = self._module.name('run', writing.TextPackers(self.items, prefix))
@@ -190,7 +196,7 @@ class _Body:
         elif base == 'bool':
             expression = self._variable(expression)
             self.lines.append(f'if {expression} is not True and {expression} is not False: refuse()')
-        self.items.append(Item.of(base))  # struct itself refuses all values except integers in range
+        self.items.append(Item.of(base))  # struct refuses all values but integers in range
         self._arguments.append(expression)
 
     def _text(self, leaf: Leaf, expression: str) -> None:
@@ -230,7 +236,7 @@ class _Body:
                 self.lines.append(f'at = {put}({value}, add, at, {leaf.type.string_capacity})')
 
     def _length(self, leaf: Leaf, value: str) -> str:
-        """Check the number of values, and add it to the run if the wire has it."""
+        """Add the check of a field's number of values, and for a sequence add the number to the run."""
         size = self._variable(f'len({value})')
         capacity = leaf.type.capacity
         if leaf.type.shape is Shape.ARRAY:
@@ -244,7 +250,7 @@ class _Body:
 
     def _fixed_numbers(self, leaf: Leaf, value: str) -> None:
         size, capacity = layout.SIZES[leaf.type.base], leaf.type.capacity
-        known = f'dtypes[{wire_dtype(leaf.type.base)!r}]'  # numpy has one object for each native type
+        known = f'dtypes[{wire_dtype(leaf.type.base)!r}]'  # numpy has one dtype object for each native type
         self.lines += [
             f'if type({value}) is bytes:',
             f'    if len({value}) != {size * capacity}: refuse()',
@@ -263,7 +269,7 @@ class _Body:
         length = self._length(leaf, value)
         self.flush()
         self.lines.append(f'if {length}:')
-        if size == 8:  # the length before it is at a multiple of 4
+        if size == 8:  # behind the length, `at` is a multiple of 4
             self.lines.append("    if not at & 7: add(b'\\0\\0\\0\\0'); at += 4")
         data = value if sys.byteorder == 'little' else f'little_endian({value})'
         self.lines.append(f'    add({data}); at += {length} * {size}')
@@ -281,7 +287,7 @@ class _Body:
 
 
 def wire_dtype(base: str) -> str:
-    """Return numpy's name of a number on the wire: '<f8', '|u1'."""
+    """Return numpy's name of a number type on the wire, such as '<f8' or '|u1'."""
     name = DTYPES[TYPECODES[base]]
     size = layout.SIZES[base]
     return f'{"|" if size == 1 else "<"}{name[0]}{size}'

@@ -15,22 +15,26 @@ from goalwire.idl.model import FLOATS, Shape, integer_range
 from goalwire.idl.rosidl_compat import type_name
 from goalwire.idl.runtime import DTYPES, TYPECODES
 
-_FLOAT32_LIMIT = 3.4028235677973366e38  # the first magnitude that rounds to infinity
+_FLOAT32_LIMIT = 3.4028235677973366e38  # the smallest magnitude that rounds to infinity as float32
 _LITTLE_ENDIAN, _BIG_ENDIAN = 1, 0  # representation identifiers; XCDR2's are 6 to 11, parameter lists 2 and 3
 
 E = TypeVar('E', bound=Exception)
 
 
 def raising(read: str) -> list[str]:
-    """Return the lines of an encoder or decoder that raise `failure`, whose traceback holds their frame.
+    """Return the last lines of a generated encoder or decoder: they raise `failure`, whose traceback keeps
+    the frame.
 
-    The lines delete the frame's references to the error, which would be a circle, and to the data in `read`.
+    The lines delete the frame's reference to `failure`, which would be a circle, and to the data in the
+    variable `read`.
     """
     return ['    try:', '        raise failure', '    finally:', f'        del failure, {read}']
 
 
 def explain_encode(cls: type, message: object, error: Exception) -> EncodeError:
-    """Return the error to raise for a message that an encoder refused; it does not refer to the message."""
+    """Return the error to raise for a message that an encoder refused; the error does not refer to the
+    message.
+    """
     return _detach(_encode_error(cls, message, error))
 
 
@@ -41,7 +45,7 @@ def _encode_error(cls: type, message: object, error: Exception) -> EncodeError:
         for path, leaf, value in _values(cls, message, ''):
             _judge(type_name(cls), path, leaf, value)
     except EncodeError as found:
-        found.__context__ = None  # the new error has all facts of the encoder's error
+        found.__context__ = None  # `found` contains all facts of the encoder's error
         return found.with_traceback(None)
     except Exception as other:
         return EncodeValueError(type_name(cls), '', f'cannot be encoded: {other!r}')
@@ -49,7 +53,9 @@ def _encode_error(cls: type, message: object, error: Exception) -> EncodeError:
 
 
 def _values(cls: type, message: object, prefix: str) -> Iterator[tuple[str, Leaf, object]]:
-    """Yield path, field and value of all fields, nested ones after the field that holds them."""
+    """Yield path, field and value of each field of a message; nested fields come after the field that
+    contains them.
+    """
     for leaf in layout.leaves(cls):
         path = prefix + leaf.name
         value = getattr(message, leaf.name if leaf.is_packed else f'_{leaf.name}', None)
@@ -64,7 +70,7 @@ def _values(cls: type, message: object, prefix: str) -> Iterator[tuple[str, Leaf
 
 
 def _judge(root: str, path: str, leaf: Leaf, value: object) -> None:
-    """Raise if a value does not fit its field."""
+    """Raise an EncodeError if a value does not fit its field."""
     if leaf.type.shape is Shape.SINGLE:
         _judge_single(root, path, leaf, value)
         return
@@ -111,8 +117,8 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
 
 
 def _explain_nested(path: str, cls: type, value: object) -> str:
-    """Say what stands in the place of a nested message, and what to write."""
-    if hasattr(value, 'to_msg'):  # this is rclpy's Time or Duration of rclpy
+    """Return a text that says which value was given in place of a nested message, and what to write."""
+    if hasattr(value, 'to_msg'):  # a Time or Duration of rclpy
         name = type(value).__name__
         example = 'node.get_clock().now()' if name == 'Time' else 'Duration(seconds=1)'
         return (
@@ -133,12 +139,14 @@ def _explain_nested(path: str, cls: type, value: object) -> str:
 
 
 def _where_set(path: str, written: str) -> str:
-    """Return the advice to write `written` behind a field; the line that sets it is not the failing one."""
+    """Return the advice to write `written` behind the field's name where the program sets the field."""
     return f': where the program sets this field, write message.{path}{written}'
 
 
 def _as_number(value: object, kind: type[int | float]) -> str:
-    """Return ' (write 5)' for a text or a float with the value of an integer; '' for anything else."""
+    """Return advice such as ' (write 5)' for a text or a float that `kind` can convert; '' for any other
+    value.
+    """
     try:
         number = kind(value) if isinstance(value, str) else int(value) if isinstance(value, float) else None
     except (ValueError, OverflowError):
@@ -147,7 +155,7 @@ def _as_number(value: object, kind: type[int | float]) -> str:
 
 
 def _as_bool(value: object) -> str:
-    """Return what to write for a bool: True or False if the value is 1 or 0, else both words."""
+    """Return what to write for a bool: 'True' or 'False' if the value is 1 or 0, else 'True or False'."""
     is_number = hasattr(value, '__index__') or type(value).__module__ == 'numpy'
     return str(bool(value == 1)) if is_number and value in {0, 1} else 'True or False'
 
@@ -211,7 +219,9 @@ def _show(value: object) -> str:
 
 
 def byte_order(cls: type, data: reading.Buffer) -> str:
-    """Return '<' or '>' as the header tells; raises DecodeError for a header that is not XCDR1's."""
+    """Return the byte order in a message's header, '<' or '>'; raises DecodeError for a header that is not
+    XCDR1's.
+    """
     if len(data) < HEADER_SIZE:
         raise DecodeError(
             type_name(cls), '', len(data), f'the header has {HEADER_SIZE} bytes, the data {len(data)}'
@@ -230,12 +240,16 @@ def byte_order(cls: type, data: reading.Buffer) -> str:
 
 
 def explain_decode(cls: type, data: reading.Buffer, error: Exception) -> DecodeError:
-    """Return the error to raise for bytes that a decoder refused; it keeps no reference to them."""
+    """Return the error to raise for bytes that a decoder refused; the error keeps no reference to
+    the bytes.
+    """
     return _detach(_decode_error(cls, data, error))
 
 
 def _detach(error: E) -> E:
-    """Return an error without its frames and its context, which hold the data that was read or written."""
+    """Return an error without its frames and its context, which refer to the data that was read
+    or written.
+    """
     error.__context__ = None
     return error.with_traceback(None)
 
@@ -257,7 +271,7 @@ def _decode_error(cls: type, data: reading.Buffer, error: Exception) -> DecodeEr
 
 
 class _Walk:
-    """Reads a message field by field, until one cannot be read."""
+    """Reads a message field by field, to find the first field that cannot be read."""
 
     def __init__(self, root: str, data: reading.Buffer, order: str) -> None:
         self.at = HEADER_SIZE
@@ -332,7 +346,7 @@ class _Walk:
         return int(length)
 
     def _take(self, path: str, size: int, alignment: int) -> int:
-        """Step over `size` bytes and return their position."""
+        """Skip the padding and `size` bytes, and return the position of these bytes."""
         start = self.at + -(self.at - HEADER_SIZE) % alignment
         if start + size > len(self._data):
             self.fail(path, f'needs {size} bytes, but the data ends at byte {len(self._data)}')

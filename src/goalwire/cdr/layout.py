@@ -18,7 +18,8 @@ from goalwire.records import record
 
 HEADER_SIZE = 4
 
-# struct codes; their sizes are also their alignments. bool is read as a number, to refuse what is not 0 or 1.
+# struct's codes of the types; their sizes are also their alignments. Decoders read a bool as a number, to
+# refuse values other than 0 and 1.
 CODES = {
     'bool': '?', 'byte': 'c', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'int16': 'h', 'uint16': 'H',
     'int32': 'i', 'uint32': 'I', 'int64': 'q', 'uint64': 'Q', 'float32': 'f', 'float64': 'd',
@@ -28,10 +29,10 @@ SIZES = {base: struct.calcsize(f'<{code}') for base, code in CODES.items()}
 
 @record
 class Leaf:
-    """A field of a message class; `cls` is the class of its value or values if these are messages.
+    """A field of a message class; `cls` is the message class of its value or values, if these are messages.
 
-    `is_packed` tells that a fixed primitive array may be bytes in its slot, as in goalwire's own classes: see
-    idl/runtime.py.
+    `is_packed` is True if the slot of a fixed array of numbers may contain bytes, as in goalwire's own
+    classes: see idl/runtime.py.
     """
 
     name: str
@@ -42,7 +43,7 @@ class Leaf:
 
 @record
 class Item:
-    """An item of known size inside a run; a text has its length as the size."""
+    """A value of fixed size inside a run; the size of TEXT is known only at run time."""
 
     code: str
     size: int
@@ -64,7 +65,9 @@ TEXT = Item('', 0, 1)
 
 @cache
 def leaves(cls: type) -> tuple[Leaf, ...]:
-    """Return the fields of a message class, goalwire's or rosidl's; raises TypeError for anything else."""
+    """Return the fields of a message class that goalwire or rosidl has made; raises TypeError for anything
+    else.
+    """
     definition = definition_of(cls)
     if not isinstance(definition, MessageDefinition):
         raise TypeError(f'{definition.full_name} is a service or an action; only messages have bytes')
@@ -82,12 +85,12 @@ def leaves(cls: type) -> tuple[Leaf, ...]:
 
 @cache
 def minimum_size(cls: type) -> int:
-    """Return the least number of bytes of a message, padding not counted; never 0."""
+    """Return the least number of bytes that a message takes, without padding; never 0."""
     return sum(map(_leaf_minimum, leaves(cls))) or EMPTY.size
 
 
 def element_minimum(leaf: Leaf) -> int:
-    """Return the least number of bytes of one value of a field."""
+    """Return the least number of bytes that one value of a field takes."""
     if leaf.cls is not None:
         return minimum_size(leaf.cls)
     return COUNT.size if leaf.type.is_string else SIZES[leaf.type.base]
@@ -101,7 +104,7 @@ def _leaf_minimum(leaf: Leaf) -> int:
 
 @cache
 def texts_inside(cls: type) -> int | None:
-    """Return how many strings a message holds; None if anything else in it varies in size."""
+    """Return the number of strings in a message; None if anything else in the message varies in size."""
     total = 0
     for leaf in leaves(cls):
         single = leaf.type.shape is Shape.SINGLE
@@ -118,10 +121,10 @@ def texts_inside(cls: type) -> int | None:
 
 
 def stride(items: Collection[Item], order: str = '<') -> tuple[struct.Struct, int] | None:
-    """Return struct and alignment of items that repeat without change; None if they do not.
+    """Return the struct and the alignment of a sequence's messages; None if their padding differs.
 
-    CDR aligns values, not messages: only if the first item has the greatest alignment does every repetition
-    start at a multiple of it and look the same.
+    CDR aligns values, not messages: only if the first item has the greatest alignment, each message starts at
+    a multiple of it and has the same padding.
     """
     run = run_struct(items, HEADER_SIZE, order=order)
     first, greatest = next(iter(items)).alignment, max(item.alignment for item in items)

@@ -1,7 +1,7 @@
 """Functions that generated decoders call.
 
-All of these raise ValueError or IndexError for invalid bytes, before they allocate anything for
-them. Then cdr/explain.py finds out which field it was.
+All of these functions raise ValueError or IndexError for invalid bytes, before they allocate memory for them.
+Then cdr/explain.py finds out which field was invalid.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from goalwire.cdr.layout import Item, run_struct
 Buffer = bytes | memoryview
 Unpack = Callable[[Buffer, int], tuple[object, ...]]
 
-BOOLS = (False, True)  # any other byte is an IndexError
+BOOLS = (False, True)  # any other byte raises an IndexError
 OCTETS = tuple(bytes((value,)) for value in range(256))
 _LENGTHS = {order: struct.Struct(f'{order}I').unpack_from for order in '<>'}
 _FOREIGN_ORDER = '>' if sys.byteorder == 'little' else '<'
-_SMALL = 2048  # bytes; to copy a slice up to this size is faster than to make a view of it
+_SMALL = 2048  # in bytes: up to this size, copying a slice is faster than making a view
 
 
 def plain_unpackers(items: Iterable[Item], order: str) -> tuple[tuple[Unpack, int], ...]:
@@ -32,12 +32,12 @@ def plain_unpackers(items: Iterable[Item], order: str) -> tuple[tuple[Unpack, in
 
 
 def refuse() -> NoReturn:
-    """Raise DecodeError: the bytes do not hold such a message."""
+    """Raise ValueError: the bytes are not such a message. The decoder makes a DecodeError of it."""
     raise ValueError('malformed message')
 
 
 def numbers(typecode: str, data: Buffer, at: int, end: int, order: str) -> array[float]:
-    """Return data[at:end] as an array of numbers; a large one is copied once."""
+    """Return data[at:end] as an array of numbers; a large array is copied only once."""
     if end > len(data):
         refuse()
     values: array[float]
@@ -52,7 +52,7 @@ def numbers(typecode: str, data: Buffer, at: int, end: int, order: str) -> array
 
 
 def view_numbers(typecode: str, data: Buffer, at: int, end: int, order: str) -> Sequence[float]:
-    """Return data[at:end] as numbers that stay where they are, read-only; in the other byte order copied."""
+    """Return a read-only view of data[at:end] as numbers; numbers in the other byte order are copied."""
     if end > len(data):
         refuse()
     if order == _FOREIGN_ORDER:
@@ -61,14 +61,14 @@ def view_numbers(typecode: str, data: Buffer, at: int, end: int, order: str) -> 
 
 
 def swapped(typecode: str, data: bytes) -> bytes:
-    """Return the bytes of numbers in the other byte order."""
+    """Return the bytes of numbers with the byte order of each number reversed."""
     values = array(typecode, data)
     values.byteswap()
     return values.tobytes()
 
 
 def bools(data: Buffer, at: int, end: int) -> list[bool]:
-    """Return bytes of 0 and 1 as a list."""
+    """Return the bytes data[at:end], each 0 or 1, as a list of bools."""
     block = bytes(data[at:end])
     if len(block) != end - at or block.strip(b'\0\1'):
         refuse()
@@ -76,7 +76,7 @@ def bools(data: Buffer, at: int, end: int) -> list[bool]:
 
 
 def octets(data: Buffer, at: int, end: int) -> list[bytes]:
-    """Return the bytes as a list of bytes objects of length 1."""
+    """Return the bytes data[at:end] as a list of bytes objects of length 1."""
     if end > len(data):
         refuse()
     return [OCTETS[value] for value in data[at:end]]
@@ -91,7 +91,9 @@ def text(data: Buffer, at: int, size: int) -> str:
 
 
 def wide_text(data: Buffer, at: int, units: int, order: str) -> str:
-    """Return the wstring of `units` four-byte code units at `at`; surrogates pair up as in UTF-16."""
+    """Return the wstring of `units` four-byte code units at `at`; pairs of surrogates are joined as in
+    UTF-16.
+    """
     values = numbers('I', data, at, at + 4 * units, order)
     if not units:
         return ''
@@ -100,12 +102,12 @@ def wide_text(data: Buffer, at: int, units: int, order: str) -> str:
         refuse()
     if greatest <= 0xFFFF:
         return array('H', values).tobytes().decode(f'utf-16-{"le" if sys.byteorder == "little" else "be"}')
-    # The peer wrote code points, not code units: surrogates are then refused.
+    # A value above 0xFFFF shows that the peer wrote code points, not code units: surrogates are then refused.
     return ''.join(chr(int(value)) for value in values).encode().decode()
 
 
 def texts(data: Buffer, at: int, count: int, order: str, limit: int) -> tuple[list[str], int]:
-    """Return `count` strings of at most `limit` bytes (0: any) and the offset behind them."""
+    """Return `count` strings of at most `limit` bytes (0: of any length) and the offset behind them."""
     if count * 4 > len(data) - at:
         refuse()
     length = _LENGTHS[order]
@@ -122,7 +124,7 @@ def texts(data: Buffer, at: int, count: int, order: str, limit: int) -> tuple[li
 
 
 def wide_texts(data: Buffer, at: int, count: int, order: str, limit: int) -> tuple[list[str], int]:
-    """Return `count` wstrings of at most `limit` code units (0: any) and the offset behind them."""
+    """Return `count` wstrings of at most `limit` code units (0: of any length) and the offset behind them."""
     if count * 4 > len(data) - at:
         refuse()
     length = _LENGTHS[order]

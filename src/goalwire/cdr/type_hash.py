@@ -1,7 +1,8 @@
-"""RIHS01: the hash of a type's description, which ROS 2 puts on the wire (REP 2011).
+"""Computes RIHS01, the hash of a type's description that ROS 2 puts on the wire (REP 2011).
 
-The description of a type and of all types in it is written as JSON: names and types of fields only, without
-defaults and constants. Its SHA-256 is the hash. Numbers of types: type_description_interfaces/msg/FieldType.
+The description of a type and of all types that it contains is written as JSON: only the names and types of
+fields, without defaults and constants. Its SHA-256 is the hash. Numbers of types:
+type_description_interfaces/msg/FieldType.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ def _hash_of(full_name: str, interface: type | str) -> str:
 
 
 def hash_of_description(description: Description) -> str:
-    """Return the hash of a type that another node describes: equal types have equal hashes."""
+    """Return the hash of a type that another node has described. Equal types have equal hashes."""
 
     def as_data(one: IndividualDescription) -> dict[str, object]:
         return {
@@ -77,8 +78,10 @@ def hash_of_description(description: Description) -> str:
 
 
 def _sha256(data: bytes) -> str:
-    """Return the SHA-256 in hex digits, by Python's own module: hashlib loads OpenSSL, 3 MB and 3 ms."""
-    for module in ('_sha2', '_sha256'):  # its name since Python 3.12, and its name before
+    """Return the SHA-256 in hex digits. Python's own module computes it: hashlib loads OpenSSL (3 MB,
+    3 ms).
+    """
+    for module in ('_sha2', '_sha256'):  # the module's name since Python 3.12, and before 3.12
         with suppress(ImportError):
             return str(import_module(module).sha256(data).hexdigest())
     import hashlib
@@ -87,7 +90,7 @@ def _sha256(data: bytes) -> str:
 
 
 def described_fields(definition: Definition) -> tuple[Field, ...]:
-    """Return the fields as the description lists them: of services and actions, the parts."""
+    """Return the fields that a type's description lists; for a service or an action, these are its parts."""
     if isinstance(definition, MessageDefinition):
         return definition.fields or (Field(EMPTY_MEMBER, FieldType('uint8')),)
     if isinstance(definition, ServiceDefinition):
@@ -128,7 +131,7 @@ def type_id(type_: FieldType) -> int:
 def has_buffer_fields(cls: type) -> bool:
     """Tell whether a message class holds, at any depth, an unbounded sequence of primitives.
 
-    Newer rmw_zenoh gives such types side channels ("buffers"). Strings are no primitives here.
+    Newer rmw_zenoh gives such types side channels ("buffers"). Strings do not count as primitives here.
     """
     return _holds_buffers(definition_of(cls))
 
@@ -139,7 +142,9 @@ def service_hashes(full_name: str) -> tuple[str, str, str]:
 
 
 def message_facts(full_name: str) -> tuple[str, bool]:
-    """Return the hash of 'pkg/msg/Name' and `has_buffer_fields` of it; no class is made."""
+    """Return the hash of 'pkg/msg/Name' and whether it has buffer fields (see `has_buffer_fields`); no class
+    is made.
+    """
     return type_hash(full_name), _holds_buffers(definition_by_name(full_name))
 
 

@@ -1,7 +1,7 @@
 """Functions and tables that generated encoders call, for values that need more than a struct.
 
-All of these raise TypeError or ValueError for a value that does not fit. Then cdr/explain.py finds out which
-field it was.
+All of these functions raise TypeError or ValueError for a value that does not fit its field. Then
+cdr/explain.py finds out which field it was.
 """
 
 from __future__ import annotations
@@ -19,11 +19,13 @@ if TYPE_CHECKING:
 
 Pack = Callable[..., bytes]
 Add = Callable[[object], None]
-_KEPT_TEXT = 256  # structs for longer texts are not kept
+_KEPT_TEXT = 256  # in bytes: structs for longer texts are not kept
 
 
 class TextPackers(dict[int, Pack]):
-    """The packers of a run with one text: by the text's size << 3 | offset & 7, made when first needed."""
+    """The functions that pack a run with one text, by `size << 3 | offset & 7`; each is made when first
+    needed.
+    """
 
     def __init__(self, items: Iterable[Item], prefix: str = '') -> None:
         super().__init__()
@@ -39,7 +41,7 @@ class TextPackers(dict[int, Pack]):
 
 
 def plain_packers(items: Iterable[Item]) -> tuple[Pack, ...]:
-    """Return the packers of a run without a text, by offset & 7."""
+    """Return the functions that pack a run without a text, one for each value of `offset & 7`."""
     kept = tuple(items)
     return tuple(run_struct(kept, offset).pack for offset in range(8))
 
@@ -53,14 +55,16 @@ def refuse(*_: object) -> NoReturn:
 
 
 def require(wanted: type, *values: object) -> None:
-    """Refuse values of another type; subclasses are fine."""
+    """Raise TypeError for values of another type; values of subclasses are accepted."""
     for value in values:
         if not isinstance(value, wanted):
             raise TypeError(f'expected {wanted.__name__}, got {type(value).__name__}')
 
 
 def wide(text: str) -> bytes:
-    """Return a wstring: four bytes for each UTF-16 code unit, as Fast-CDR writes wchar_t; no NUL."""
+    """Return a wstring: four bytes for each UTF-16 code unit, as Fast-CDR writes wchar_t, without a final
+    NUL.
+    """
     require(str, text)
     units = array('H')
     units.frombytes(text.encode('utf-16-le' if sys.byteorder == 'little' else 'utf-16-be'))
@@ -68,9 +72,9 @@ def wide(text: str) -> bytes:
 
 
 def put_texts(texts: Iterable[str], add: Add, at: int, limit: int) -> int:
-    """Add strings of at most `limit` bytes (0: any) and return the offset behind them."""
+    """Add strings of at most `limit` bytes (0: of any length) and return the offset behind them."""
     if texts.__class__ is str:
-        refuse()  # each letter of the string would become a text
+        refuse()  # else each letter would be written as a text
     most = limit + 1 if limit else 2**32
     for text in texts:
         if type(text) is not str:
@@ -86,7 +90,7 @@ def put_texts(texts: Iterable[str], add: Add, at: int, limit: int) -> int:
 
 
 def put_wide_texts(texts: Iterable[str], add: Add, at: int, limit: int) -> int:
-    """Add wstrings of at most `limit` code units (0: any) and return the offset behind them."""
+    """Add wstrings of at most `limit` code units (0: of any length) and return the offset behind them."""
     if texts.__class__ is str:
         refuse()
     for text in texts:
@@ -101,21 +105,21 @@ def put_wide_texts(texts: Iterable[str], add: Add, at: int, limit: int) -> int:
 
 
 def numbers(typecode: str, value: Iterable[float]) -> array[float]:
-    """Return a value that is not yet an array.array of the right typecode as one."""
+    """Convert a value to an array.array of the given typecode."""
     if isinstance(value, (bytes, bytearray)) and typecode not in 'bB':
-        refuse()  # array.array would use the bytes as its memory
+        refuse()  # array.array would take the bytes as raw memory
     return to_array(typecode, value)
 
 
 def numbers_in_place(typecode: str, value: Iterable[float]) -> Sequence[float]:
-    """Return a memoryview of the right numbers as it is, and any other value as an array.array."""
+    """Return a memoryview of numbers of the right type unchanged, and any other value as an array.array."""
     if isinstance(value, memoryview) and value.format == typecode and value.c_contiguous and value.ndim == 1:
         return value
     return numbers(typecode, value)
 
 
 class NumpyTypes(dict[str, 'np.dtype[np.generic]']):
-    """numpy's types by their names on the wire ('<f8'); numpy is imported for the first of them."""
+    """numpy's dtypes by their names, such as '<f8'; numpy is imported when the first dtype is needed."""
 
     def __missing__(self, name: str) -> np.dtype[np.generic]:
         import numpy as np
@@ -126,7 +130,7 @@ class NumpyTypes(dict[str, 'np.dtype[np.generic]']):
 
 
 def fixed_numbers(value: object, dtype: np.dtype[np.generic], size: int) -> np.ndarray:
-    """Return a numpy array in little-endian order; refuses other types and sizes."""
+    """Return a numpy array in little-endian order; raises TypeError for another dtype or size."""
     import numpy as np
 
     if not isinstance(value, np.ndarray) or value.dtype.newbyteorder('<') != dtype or value.size != size:
@@ -135,7 +139,7 @@ def fixed_numbers(value: object, dtype: np.dtype[np.generic], size: int) -> np.n
 
 
 def bools(values: Collection[bool]) -> bytes:
-    """Return bools as bytes; refuses other values that only count as true or false."""
+    """Return bools as bytes; refuses other values, even if they are truthy or falsy."""
     listed = values if isinstance(values, (list, tuple)) else list(values)
     if not _ONLY_BOOL.issuperset(map(type, listed)):
         for value in listed:
@@ -145,7 +149,7 @@ def bools(values: Collection[bool]) -> bytes:
 
 
 def octets(values: Collection[bytes] | bytes | bytearray) -> bytes:
-    """Return bytes of length 1 joined; a bytes object counts as such a collection."""
+    """Join bytes objects of length 1; a bytes object of any length is accepted in place of the collection."""
     if isinstance(values, (bytes, bytearray)):
         return bytes(values)
     for value in values:
@@ -156,7 +160,7 @@ def octets(values: Collection[bytes] | bytes | bytearray) -> bytes:
 
 
 def little_endian(values: array[int] | array[float]) -> bytes:
-    """Return the bytes of an array in the wire's order."""
+    """Return the bytes of an array in little-endian order, as on the wire."""
     if sys.byteorder == 'big':
         values = values[:]
         values.byteswap()

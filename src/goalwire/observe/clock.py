@@ -1,5 +1,5 @@
-"""Converts times: observers keep readings of the monotonic clock, so that ages stay right if the wall clock
-is set.
+"""Converts times: observers keep readings of the monotonic clock, so ages stay right if the wall clock is
+set.
 
 Stamps of messages are times of the wall clock, in s since 1970. `wall_offset` converts one to the other; it
 is read when a time is shown, so that the time of day follows the present wall clock.

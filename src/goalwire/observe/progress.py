@@ -75,8 +75,7 @@ class Progress:
 
 
 def likely_field(feedback: Any) -> str | None:
-    """Return the field whose name suggests progress, in the form that `Progress` takes; None if there is
-    none.
+    """Return the field whose name suggests progress, in the form that `Progress` takes, or None.
 
     A field that counts up is preferred to a field that counts down.
     """
