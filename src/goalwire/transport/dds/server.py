@@ -54,7 +54,7 @@ class DdsRequest(Request, Generic[ClientT, AddressT, ReplyT]):
             server.send(self, server.write_reply(self.address, payload))
 
     def cancel(self, reason: str = '') -> None:
-        """End the request. Only goalwire's clients are told; another client's call ends with the server."""
+        """End the request. Only goalwire's clients learn that; another client's call ends with the server."""
         server = self._server
         if server.state.is_forked:
             server.state.check()

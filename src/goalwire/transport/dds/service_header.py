@@ -36,7 +36,7 @@ class Header(NamedTuple):
 
 
 _new_header: Callable[[tuple[int, int]], Header] = partial(tuple.__new__, Header)
-"""Makes a Header without a call of Python code."""
+"""Makes a Header by tuple.__new__, which runs no Python code."""
 
 
 def wrap(header: tuple[int, int], message: bytes) -> bytes:

@@ -61,7 +61,7 @@ class Queriers:
         """Sends a request without a timeout."""
 
     def get_within(self, timeout_ns: int) -> Callable[..., object]:
-        """Return a function that sends a request with a timeout from `timeout_ns` to twice that, or 1 s."""
+        """Return a function that sends a request with a timeout of one to two `timeout_ns`, at least 1 s."""
         seconds = 1 << (timeout_ns // S_TO_NS).bit_length()
         querier = self._declared.get(seconds) or self._add(seconds)
         return querier.get

@@ -12,7 +12,7 @@ ROUTER = 'router'
 
 
 class Judge(Protocol):
-    """Decides by the policy."""
+    """Decides by the policy what an identity may do."""
 
     def refusal(self, who: str, act: Act, key: str, session: str) -> str:
         """Return why an identity may not do something; '' if it may."""

@@ -85,7 +85,7 @@ def own_graph_key(domain_id: int, session: str) -> str:
 
 
 class RobotKeys(NamedTuple):
-    """The key expressions of everything that the robots of some patterns have."""
+    """The key expressions of everything that robots have whose names match some patterns."""
 
     tokens: tuple[str, ...]
     """Liveliness tokens of nodes and endpoints, and of endpoints with history."""

@@ -43,7 +43,7 @@ class Message(Protocol):
 
     @property
     def source_info(self) -> SourceInfo | None:
-        """The publisher and number of the message, if the publisher numbers. Raises RemoteError."""
+        """The message's publisher and number, if the publisher numbers its messages. Raises RemoteError."""
 
 
 Left: TypeAlias = tuple[object, Callable[[], None]]

@@ -116,7 +116,7 @@ class Call(NamedTuple):
 _new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], None]]], Call] = partial(
     tuple.__new__, Call
 )
-"""Makes a Call without a call of Python code."""
+"""Makes a Call by tuple.__new__, which runs no Python code."""
 
 
 class CycloneClient(ClientEnd):

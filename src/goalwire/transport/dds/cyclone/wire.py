@@ -79,7 +79,7 @@ class _Threads(threading.local):
 
 _here = _Threads()
 _new_raw_sample: Callable[[tuple[bytes, int, int]], RawSample] = partial(tuple.__new__, RawSample)
-"""Makes a RawSample without a call of Python code."""
+"""Makes a RawSample by tuple.__new__, which runs no Python code."""
 _read_info = struct.Struct('=12x?3xq8xQ').unpack_from
 """Reads three fields of dds_sample_info_t: valid_data, source_timestamp, publication_handle."""
 

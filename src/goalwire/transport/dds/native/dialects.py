@@ -71,7 +71,7 @@ class ReturnAddress(NamedTuple):
 _new_address: Callable[[tuple[bytes, SampleIdentity, None]], ReturnAddress] = partial(
     tuple.__new__, ReturnAddress
 )
-"""Makes a ReturnAddress without a call of Python code."""
+"""Makes a ReturnAddress by tuple.__new__, which runs no Python code."""
 
 
 def read_request(

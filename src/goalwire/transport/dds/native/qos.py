@@ -1,4 +1,4 @@
-"""A QoS of ROS 2 in RTPS's terms, and back."""
+"""Converts a QoS of ROS 2 to RTPS's terms, and back."""
 
 from __future__ import annotations
 

@@ -182,4 +182,4 @@ def is_rendezvous_id(session: str) -> bool:
 
 
 SINGLE_BIND: Settings = {'timeout_ms': 0, 'exit_on_failure': True}
-"""The settings with which a rendezvous tries to listen only once; rendezvous.EmbeddedRouter repeats that."""
+"""The settings with which a rendezvous tries to listen only once; rendezvous.EmbeddedRouter tries again."""
