@@ -130,7 +130,7 @@ class Dials:
         return any(dial.is_up for dial in list(self._dials.values()) if dial.expected is None)
 
     def have_settled(self, *, go_on: bool) -> bool:
-        """True if each dial is connected or has failed once; with `go_on`, a failed dial does not count."""
+        """True if each dial is connected or has failed once; with `go_on`, failing is not enough."""
         return all(dial.is_up or (dial.failed_rounds and not go_on) for dial in list(self._dials.values()))
 
     def missing(self) -> list[Dial]:

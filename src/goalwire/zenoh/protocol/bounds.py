@@ -84,7 +84,7 @@ MESSAGE_LIMIT = 1 << 30
 """Bytes of one message in fragments, Zenoh's own default, and of all unfinished messages of a link
 together."""
 UNFINISHED_LIMIT = 2 << 30
-"""Bytes of the unfinished messages of all links: two of the largest."""
+"""Bytes of the unfinished messages of all links: as many as two of the largest messages have."""
 MOST_PIECES = 1 << 22
 """Pieces of one message. Each piece costs some 60 bytes in addition to its content, even an empty piece."""
 STALE_S = 30.0

@@ -125,7 +125,7 @@ class FrameReader:
         return heard
 
     def discard_stale(self, now: float) -> int:
-        """Throw away unfinished messages whose pieces have stopped coming; return their bytes."""
+        """Throw away unfinished messages whose pieces have stopped coming; return how many bytes they had."""
         freed = 0
         for each in list(self._reassembly.values()):
             size = each.size
@@ -135,7 +135,7 @@ class FrameReader:
         return freed
 
     def discard_pieces(self) -> int:
-        """Throw away all unfinished messages; return their bytes."""
+        """Throw away all unfinished messages; return how many bytes they had."""
         freed = self._pieces.used
         for each in list(self._reassembly.values()):
             each.clear()

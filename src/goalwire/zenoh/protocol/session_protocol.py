@@ -76,7 +76,7 @@ class SessionOwner(Protocol):
         """Count an ignored message, by its kind and the reason."""
 
     def relink(self) -> None:
-        """Wait for links that may have ended unnoticed. Called before a query later than `stale_after`."""
+        """Wait for links that may have ended unnoticed. Called before a query after `stale_after`."""
 
     def report(self, error: Exception) -> None:
         """Log what a user's function raised. The session goes on."""
