@@ -151,7 +151,7 @@ class Guard:
             await self._application(scope, receive, send)
 
     async def _turn_away(self, scope: Scope, send: Send, reason: str) -> None:
-        """Answer somebody who has shown no token that counts: with a form for it, if names have tokens."""
+        """Answer a browser that has shown no valid token; if visitors sign in, send a form for the token."""
         if scope['type'] != 'http' or not self._entry.has_names:
             await _refuse(scope, send, 403, reason)
             return

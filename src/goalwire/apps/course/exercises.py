@@ -10,7 +10,7 @@ from goalwire.records import record
 
 MATERIAL = Path(__file__).parent / 'material'
 INTERFACES = 'humanoid_interfaces'
-"""The package with the interfaces of all exercises: a folder of MATERIAL, and of each exercise's folder."""
+"""The package with the interfaces of all exercises: a folder of MATERIAL, copied by `start`."""
 
 
 @record

@@ -93,7 +93,10 @@ class Student:
         return find_failure(self.output, self._file.name)
 
     async def during(self, waiting: Coroutine[Any, Any, T], doing: str) -> T:
-        """Return the result of `waiting`. Raises Wrong if the program ends first, while it should `doing`."""
+        """Return the result of `waiting`. Raises Wrong if the program ends first.
+
+        `doing` says what the program should do meanwhile, such as 'move the arm'.
+        """
         task = asyncio.create_task(waiting)
         if await self.is_first(task) and not await self._is_lost(task.exception()):
             return task.result()

@@ -159,7 +159,7 @@ class _Page(BaseHTTPRequestHandler):
             self.send_error(404)
 
     def do_POST(self) -> None:
-        """Pass on a command. Other sites need a preflight request for its header, which is refused."""
+        """Pass on a command. It needs COMMAND_HEADER, which pages of other sites cannot send."""
         window = self._window
         if not self._is_local():
             return

@@ -47,7 +47,7 @@ QUIET_S = 0.05
 They are for wires that cannot tell when discovery is complete.
 """
 LAST_S = 0.02
-"""As QUIET_S, if all peers that can answer are known: a peer may be about to announce a second context."""
+"""Replaces QUIET_S if all peers that can answer are known: one may be about to announce another context."""
 
 
 def add_graph_arguments(parser: argparse.ArgumentParser) -> None:

@@ -77,7 +77,7 @@ def _beside_another_rclpy(error: Exception) -> str:
 
 
 def _next(error: Exception, text: str) -> str:
-    """Return advice for the error of a call. The library's own text names its service or action first."""
+    """Return advice for the error of a call, whose `text` begins with 'service' or 'action'."""
     if isinstance(error, errors.CallError):
         what = text.partition(' ')[0]
         for kind, advice in _NEXT:

@@ -20,7 +20,7 @@ from goalwire.rules.names.robots import robot_of
 from goalwire.transport.contract import EndpointKind
 
 NODE_NAME_PREFIX = '_ros2cli'
-"""The names of the commands' nodes begin so, as in ROS 2; the underscore hides the nodes."""
+"""The names of the commands' nodes begin with this, as in ROS 2; the underscore hides the nodes."""
 _AT_ONCE = 3
 """After this many presses of Ctrl-C the process ends at once, without cleaning up."""
 _WARN, _ERROR = 30, 40

@@ -21,7 +21,7 @@ class Named:
     def __init__(
         self, what: str, kind: str, example: str, all_names: Callable[[Graph], NamesAndTypes]
     ) -> None:
-        """`kind` is the part of a type's name: srv, msg or action. The example is a type and a name."""
+        """`kind` is the middle of a type's name: srv, msg or action. `example` is a type and a name."""
         self.what = what
         self._kind = kind
         self._example_type, self._example_name = example.split()

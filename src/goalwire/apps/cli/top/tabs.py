@@ -1,4 +1,4 @@
-"""The tabs of `top`: the rows of each, the listening for them, and their details."""
+"""The tabs of `top`: for each its rows, the subscriptions for the rows, and the details of a row."""
 
 from __future__ import annotations
 

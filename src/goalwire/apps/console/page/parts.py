@@ -77,7 +77,7 @@ class SwimLanes(Element, component='swim_lanes.js'):
         on_seek: Callable[[float], Any] | None = None,
         on_key: Callable[[str], Any] | None = None,
     ) -> None:
-        """`on_seek` makes it a timeline, and gets the clicked time in s; `on_key` gets keys for playing."""
+        """`on_seek` makes the lanes a timeline, and gets the clicked time in s; `on_key` gets keys."""
         super().__init__()
         self._props['recording'] = on_seek is not None
         if on_goal is not None:
@@ -142,7 +142,7 @@ def forbid(button: ui.button, reason: str) -> None:
 
 
 def copy_buttons(python: Callable[[], str | None], command: Callable[[], str | None]) -> None:
-    """Add two buttons that copy the texts of `python` and `command`; None if there is nothing to copy."""
+    """Add two buttons that copy the texts that `python` and `command` return; None copies nothing."""
 
     def copy(make: Callable[[], str | None], what: str) -> None:
         text = make()

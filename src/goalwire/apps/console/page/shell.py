@@ -60,7 +60,7 @@ _LOST = """
 
 
 def install(application: FastAPI, session: Session) -> None:
-    """Put the page of the live robot on an application. Once in a process."""
+    """Add the page of the live robot to a web application. Only once in a process."""
     style = install_site(application, session.meshes)
 
     @ui.page('/')

@@ -256,7 +256,7 @@ def _with_now(fields: tuple[FormField, ...], values: dict[str, Any], *, in_heade
 
 
 def check(fields: tuple[FormField, ...], values: Mapping[str, Any], path: str = '') -> dict[str, Any]:
-    """Return the values as they will be sent. Raises FieldValueError for the first that does not fit."""
+    """Return the values as they will be sent. Raises FieldValueError for the first value that is unfit."""
     known = {field.name: field for field in fields}
     for name in values:
         if name not in known:

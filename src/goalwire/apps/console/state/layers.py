@@ -84,7 +84,7 @@ def draw_map(message: Any) -> Drawing:
 
 
 def _coarser(cells: np.ndarray[Any, Any], factor: int) -> np.ndarray[Any, Any]:
-    """Return the highest value of each block of factor x factor cells; beyond the edge all is unknown."""
+    """Return the highest value of each block of factor x factor cells; cells beyond the edge are unknown."""
     if factor == 1:
         return cells
     height, width = cells.shape

@@ -73,7 +73,7 @@ class LiveRecording:
     # -- starting and ending ---------------------------------------------------------------------------------
 
     async def start(self, wanted: Wanted) -> None:
-        """Begin a new bag. Raises NotAllowedError, BagError if one is being recorded, or cannot be made."""
+        """Begin a new bag. Raises NotAllowedError, BagError if a bag is being recorded or cannot be made."""
         self._settings.check_may_record()
         if self.is_running:
             raise BagError(f"'{self.path}' is being recorded: end that before the next")

@@ -53,7 +53,7 @@ class MissionJournal:
         """Missions that have ended, which no longer change."""
 
     async def look(self) -> list[SeenMission]:
-        """Return the open missions and the latest of the others, the newest last. Raises JournalError."""
+        """Return the open missions and the latest that have ended, the newest last. Raises JournalError."""
         async with self._lock:
             return await in_thread(self._look)
 

@@ -16,7 +16,7 @@ from goalwire.security.signed_in import SignedIn
 _SENDING = (Verb.PUBLISH, Verb.CALL, Verb.SERVE, Verb.SEND, Verb.CANCEL, Verb.SET)
 """The verbs that send something: the console's options --read-only and --allow limit these alone."""
 _AGAIN_S = 10.0
-"""Seconds in which one line about a visitor is logged once: sliders publish ten times a second."""
+"""Equal lines about a visitor are logged once in this many seconds: sliders publish ten times a second."""
 
 
 class Rights:
@@ -114,7 +114,7 @@ class Rights:
         self._check(_to_send(kind, name), name, what)
 
     def check(self, verb: Verb, name: str, what: str = '') -> None:
-        """Raise NotAllowedError if the visitor may not CANCEL or SET (`verb`) `name`; else log the act."""
+        """Raise NotAllowedError if the visitor may not CANCEL or SET (`verb`) a name; else log the act."""
         self._check(Permission((verb,), name), name, what)
 
     def _check(self, permission: Permission, name: str, what: str) -> None:

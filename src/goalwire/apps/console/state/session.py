@@ -59,7 +59,7 @@ class Session:
         If there are none, '' stands for everything on the wire.
         """
         self.listeners: set[Callable[[], object]] = set()
-        """Called when the shown state of an emergency stop has changed."""
+        """Functions that are called when the shown state of an emergency stop has changed."""
         self._robots: dict[str, tuple[RobotWatch, int]] = {}
         self._selected: Counter[str] = Counter()
         self._log_reading: Reading | None = None
