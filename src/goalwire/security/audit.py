@@ -1,10 +1,12 @@
 """The audit log of an identity: one line of JSON for each refusal, chained by hashes.
 
 Each line holds the SHA-256 of the line before it. So a changed, removed or inserted line is detected,
-unless all later lines were rewritten, or it was the last. A copy in another place protects against that.
+unless all later lines were rewritten, or the line was the last. A copy of the log in another place protects
+against that.
 
 A log that has grown large is put aside as NAME.log.1, the next one as NAME.log.2, and so on. The first line
-of each holds the hash of the last line of the one before it. Beyond KEPT of them the oldest is deleted.
+of each holds the hash of the last line of the one before it. If there are more than KEPT such logs, the
+oldest is deleted.
 """
 
 from __future__ import annotations
@@ -28,7 +30,9 @@ PUT_ASIDE_AT = 1 << 22
 KEPT = 15
 """How many old logs are kept: with the current one, 64 MiB for each identity."""
 _LARGEST = 1 << 26
-"""Bytes that one file may have: entries that are written together go into one file."""
+"""The largest size of one log file, in bytes: above PUT_ASIDE_AT, since entries that are written together go
+into one file.
+"""
 _TAIL = 1 << 16
 """The last line of a file begins within this many bytes of its end."""
 
@@ -61,7 +65,7 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
                 pass
             else:
                 fcntl.flock(stream, fcntl.LOCK_EX)  # closing the file releases the lock
-                if not _is_at(stream, path):  # another process has put it aside meanwhile
+                if not _is_at(stream, path):  # another process has put the log aside meanwhile
                     continue
             yield stream
             return
@@ -93,7 +97,7 @@ def _write(log: BinaryIO, path: Path, entries: tuple[Mapping[str, str], ...]) ->
                 before = _hash(_last_line(full).rstrip(b'\n'))
     else:
         before = _hash(last.rstrip(b'\n'))
-        if not last.endswith(b'\n'):  # power was lost within the line: the part is kept
+        if not last.endswith(b'\n'):  # power was lost while the line was written: its first part is kept
             log.write(b'\n')
     for entry in entries:
         line = json.dumps({**entry, 'before': before}).encode()
@@ -110,7 +114,7 @@ def _last_line(log: BinaryIO) -> bytes:
 
 
 def _put_aside(path: Path) -> None:
-    """Give a log the next number, and delete those that are too old."""
+    """Give a log the next number, and delete the oldest logs beyond KEPT."""
     before = put_aside(path)
     path.rename(path.with_name(f'{path.name}.{max(before, default=0) + 1}'))
     for number in list(before)[: max(0, len(before) + 1 - KEPT)]:

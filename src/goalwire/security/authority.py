@@ -22,9 +22,9 @@ from goalwire.security.keystore import KINDS, Keystore
 from goalwire.security.policy_file import load_policy
 
 MOST_AT_ONCE = 32
-"""Connections that are served at one time. Others are closed, and the clients try again."""
+"""How many connections are served at one time. Further ones are closed, and their clients try again."""
 _OWN_LIFE = timedelta(days=2)
-"""The lifetime of the server's own certificate. It makes a new one after half of that."""
+"""The lifetime of the server's own certificate. The server makes a new certificate after half of that."""
 
 
 class AuthorityServer(ThreadingHTTPServer):
@@ -48,7 +48,9 @@ class AuthorityServer(ThreadingHTTPServer):
         super().__init__(('', port), _Handler)
 
     def _make_context(self) -> tuple[ssl.SSLContext, datetime]:
-        """Return TLS with a new certificate of the server's own, and the time for the next one."""
+        """Return a TLS context with a new certificate of the server's own, and the time at which the next is
+        due.
+        """
         now = certificates.now()
         life = (now - certificates.CLOCK_SKEW, now + _OWN_LIFE)
         own = certificates.make_identity(self.keystore.site(), 'authority', enrollment.AUTHORITY, life)
@@ -120,7 +122,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
             return
         shown = self.connection.getpeercert(binary_form=True)
-        assert shown is not None  # TLS has asked for it
+        assert shown is not None  # TLS requires a certificate
         certificate = x509.load_der_x509_certificate(shown)
         try:
             answer = self.server.renew(certificate, self.rfile.read(int(size)))

@@ -1,8 +1,8 @@
 """Signs people and programs in at a console or a bridge, and asks the policy about them.
 
-Such a server has an identity of its own, and the robots know only that one. So the server asks the same
-policy about each of those who sign in: they may do what the policy allows to both, to them and to the server.
-What they do is in the audit log of the server's identity.
+Such a server has an identity of its own, and the robots know only the server's identity. So the server asks
+the same policy about each of those who sign in: they may do only what the policy allows both to them and to
+the server. What they do is in the audit log of the server's identity.
 """
 
 from __future__ import annotations
@@ -26,23 +26,27 @@ from goalwire.security.tokens import Token, find_token, load_tokens, tokens_path
 LOGGER = 'goalwire.security'
 PUBLISH = Verb.PUBLISH.value
 MOST_TEXT = 500
-"""Characters of an entry that say what was sent."""
+"""How many characters of an audit entry say what was sent."""
 
 
 @record
 class Principal:
-    """Somebody who has signed in: a name of the policy, and from when until when its token counts."""
+    """Somebody who has signed in: a name in the policy, and the time in which the token or certificate is
+    valid.
+    """
 
     name: str
     issued: float
-    """In s since the epoch."""
+    """The time of issue, in s since the epoch."""
     ends: float
     sha256: str = ''
     """The hash of the token; '' for a certificate."""
 
 
 class Authorizer:
-    """The keystore of a server's identity, as the server uses it. Changes of its files count at once."""
+    """The keystore of a server's identity, as the server uses it. Changes to the keystore's files count at
+    once.
+    """
 
     def __init__(self, chosen: Chosen, domain: int = 0) -> None:
         """`domain` is the domain in which the server acts. Raises SecurityError if a file cannot be used."""
@@ -55,14 +59,14 @@ class Authorizer:
         self._revoked = load_revoked(self._paths[1])
         self._tokens: tuple[Token, ...] = load_tokens(chosen.folder)
         self._streams = Streams(self._put)
-        # An act waits for no disk, and a stop least of all.
+        # One thread writes the audit log, so that no act waits for the disk, and least of all a stop.
         self._disk = ThreadPoolExecutor(1, 'goalwire-audit')
         self._is_audit_lost = False
 
     # ---- who is there
 
     def find_principal(self, token: str) -> Principal:
-        """Return who signs in with a token. Raises SecurityError, which says why nobody does."""
+        """Return who signs in with a token. Raises SecurityError, which says why the token is refused."""
         self._look()
         found = find_token(self._tokens, token)
         if found is None:
@@ -82,7 +86,7 @@ class Authorizer:
         return principal
 
     def problem_of(self, principal: Principal) -> str:
-        """Return why somebody must sign in again; '' if what was shown still counts."""
+        """Return why somebody must sign in again; '' if the token or certificate still counts."""
         self._look()
         if principal.sha256 and all(each.sha256 != principal.sha256 for each in self._tokens):
             return f"the token of '{principal.name}' was deleted"
@@ -94,7 +98,9 @@ class Authorizer:
     # ---- what each may do
 
     def decide(self, principal: Principal, permission: Permission) -> Decision:
-        """Decide if the principal may do something, and the server, too. A refusal names the line."""
+        """Decide if both the principal and the server may do something. A refusal names the line of the
+        policy.
+        """
         problem = self.problem_of(principal)
         if problem:
             return Decision(False, problem)
@@ -112,9 +118,8 @@ class Authorizer:
         return not decision.is_allowed and (self._policy.is_enforced or bool(self.problem_of(principal)))
 
     def decide_stop(self, principal: Principal) -> Decision:
-        """Decide if somebody may use the emergency stop. The server's own rights are not asked.
-
-        A robot that refuses the server says so itself. To refuse it here could only be wrong.
+        """Decide if somebody may use the emergency stop. The server's own rights are not checked: a robot
+        that refuses the server says so itself. To refuse a stop here could only be wrong.
         """
         problem = self.problem_of(principal)
         return Decision(False, problem) if problem else self._policy.decide_stop(principal.name)

@@ -73,8 +73,8 @@ def _create(path: Path, data: bytes) -> None:
 def import_identity(folder: Path, path: Path) -> str:
     """Take an identity into a keystore, which is made if it is not there; return the identity's name.
 
-    Into a keystore of the same authority it brings the newer key, policy and list of revoked names; the
-    policy before is kept beside it. Raises SecurityError, and changes nothing then.
+    A keystore that exists must have the same authority. It gets the newer key, policy and list of revoked
+    names; its earlier policy is kept beside the new one. Raises SecurityError, and changes nothing then.
     """
     content = _read(path)
     name = check_name(content['name'])

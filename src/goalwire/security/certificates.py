@@ -1,8 +1,8 @@
 """X.509 certificates on P-256: of authorities, and of the identities that they sign.
 
-An authority signs the site's authority, and that one signs identities. The certificate of an identity has
-the identity's name as its common name, and its kind as its organizational unit. P-256 with SHA-256 is also
-what ROS 2's DDS Security takes (sros2 `_utilities.py`).
+An authority signs the site's authority, and the site's authority signs identities. The certificate of an
+identity has the identity's name as its common name, and its kind as its organizational unit. ROS 2's DDS
+Security takes P-256 with SHA-256, too (sros2 `_utilities.py`).
 """
 
 from __future__ import annotations
@@ -60,7 +60,9 @@ def _sign(
     below: int | None,
     names: tuple[str, ...] = (),
 ) -> x509.Certificate:
-    """Sign a certificate; `below` is how many authorities may follow, None for an identity."""
+    """Sign a certificate; `below` is how many levels of authorities it may sign below itself; None for an
+    identity.
+    """
     is_authority = below is not None
     builder = (
         x509.CertificateBuilder()
@@ -134,7 +136,7 @@ def make_key() -> ec.EllipticCurvePrivateKey:
 def certify(
     site: Pair, name: str, kind: str, public_key: ec.EllipticCurvePublicKey, life: tuple[datetime, datetime]
 ) -> tuple[x509.Certificate, ...]:
-    """Return a certificate for a key, with the certificate of the site's authority behind it."""
+    """Return a certificate for a key, followed by the certificate of the site's authority."""
     end = min(life[1], site.certificate.not_valid_after_utc)
     certificate = _sign(
         _name(name, kind),
@@ -149,7 +151,7 @@ def certify(
 
 
 def make_identity(site: Pair, name: str, kind: str, life: tuple[datetime, datetime]) -> Pair:
-    """Return a new key for an identity, with the certificate of the site's authority and that one's own."""
+    """Return a new key for an identity, with its certificate and the certificate of the site's authority."""
     key = make_key()
     return Pair(key, certify(site, name, kind, key.public_key(), life))
 
@@ -204,7 +206,7 @@ def verify(chain: tuple[x509.Certificate, ...], trusted: x509.Certificate) -> No
 
 
 def life_of(certificate: x509.Certificate) -> timedelta:
-    """Return how long after its issue a certificate is valid."""
+    """Return for how long after its issue a certificate is valid."""
     return certificate.not_valid_after_utc - certificate.not_valid_before_utc - CLOCK_SKEW
 
 
@@ -224,5 +226,5 @@ def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str
 
 
 def now() -> datetime:
-    """Return the time, in the whole seconds of certificates."""
+    """Return the present time in whole seconds: certificates have no fractions."""
     return datetime.now(UTC).replace(microsecond=0)

@@ -1,4 +1,6 @@
-"""Looks for faults of a keystore: files that others can read, certificates that end, mistakes of a policy."""
+"""Looks for faults of a keystore: files that others can read, certificates that expire soon, mistakes in a
+policy.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +18,12 @@ from goalwire.security.policy import Policy, Verb
 from goalwire.security.policy_file import load_policy
 
 SOON = timedelta(days=7)
-"""How long before its end a certificate is reported."""
+"""How long before it expires a certificate is reported."""
 
 
 @record
 class Finding:
-    """Something that is wrong, or soon will be."""
+    """Something in a keystore that is wrong, or soon will be."""
 
     problem: str
     is_error: bool = True

@@ -27,7 +27,9 @@ from goalwire.security.keystore import Keystore, read
 from goalwire.security.policy_file import load_policy
 
 _EARLIER = timedelta(days=1)
-"""How much earlier certificates begin, as those of sros2: Connext takes new ones for future ones."""
+"""How long before their issue certificates become valid, as in sros2: Connext refuses brand-new ones as not
+valid yet.
+"""
 
 
 def write_dds_keystore(keystore: Keystore, folder: Path, life: timedelta = IDENTITY_LIFE) -> list[str]:
@@ -94,7 +96,7 @@ def sign(authority: Pair, text: bytes) -> bytes:
 
 def _authority(keystore: Keystore) -> Pair:
     """Return the authority for DDS, which is made when it is first needed. Raises SecurityError."""
-    keystore.site()  # only the keystore that can issue certificates may have it
+    keystore.site()  # raises unless this keystore can issue certificates
     path = keystore.path / 'dds.pem'
     if not path.exists():
         key = certificates.make_key()
@@ -123,7 +125,9 @@ def _build(
     *,
     is_authority: bool,
 ) -> x509.CertificateBuilder:
-    """Return a certificate without its signature, with the extensions of sros2's: the plugins know those."""
+    """Return a certificate without its signature, with the extensions that sros2 writes, since DDS plugins
+    know these.
+    """
     constraints = x509.BasicConstraints(ca=is_authority, path_length=1 if is_authority else None)
     return (
         x509.CertificateBuilder()

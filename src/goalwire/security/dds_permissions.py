@@ -5,7 +5,8 @@ the verbs of actions and parameters come first, then a rule that denies those to
 "all services, but not those for parameters" is two rules. Topics of ROS 2 on DDS are `rt/name`,
 `rq/nameRequest` and `rr/nameReply`; sources: sros2 `permissions.xsl`, DDS Security 1.1, 9.4.1.
 
-In DDS `*` stands for any signs, also for slashes. `inexpressible` tells of patterns that grow by that.
+In DDS `*` stands for any characters, also for slashes. `inexpressible` lists the patterns that allow more
+because of that.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ _CALLS = {
     Verb.READ: tuple(f'/{each}' for each in READING),
     Verb.SET: tuple(f'/{each}' for each in SETTING),
 }
-"""The services that a verb calls: the ends of their names."""
+"""The ends of the names of the services that each verb calls."""
 _OF_ACTIONS = ('/_action/send_goal', '/_action/get_result', '/_action/cancel_goal')
 _FEEDS = ('/_action/feedback', '/_action/status')
 _WIDE = (Verb.CALL, Verb.PUBLISH, Verb.SUBSCRIBE)
@@ -60,7 +61,7 @@ def rules_of(grants: Iterable[Grant]) -> list[Rule]:
 
 
 def _allowing(grants: list[Grant]) -> Iterator[Rule]:
-    """Yield one rule for the grants of the same domains."""
+    """Yield one rule for all grants that hold in the same domains."""
     for domains in dict.fromkeys(grant.domains for grant in grants):
         found = [_topics_of(grant) for grant in grants if grant.domains == domains]
         published = tuple(dict.fromkeys(topic for each in found for topic in each.published))
@@ -114,7 +115,7 @@ _DENIED = Rule(
         ),
     ),
 )
-"""The topics that the wide verbs do not cover."""
+"""A rule that denies the topics that the wide verbs do not cover."""
 
 
 def inexpressible(policy: Policy) -> list[str]:

@@ -24,11 +24,11 @@ ANSWER_TYPE = 'application/pkcs7-mime; smime-type=certs-only'
 AUTHORITY = 'authority'
 """The kind of the server's certificate. No identity of the site gets a certificate of that kind."""
 LARGEST = 1 << 16
-"""Bytes of a request, and of an answer."""
+"""The largest size of a request or an answer, in bytes."""
 CONNECTING_S = 3.0
-"""How long connecting to the authority may take: a program that ends may have to wait that long."""
+"""How long, in s, connecting to the authority may take: a program that ends may have to wait that long."""
 ANSWERING_S = 10.0
-"""How long one side waits for the other."""
+"""How long, in s, each side waits for the other."""
 
 
 def write_request(subject: x509.Name, key: ec.EllipticCurvePrivateKey) -> bytes:

@@ -33,7 +33,7 @@ KINDS = ('robot', 'person', 'program', 'router')
 """The kinds of identities. Data that a router forwards is subject to that router's rules."""
 
 LARGEST = 1 << 20
-"""Bytes that a file of a keystore may have."""
+"""The largest size of a file of a keystore, in bytes."""
 
 _AUTHORITY = Pattern(r'https://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:]+\]):\d{1,5}\Z')
 _NAME = Pattern(r'[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\Z')
@@ -78,7 +78,7 @@ class Keystore:
     """An existing keystore on disk."""
 
     def __init__(self, path: Path) -> None:
-        """Raises SecurityError if there is none at `path`."""
+        """Raises SecurityError if there is no keystore at `path`."""
         self.path = path
         self.trust_path = path / 'trust.pem'
         self.policy_path = path / 'policy.toml'
@@ -149,7 +149,9 @@ class Keystore:
         return certificates.read_certificate(read(self.trust_path), os.fspath(self.trust_path))
 
     def revoked(self) -> dict[str, datetime]:
-        """Return the revoked names, and until which time of issue each is refused. Raises SecurityError."""
+        """Return the revoked names, each with the time of issue up to which its certificates are refused.
+        Raises SecurityError.
+        """
         return revocation.read_revoked(read(self.revoked_path).decode(errors='replace'))
 
     def policy_text(self) -> str:
@@ -170,12 +172,15 @@ class Keystore:
             raise SecurityError(f"'{name}' is there already; see: goalwire secure renew")
         self.site()
         policy = add_identity(self.policy_text(), name, roles or _FIRST_ROLES[kind])
-        # The policy comes first: if power is lost in between, it only names an identity without a key.
+        # The policy comes first: if power is lost in between, the policy only names an identity without a
+        # key.
         storage.replace(self.policy_path, policy.encode(), storage.PUBLIC)
         return self.issue(name, kind, life)
 
     def issue(self, name: str, kind: str, life: timedelta = IDENTITY_LIFE) -> Pair:
-        """Make a key and a certificate for a name without a key here. Raises SecurityError if it has one."""
+        """Make a key and a certificate for a name without a key here. Raises SecurityError if the name has
+        one.
+        """
         made = self._make(name, kind, life)
         try:
             storage.create(self.identity_path(name), made.pem())
@@ -190,13 +195,15 @@ class Keystore:
         return made
 
     def put(self, name: str, pair: Pair) -> None:
-        """Put an identity in the place of the one of that name."""
+        """Write an identity, and replace the earlier identity of that name if there is one."""
         storage.replace(self.identity_path(name), pair.pem())
 
     def certify(
         self, name: str, kind: str, public_key: ec.EllipticCurvePublicKey, life: timedelta
     ) -> tuple[x509.Certificate, ...]:
-        """Return a certificate of a name for a key that is elsewhere, with those of its authorities."""
+        """Return a certificate for a name, whose key is elsewhere, followed by the certificates of its
+        authorities.
+        """
         return certificates.certify(self.site(), check_name(name), kind, public_key, self._life(name, life))
 
     def _make(self, name: str, kind: str, life: timedelta) -> Pair:
@@ -207,7 +214,7 @@ class Keystore:
         now = certificates.now()
         begin = now - certificates.CLOCK_SKEW
         revoked = self.revoked().get(name)
-        if revoked is not None:  # a new certificate begins after the end of the refused ones
+        if revoked is not None:  # a new certificate must count as issued after the refused ones
             begin = max(begin, revoked + timedelta(seconds=1))
         return begin, now + life
 

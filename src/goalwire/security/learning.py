@@ -38,7 +38,7 @@ def write_policy(needs: Iterable[Need]) -> str:
         granted.setdefault(verb, set()).add(name)
     lines = [HEAD]
     for role, granted in sorted(roles.items()):
-        # A role that sends goals watches them, too.
+        # A role that may send an action's goals may watch them, too.
         granted[Verb.WATCH] = granted.get(Verb.WATCH, set()) - granted.get(Verb.SEND, set())
         lines.append(f'[roles.{role}]')
         lines += [f'{verb.value} = {_list(granted[verb])}' for verb in Verb if granted.get(verb)]

@@ -13,13 +13,14 @@ from time import monotonic
 from typing import TypeAlias
 
 MOVES = 'moves'
-"""The outcome of an act that was allowed, and moves a robot."""
+"""The outcome in the entry of an act that was allowed, and moves a robot."""
 SILENT_S = 10.0
-"""A stream has ended if it had no message for this long."""
+"""A stream has ended if it had no message for so many s."""
 EACH_S = 60.0
-"""The time between two entries of a stream that goes on."""
+"""The time in s between two entries of a stream that goes on."""
 MOST_STREAMS = 1024
-"""Streams that are told apart, since a peer could invent names. Of others each message has an entry."""
+"""How many streams are told apart: a peer could invent names. Each message of a further stream has an entry.
+"""
 
 Entry: TypeAlias = dict[str, str]
 
@@ -49,7 +50,7 @@ class Streams:
         self._lock = Lock()
 
     def note(self, outcome: str, who: str, act: str, name: str, reason: str) -> None:
-        """Note one message of an identity's on a topic; the parameters are those of `write_entry`."""
+        """Note one message of an identity on a topic; the parameters are those of `write_entry`."""
         now, key = self._clock(), (who, act, name)
         with self._lock:
             stream = self._streams.get(key)

@@ -29,7 +29,7 @@ class Permission(NamedTuple):
 
 
 def split_action(name: str) -> tuple[str, str]:
-    """Return the action and the part of it that a name is; '' and '' if it belongs to no action."""
+    """Split the name of an action's topic or service into the action and its part; '' and '' for others."""
     action, found, part = name.rpartition(_PART)
     return (action, part) if found and part in _OF_ACTIONS else ('', '')
 

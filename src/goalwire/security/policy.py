@@ -1,7 +1,7 @@
 """The rights of identities, in ROS's words: a pure model, without files and without a wire.
 
 An identity has roles; a role grants verbs on names. An act without a grant is forbidden. Names are fully
-qualified; in a pattern `*` stands for any signs between two slashes, and `/**` for any number of
+qualified; in a pattern `*` stands for any characters between two slashes, and `/**` for any number of
 such parts: `/arm/**` are /arm and all that is below it.
 """
 
@@ -43,7 +43,9 @@ class Verb(Enum):
 MODES = ('enforce', 'audit')
 
 STOP = 'stop'
-"""The word for the emergency stop of a console. Everybody may use it whom the policy does not forbid it."""
+"""The word for the emergency stop of a console. Everybody may use the stop, unless the policy forbids it to
+them.
+"""
 
 
 @record
@@ -102,9 +104,9 @@ class Policy:
     lines: Mapping[str, int] = {}
     """The line in which each identity is named."""
     moving: tuple[Grant, ...] = MOVING
-    """What moves a robot: the audit log has each of these acts, also if it is allowed."""
+    """The acts that move a robot: the audit log has each of them, even if it is allowed."""
     may_not_stop: Mapping[str, tuple[str, int]] = {}
-    """The role, and its line, that forbids an identity the emergency stop of a console."""
+    """For each identity the role, with its line, that forbids it the emergency stop of a console."""
 
     @property
     def is_enforced(self) -> bool:
@@ -143,7 +145,9 @@ class Policy:
         return Decision(True, f"{self.title}:{line}: no role of '{who}' has stop = false")
 
     def rights_of(self, who: str) -> object:
-        """Return a value that changes if the rights of an identity do. Lines of the policy do not count."""
+        """Return a value that changes if the rights of an identity change, but not if only the policy's lines
+        move.
+        """
         grants = {(each.verb, each.pattern, each.domains) for each in self.grants.get(who, ())}
         return self.mode, grants, who in self.may_not_stop
 

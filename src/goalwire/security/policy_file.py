@@ -36,7 +36,7 @@ _NAME = Pattern(r'(?:/(?:\*\*|[A-Za-z0-9_~*]+))+\Z')
 _TOML_PLACE = Pattern(r' \(at (?:line (\d+), column (\d+)|end of document)\)\Z')
 _LARGEST_DOMAIN = 232
 LARGEST_POLICY = 1 << 20
-"""Bytes that a policy may have."""
+"""The largest size of a policy, in bytes."""
 
 
 def read_policy(text: str, title: str = 'policy.toml') -> Policy:
@@ -66,7 +66,7 @@ class _Reader:
             found = _TOML_PLACE.search(str(error))
             if found and found[1]:
                 place = Place(int(found[1]), int(found[2]))
-            else:  # the text ends too early
+            else:  # no place is given if the text ends too early
                 place = Place(text.count('\n') + 1, len(text) - text.rfind('\n'))
             self._places: dict[tuple[str | int, ...], Place] = {(): place}
             self._refuse((), f'this is not TOML: {_TOML_PLACE.sub("", str(error))}', 'see: toml.io')
@@ -119,7 +119,7 @@ class _Reader:
         )
 
     def _moving(self, table: dict[str, object]) -> tuple[Grant, ...]:
-        """Return what moves a robot: a verb that the table has not keeps its default."""
+        """Return what moves a robot: a verb that the table lacks keeps its default."""
         if STOP in table:
             self._refuse(('moving', STOP), 'stop moves nothing', 'write it into [everyone] or a role')
         given = tuple(self._grants(('moving',), 'moving', table))

@@ -8,9 +8,9 @@ from time import monotonic
 from typing import NamedTuple, Protocol
 
 RECENT_S = 60.0
-"""How long after its latest refusal an identity's status is a warning."""
+"""For how long, in s, after its latest refusal an identity's status is a warning."""
 MOST_ACTS = 256
-"""Acts of one identity that are told apart, since a peer could invent names."""
+"""How many acts of one identity are counted apart: a peer could invent names."""
 OTHERS = 'other acts'
 
 
@@ -34,10 +34,10 @@ class _Acts:
 
 
 class Listener(Protocol):
-    """Somebody who is told that there are refusals."""
+    """An object that is called when there are refusals."""
 
     def tell(self) -> None:
-        """Take notice. Must not wait."""
+        """Note that there are refusals. Must not block."""
 
 
 class Refusals:
@@ -51,7 +51,7 @@ class Refusals:
         self._lock = Lock()
 
     def note(self, who: str, act: str, reason: str) -> None:
-        """Note the rule that refuses an act to an identity, when that is found out."""
+        """Note the rule that refuses an act to an identity, when the refusal is decided."""
         with self._lock:
             acts = self._acts.setdefault(who, _Acts())
             acts.reason, acts.latest = reason, monotonic()
@@ -72,7 +72,8 @@ class Refusals:
         """Return what was refused to each identity."""
         now = monotonic()
         with self._lock:
-            # A declaration is refused once, when it is looked up: it is noted and not counted.
+            # The refusal of a declaration is only noted, when it is decided, and not counted: it counts as
+            # one.
             return [
                 RefusedActs(
                     who,
@@ -85,12 +86,12 @@ class Refusals:
 
     @property
     def listeners(self) -> tuple[Listener, ...]:
-        """Those who are told."""
+        """The listeners that `tell` calls."""
         with self._lock:
             return tuple(self._listeners)
 
     def listen(self, listener: Listener) -> None:
-        """Have somebody told about once a second, from the first refusal on."""
+        """Have a listener called about once a second, from the first refusal on."""
         with self._lock:
             self._listeners.append(listener)
 

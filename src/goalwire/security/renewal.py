@@ -39,7 +39,7 @@ def renew_if_due(chosen: Chosen, keep: Callable[[ssl.SSLSocket], None]) -> float
     keystore, name = Keystore(chosen.folder), chosen.name
     if time() < (due := _due(keystore, name)):
         return due
-    # Other programs of the same identity may renew it at the same time: the second one finds it renewed.
+    # Other programs of this identity may renew the certificate at the same time: the second finds it renewed.
     with storage.locked(keystore.path / 'identities' / f'.{name}.lock'):
         if time() >= _due(keystore, name):
             _renew(keystore, name, keep)
@@ -73,7 +73,7 @@ def _ask(keystore: Keystore, name: str, request: bytes, keep: Callable[[ssl.SSLS
         raise SecurityError(f"'{keystore.path}' has neither site.pem nor authority.toml")
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.minimum_version = ssl.TLSVersion.TLSv1_3
-    context.check_hostname = False  # certificates name identities: see below
+    context.check_hostname = False  # certificates name identities, not hosts; the kind is checked below
     context.load_verify_locations(keystore.trust_path)
     context.load_cert_chain(keystore.identity_path(name))
     address = urlsplit(url)
@@ -83,7 +83,7 @@ def _ask(keystore: Keystore, name: str, request: bytes, keep: Callable[[ssl.SSLS
         tls.settimeout(enrollment.ANSWERING_S)
         tls.do_handshake()
         shown = tls.getpeercert(binary_form=True)
-        assert shown is not None  # TLS has verified it
+        assert shown is not None  # TLS has verified the certificate
         if certificates.kind_of(x509.load_der_x509_certificate(shown)) != enrollment.AUTHORITY:
             raise SecurityError(f'{url} is not the authority of this site')
         connection = HTTPSConnection(address.hostname or '', address.port)

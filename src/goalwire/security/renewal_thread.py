@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import ssl
 
 _LEAST_WAIT_S, _MOST_WAIT_S = 1.0, 3600.0
-"""Between two attempts: a tenth of the time that is left, within these bounds."""
+"""Bounds, in s, of the wait between two attempts, which is a tenth of the certificate's remaining time."""
 _DAY_S = 86_400
 
 

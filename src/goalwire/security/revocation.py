@@ -19,7 +19,7 @@ from goalwire.files import read_regular
 from goalwire.security.policy import Policy
 
 LARGEST = 1 << 20
-"""Bytes that the list may have."""
+"""The largest size of the list, in bytes."""
 
 
 def read_revoked(text: str) -> dict[str, datetime]:

@@ -1,4 +1,4 @@
-"""Somebody who has signed in at a console or a bridge, and what this one may do."""
+"""Somebody who has signed in at a console or a bridge, and what they may do."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class SignedIn:
 
     @property
     def name(self) -> str:
-        """The name of the policy."""
+        """The principal's name in the policy."""
         return self._principal.name
 
     def problem(self) -> str:
-        """Return why this one must begin anew; '' if all is well.
+        """Return why this principal must sign in again; '' if there is no reason.
 
-        What was opened under rights that have changed since is closed, as links between sessions are.
+        If the principal's rights change, the connections opened before are closed, as sessions' links are.
         """
         problem = self._authorizer.problem_of(self._principal)
         policy = self._authorizer.policy
@@ -38,7 +38,7 @@ class SignedIn:
         return ''
 
     def why_not(self, permission: Permission) -> str:
-        """Return why something is refused, with the line of the policy that decides; '' if it is allowed."""
+        """Return why an act is refused, with the line of the policy that decides; '' if it is allowed."""
         decision = self._authorizer.decide(self._principal, permission)
         return decision.reason if self._authorizer.refuses(self._principal, decision) else ''
 
@@ -64,8 +64,8 @@ class SignedIn:
     def check_to_stop(self, names: Sequence[str]) -> None:
         """Raise NotAllowedError if the emergency stops of these names may not be used.
 
-        Everybody may who has signed in, unless a role says `stop = false`: a policy with a gap must not cost
-        somebody the stop.
+        Everybody who has signed in may use them, unless a role says `stop = false`: a gap in a policy must
+        not cost anybody the stop.
         """
         decision = self._authorizer.decide_stop(self._principal)
         self._authorizer.note_stop(self._principal, names, decision)

@@ -65,7 +65,7 @@ def replace(path: Path, data: bytes, mode: int = PRIVATE) -> None:
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Be the only process in the block that has locked `path`, a file that is made if it is not there."""
+    """Lock `path` for the block, against other processes. The file is made if it is not there."""
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT, PRIVATE)
     with os.fdopen(descriptor, 'r+b') as stream:
         try:
@@ -73,7 +73,7 @@ def locked(path: Path) -> Iterator[None]:
         except ImportError:  # Windows
             pass
         else:
-            fcntl.flock(stream, fcntl.LOCK_EX)  # the end of the file object is the end of the lock
+            fcntl.flock(stream, fcntl.LOCK_EX)  # the lock ends when `stream` is closed
         yield
 
 

@@ -1,9 +1,9 @@
 """Shows a renewed certificate over a link that was opened with the old one, so that the link stays open.
 
 TLS shows certificates when a link begins, and the links of a robot last longer than its certificates. So a
-session that has renewed its own sends it over each link, with a signature of the new key over the ids of both
-sessions: so a message to one session cannot be used with or by another. RFC 9261 has
-the same idea as a part of TLS, which no library here offers.
+session that has renewed its certificate sends it over each link. The new key signs the ids of both sessions,
+so that no other session can use this message, or be its receiver. RFC 9261 has the same idea as a part of
+TLS, which no library here offers.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from goalwire.security import certificates
 from goalwire.security.certificates import Pair
 
 LARGEST = 1 << 16
-"""Bytes of a message; what is longer is cut off, and cannot be read."""
+"""The largest size of a message, in bytes; a longer message is cut off, and cannot be read."""
 _ALGORITHM = ec.ECDSA(hashes.SHA256())
 
 

@@ -26,7 +26,7 @@ from goalwire.security import storage
 
 LIFE = timedelta(days=30)
 LARGEST = 1 << 20
-"""Bytes that the file may have."""
+"""The largest size of the file, in bytes."""
 
 _HEAD = '# Tokens for consoles and bridges, as hashes: goalwire secure token writes this file.\n'
 
@@ -57,7 +57,7 @@ def load_tokens(folder: Path) -> tuple[Token, ...]:
         return ()
     except OSError as error:
         raise SecurityError(f"'{path}' cannot be read: {error.strerror or error}") from None
-    except (ValueError, TypeError, KeyError) as error:  # not TOML, not UTF-8, or without a field
+    except (ValueError, TypeError, KeyError) as error:  # the text is not TOML or UTF-8, or lacks a field
         raise SecurityError(f"'{path}' is not what goalwire secure token has written: {error}") from None
 
 
@@ -69,7 +69,9 @@ def _read(name: str, fields: dict[str, object]) -> Token:
 
 
 def make_token(folder: Path, name: str, life: timedelta = LIFE) -> str:
-    """Add a token for a name to a keystore, and return it; it is nowhere else. Raises SecurityError."""
+    """Add a token's hash to a keystore, for a name, and return the token, which is stored nowhere. Raises
+    SecurityError.
+    """
     text = new_token()
     now = datetime.now(UTC).replace(microsecond=0)
     with storage.locked(folder / '.tokens.lock'):

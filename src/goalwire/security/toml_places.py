@@ -1,7 +1,7 @@
 """Finds the places of items in a text of TOML: Python's reader gives only their values.
 
 It goes through a text that tomllib has read before, so it need not find mistakes. Tables in braces are passed
-over: what is in them stands where they begin.
+over: their items get the place at which the table begins.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def find_places(text: str) -> dict[tuple[str | int, ...], Place]:
 
 
 class _Finder:
-    """Goes through one text, sign by sign."""
+    """Goes through one text, token by token."""
 
     def __init__(self, text: str) -> None:
         self.places: dict[tuple[str | int, ...], Place] = {}
