@@ -1,8 +1,8 @@
 """The humanoid as an ament_python package: `colcon build` and plain pip both install it.
 
-The definitions of its interfaces come along, so that goalwire finds them from any folder; so does the body's
-description. Their homes are the packages humanoid_interfaces and humanoid_description beside this one; an
-sdist of this one holds copies.
+The package includes its interface definitions, so that goalwire finds them from any folder, and the body's
+description. Both come from the packages humanoid_interfaces and humanoid_description beside this package; an
+sdist holds copies of them.
 """
 
 from pathlib import Path
@@ -13,7 +13,7 @@ from setuptools.command.sdist import sdist
 package_name = 'humanoid'
 definitions = 'humanoid_definitions'  # a Python package with nothing but definition files
 description = (
-    'humanoid_description'  # the same of the body; installed as a ROS package too, for package:// names
+    'humanoid_description'  # the body's description; installed as a ROS package too, for package:// names
 )
 homes = {definitions: Path('../humanoid_interfaces'), description: Path('../humanoid_description')}
 beside = {name: home for name, home in homes.items() if home.is_dir()}
@@ -21,7 +21,7 @@ body = beside.get(description, Path(description))
 
 
 class SdistWithCopies(sdist):
-    """An sdist in which the packages beside this one are folders of its own: it has nothing beside it."""
+    """Makes an sdist that holds copies of the packages beside this package."""
 
     def make_release_tree(self, base_dir: str, files: list[str]) -> None:
         super().make_release_tree(base_dir, [file for file in files if not file.startswith('..')])
@@ -55,11 +55,11 @@ setup(
         (f'share/{package_name}', ['package.xml']),
         (f'share/{package_name}/launch', ['launch/humanoid.launch.py']),
     ],
-    install_requires=['setuptools', 'rich>=13.7'],  # without rich a mission shows plain lines
+    install_requires=['setuptools', 'rich>=13.7'],  # rich: progress bars of a mission
     extras_require={
-        'sim': ['mujoco-core>=4.0', 'daqp>=0.8'],  # the physics; 11 MB, and numpy
+        'sim': ['mujoco-core>=4.0', 'daqp>=0.8'],  # physics: 11 MB, and numpy
         'policy': ['onnxruntime>=1.17'],  # examples/onnx_walker.py: a learnt policy that walks the robot
-        'world': ['numpy>=1.26', 'scipy>=1.11', 'PyYAML>=6.0.1'],  # walls, and the way around them; 35 MB
+        'world': ['numpy>=1.26', 'scipy>=1.11', 'PyYAML>=6.0.1'],  # worlds, and navigation in them: 35 MB
     },
     python_requires='>=3.11',
     zip_safe=False,  # goalwire reads the definitions as files

@@ -44,7 +44,7 @@ def main(args: Sequence[str] | None = None) -> int:
         finally:
             print(end='', flush=True)
     except BrokenPipeError:
-        # The interpreter flushes the output when it ends, and would print an error.
+        # The interpreter flushes standard output at exit; with its reader gone, that would print an error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return CLOSED_PIPE
 
@@ -87,7 +87,7 @@ def _run(arguments: list[str]) -> int:
 
 
 def _advice(module: str) -> str:
-    """Advice for a module that is not installed."""
+    """Return the message for a module that is not installed, with advice how to get it."""
     package = module.partition('.')[0]
     if package in ('humanoid_interfaces', 'humanoid_description'):
         advice = (
@@ -100,7 +100,7 @@ def _advice(module: str) -> str:
 
 
 def _options(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Return a command with its options, and the arguments for ROS 2, from `--ros-args` on."""
+    """Return the parsed command with its options, and the arguments from `--ros-args` on, for ROS 2."""
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
     parser = _parser()
     options = parser.parse_args(arguments[:at])

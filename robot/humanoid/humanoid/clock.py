@@ -11,17 +11,17 @@ LAST = 2**31 * NANOSECONDS - 1  # the last time that a ROS message can hold, in 
 
 
 def now(node: Node) -> float:
-    """The node's clock in seconds."""
+    """Return the time of the node's clock in seconds."""
     return node.get_clock().now().nanoseconds / NANOSECONDS
 
 
 def stamp(node: Node) -> TimeMsg:
-    """The node's clock as a message."""
+    """Return the time of the node's clock as a Time message."""
     return time_msg(node.get_clock().now().nanoseconds)
 
 
 def time_msg(nanoseconds: int) -> TimeMsg:
-    """Return a time since 1970 as a message; a time that is too late for it becomes LAST."""
+    """Return a time (ns since 1970) as a message; a time after LAST becomes LAST."""
     sec, nanosec = divmod(min(nanoseconds, LAST), NANOSECONDS)
     return TimeMsg(sec=sec, nanosec=nanosec)
 
@@ -31,6 +31,6 @@ def seconds(moment: TimeMsg | DurationMsg) -> float:
 
 
 def duration_msg(length: float) -> DurationMsg:
-    """Return `length` seconds as a message; more than 68 years, the most it can hold, become that."""
+    """Return `length` seconds as a message; more than 68 years, a message's maximum, become 68 years."""
     sec, nanosec = divmod(round(min(length * NANOSECONDS, LAST)), NANOSECONDS)
     return DurationMsg(sec=sec, nanosec=nanosec)

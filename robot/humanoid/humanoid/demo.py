@@ -19,11 +19,11 @@ from humanoid.up import SIM_TIME
 from humanoid.world.names import choose
 
 MISSION = 'mission'
-LATE = 'battery_service'  # started only after the mission has missed it
-FOR_VIEWERS = 'robot_state_publisher'  # the mission does not need it; without a page it starts last
+LATE = 'battery_service'  # started only after the mission has called it in vain
+FOR_VIEWERS = 'robot_state_publisher'  # the mission does not need this program: without a page it starts last
 WITHOUT_PAGE = 'the demo goes on without the page'
-PAGE_WITHIN = 30.0  # s for the page to be served, before the mission begins without it
-TIME_LIMIT = 180.0  # s: a mission takes about 15, with physics and its three steps more 70
+PAGE_WITHIN = 30.0  # s to wait for the page; then the mission begins without it
+TIME_LIMIT = 180.0  # s: a mission takes about 15 s, with physics and its three extra steps 70 s
 
 
 class Failed(Exception):
@@ -61,7 +61,7 @@ def demo(
                 _follow(supervisor, summary, show, [(name, *arguments) for name in later])
         except Failed as failure:
             problem = str(failure)
-            supervisor.stop(MISSION)  # while the servers still run, so that they can cancel its goals
+            supervisor.stop(MISSION)  # before the servers, so that they can cancel its goals
     if summary.begun:
         print(summary.table())
     if problem is None and not summary.all_well:
@@ -77,7 +77,7 @@ def _start(supervisor: Supervisor, name: str, *arguments: str) -> None:
 
 
 def _await_page(supervisor: Supervisor) -> None:
-    """Wait until the page is served or has failed: so a viewer sees the whole mission. Raises Failed."""
+    """Wait until the page is served or has failed, so that a viewer sees the whole mission. Raises Failed."""
     deadline = time.monotonic() + PAGE_WITHIN
     while True:
         event = supervisor.next_event(deadline)
@@ -95,7 +95,7 @@ def _await_page(supervisor: Supervisor) -> None:
 
 
 def _relay(event: Printed | Ended) -> None:
-    """Show what the page's program says, or how it ended."""
+    """Print a line of output of the page's program, or how that program ended."""
     print(event.line if isinstance(event, Printed) else f'{event}; {WITHOUT_PAGE}', flush=True)
 
 
@@ -125,9 +125,9 @@ def _follow(supervisor: Supervisor, summary: Summary, show: Sink, later: Sequenc
 
 
 def _judge_end(supervisor: Supervisor, summary: Summary, ended: Ended) -> None:
-    """Return if the mission has run to its end. Raises Failed."""
+    """Raise Failed if a program ended before the mission was complete."""
     if ended.name == MISSION:
-        # The mission may have failed because a server ended: that event may be next in the queue.
+        # If the mission failed because a server ended, the event of that end may be next in the queue.
         while event := supervisor.next_event(time.monotonic()):
             if isinstance(event, Ended) and event.name != console.NAME:
                 ended = event

@@ -9,11 +9,11 @@ FILE = Path('urdf', 'humanoid.urdf')
 
 
 class NoDescription(ModuleNotFoundError):
-    """The package is not installed."""
+    """The package humanoid_description is not installed."""
 
 
 def urdf_path() -> Path:
-    """Return the file: from the workspace, from what pip installed, or from ROS 2's package index.
+    """Return the URDF file: from the workspace, from what pip installed, or from ROS 2's package index.
 
     Raises NoDescription.
     """
@@ -33,5 +33,5 @@ def urdf_path() -> Path:
 
 
 def urdf_text() -> str:
-    """Return the text of the description. Raises NoDescription."""
+    """Return the text of the URDF file. Raises NoDescription."""
     return urdf_path().read_text(encoding='utf-8')

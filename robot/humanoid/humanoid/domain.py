@@ -1,8 +1,8 @@
-"""One humanoid in a ROS domain: a program that starts a robot claims its domain first.
+"""Keeps a ROS domain to one humanoid: a program that starts a robot claims its domain first.
 
-A claim is a locked file on this machine, which the system lets go when the process ends, however it ends;
-servers that are started one by one share such a lock. A lock does not show robots of other machines and
-users; a separate process (humanoid.look) searches the domain itself for their servers.
+A claim is a locked file on this machine; the operating system releases the lock when the process ends,
+however it ends. Servers that are started one by one share such a lock. A lock does not show robots of other
+machines and users, so a separate process (humanoid.look) searches the domain for their servers.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from pathlib import Path
 from humanoid.look import SOMEBODY_IS_THERE
 
 VARIABLE = 'ROS_DOMAIN_ID'
-CLAIMED = 'HUMANOID_DOMAIN_CLAIMED'  # set for the children of the process that holds the domain
+CLAIMED = 'HUMANOID_DOMAIN_CLAIMED'  # environment variable: the parent process holds the domain
 DEFAULT = '0'
-LAST = 101  # in higher domains DDS uses ports that Linux gives to other programs
+LAST = 101  # the highest usable domain: above it DDS uses ports that Linux gives to other programs
 
 
 class Taken(Exception):
@@ -30,10 +30,10 @@ class Taken(Exception):
 
 @contextmanager
 def claimed(*, may_move: bool) -> Iterator[None]:
-    """Hold a domain without a humanoid while the block runs. Raises Taken.
+    """Claim a domain in which no humanoid runs, while the block runs. Raises Taken.
 
-    That is the domain of ROS_DOMAIN_ID, or domain 0. If the variable is not set and `may_move`, the next
-    free domain is taken and printed, and this process and its children use it.
+    The domain is that of ROS_DOMAIN_ID, or 0. If it is taken, the variable is not set and `may_move` is true,
+    the next free domain is claimed and printed, and this process and its children use it.
     """
     given = os.environ.get(VARIABLE, '').strip()
     domain, lock = _first_free(given, may_move=may_move)
@@ -48,20 +48,20 @@ def claimed(*, may_move: bool) -> Iterator[None]:
 
 @contextmanager
 def taking_part() -> Iterator[None]:
-    """While the block runs, keep others from claiming the domain in which this server runs."""
+    """While the block runs, keep other programs from claiming this server's domain for a humanoid."""
     if os.environ.get(CLAIMED):
         yield
         return
     lock = _open(os.environ.get(VARIABLE, '').strip() or DEFAULT)
     try:
-        _locks(lock, shared=True)  # if a whole humanoid holds the lock, this server may replace one that died
+        _locks(lock, shared=True)  # fails under `humanoid up`, whose dead server this one may replace
         yield
     finally:
         os.close(lock)
 
 
 def _first_free(given: str, *, may_move: bool) -> tuple[str, int]:
-    """Return the domain to use and the file descriptor of its lock. Raises Taken."""
+    """Return the domain to use, `given` if it is not '', and its lock's file descriptor. Raises Taken."""
     wanted = given or DEFAULT
     lock = _claim(wanted)
     if lock is not None:
@@ -80,7 +80,7 @@ def _first_free(given: str, *, may_move: bool) -> tuple[str, int]:
 
 
 def _claim(domain: str) -> int | None:
-    """Lock a domain and return the descriptor; None if a humanoid is in it."""
+    """Lock a domain and return the lock's file descriptor; None if a humanoid runs in the domain."""
     lock = _open(domain)
     try:
         if _locks(lock) and not _somebody_is_in(domain):
@@ -93,7 +93,7 @@ def _claim(domain: str) -> int | None:
 
 
 def _open(domain: str) -> int:
-    """Open the lock file of a domain and return its descriptor."""
+    """Open the lock file of a domain and return its file descriptor."""
     wire = os.environ.get('RMW_IMPLEMENTATION', '')
     user = os.getuid() if hasattr(os, 'getuid') else 0
     name = re.sub(r'\W', '_', f'humanoid_{user}_{wire}_{domain}')[:100] + '.lock'
@@ -102,7 +102,7 @@ def _open(domain: str) -> int:
 
 
 def _locks(descriptor: int, *, shared: bool = False) -> bool:
-    """Lock the file; return False if another process holds it. On Windows no lock is shared."""
+    """Lock the file; return False if another process has locked it. On Windows a lock cannot be shared."""
     try:
         if sys.platform == 'win32':
             import msvcrt
@@ -124,7 +124,7 @@ def _somebody_is_in(domain: str) -> bool:
         env={**os.environ, VARIABLE: domain},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,  # if ROS does not work here, the servers will say so
+        stderr=subprocess.DEVNULL,  # errors of ROS are not shown here: the robot's servers will report them
         check=False,
     )
     return looked.returncode == SOMEBODY_IS_THERE

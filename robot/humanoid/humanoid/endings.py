@@ -1,7 +1,7 @@
-"""How a goal begins and ends.
+"""How action goals begin and end.
 
-A control tick decides the end; the goal's own execute callback carries it out. An error on
-the way ends only this goal: it is refused, or aborted with the reason, and the server goes on.
+A control tick decides how a goal ends; the goal's execute callback carries the decision out. An error ends
+only its own goal: the goal is refused, or aborted with the reason, and the server runs on.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Ending:
 
 
 class Decision:
-    """The ending of one goal, awaited by the goal's coroutine."""
+    """The ending of one goal: a tick decides it, and the goal's coroutine waits for it."""
 
     def __init__(self) -> None:
         self._future: Future[Ending] = Future()
@@ -53,12 +53,12 @@ class Decision:
 
     async def wait(self) -> Ending:
         ending = await self._future
-        assert ending is not None  # by its type, a future of rclpy may hold None; this future never does
+        assert ending is not None  # for the type checker: rclpy's Future may hold None
         return ending
 
 
 class Decided(Protocol):
-    """A running goal in its server's table."""
+    """A running goal in its server's table: any object with a Decision."""
 
     @property
     def decision(self) -> Decision: ...
@@ -68,7 +68,7 @@ D = TypeVar('D', bound=Decided)
 
 
 def judged(node: Node, check: Callable[[], str | None]) -> GoalResponse:
-    """Return REJECT, and log why, if `check` returns a reason or raises; else return ACCEPT."""
+    """Return REJECT and log why if `check` returns a reason or raises an exception; else return ACCEPT."""
     try:
         reason = check()
     except Exception as error:
@@ -81,7 +81,7 @@ def judged(node: Node, check: Callable[[], str | None]) -> GoalResponse:
 
 
 class GoalFailed(Exception):
-    """A goal cannot go on although the server works; the text is the result's message."""
+    """A goal cannot be continued, without a fault of the server; the text becomes the result's message."""
 
 
 @contextmanager

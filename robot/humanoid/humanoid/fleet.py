@@ -1,4 +1,4 @@
-"""Several robots in one domain. Each has colours, and a name: its namespace and the prefix of its frames."""
+"""Several robots in one domain. Each has colours and a name, which is its namespace and frame prefix."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ class BadName(ValueError):
 
 @dataclass(frozen=True)
 class Member:
-    """One robot of a fleet; `name` is '' if it is the only one, and has none."""
+    """One robot of a fleet; `name` is '' for a single robot without a name."""
 
     name: str = ''
     number: int = 0
     world: Path | None = None
 
     def label(self, program: str) -> str:
-        """Return the name under which the output shows a server's program."""
+        """Return the name of a server's program in the output, such as `h1/battery_service`."""
         return f'{self.name}/{program}' if self.name else program
 
     def arguments(self, program: str, folder: Path) -> Sequence[str]:
@@ -51,7 +51,7 @@ class Member:
         if program in BASED and self.world is None:
             arguments += ['-p', f'map_frame:={MAP}', '-p', f'place:=[0.0, {-APART * self.number}, 0.0]']
         if program == SIMULATION:
-            arguments += ['-p', 'publish_clock:=false']  # robots share /clock, but not their time
+            arguments += ['-p', 'publish_clock:=false']  # /clock is shared, simulated time is not
         if program == VIEWED:
             file = folder / f'{self.name}.urdf'
             file.write_text(coloured(urdf_text(), self.number), encoding='utf-8')
@@ -65,7 +65,7 @@ class Member:
 
 
 def fleet(names: Sequence[str], world: Path | None = None) -> Sequence[Member]:
-    """Return the robots of these names, or one robot without a name. Raises BadName."""
+    """Return a robot for each name; without names, one robot without a name. Raises BadName."""
     if world is not None and len(names) > 1:
         raise BadName(f'a world has room for one robot, and {" and ".join(names)} cannot both be in it')
     for name in names:

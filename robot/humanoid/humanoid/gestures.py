@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from humanoid.model import JOINT_BY_NAME, JOINTS
 
-QUICKEST = 0.4  # s for one movement
-UNHURRIED = 1.25  # times as long as a joint needs at its greatest velocity
+QUICKEST = 0.4  # s that a movement takes at least
+UNHURRIED = 1.25  # factor on the time that a joint needs at its greatest velocity
 WAVES = 3
 
 Movement = Mapping[str, float]

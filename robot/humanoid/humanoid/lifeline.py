@@ -8,12 +8,12 @@ import threading
 import time
 from collections.abc import MutableMapping
 
-VARIABLE = 'HUMANOID_LIFELINE'  # set for a child that ends when its standard input closes
-GRACE = 3.0  # s between asking this process to stop and ending it
+VARIABLE = 'HUMANOID_LIFELINE'  # environment variable: tells a child to end when its standard input closes
+GRACE = 3.0  # s between SIGTERM to this process and its forced exit
 
 
 def hold(environment: MutableMapping[str, str]) -> None:
-    """Watch standard input on a separate thread, if the process that started this one asked for it."""
+    """If the parent process asked for it, end this process when standard input closes (on a thread)."""
     if environment.pop(VARIABLE, None):
         threading.Thread(target=_watch, name='lifeline', daemon=True).start()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-LOOK_FOR = 1.0  # s to wait until the servers of the domain are discovered
+LOOK_FOR = 1.0  # s for the discovery of the domain's servers
 SOMEBODY_IS_THERE = 3  # the exit code if a server is there; else it is 0
 
 
@@ -19,7 +19,7 @@ def main() -> int:
     base = ActionClient(node, MoveToPosition, 'move_to_position')
     arm = ActionClient(node, MoveArm, 'move_arm')
     seen = (
-        joints.wait_for_service(timeout_sec=LOOK_FOR)  # after this wait the others are known, too
+        joints.wait_for_service(timeout_sec=LOOK_FOR)  # by then the other servers are discovered, too
         or battery.service_is_ready()
         or base.server_is_ready()
         or arm.server_is_ready()

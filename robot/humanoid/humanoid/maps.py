@@ -13,12 +13,12 @@ Array = NDArray[np.float64]
 Cells = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
-OCCUPIED_FROM = 65  # of 100: a cell with a higher value counts as occupied
+OCCUPIED_FROM = 65  # cell value, 0 to 100: from this on a cell counts as occupied
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """The grid of cells: the corner of the first cell (m), the size of a cell (m), and their number."""
+    """The grid of a map: the corner of the first cell (m), the size of a cell (m), rows and columns."""
 
     x: float
     y: float
@@ -44,7 +44,7 @@ class Geometry:
 
 
 def read(grid: OccupancyGrid) -> tuple[Geometry, Flags]:
-    """Return a map's grid, and which cells are occupied; unknown cells count as free.
+    """Return a map's geometry, and a flag for each cell: occupied or not. Unknown cells count as free.
 
     Raises ValueError if the data does not fit the map's size, or if the map's origin is rotated.
     """
@@ -62,7 +62,7 @@ def read(grid: OccupancyGrid) -> tuple[Geometry, Flags]:
 
 
 def write(geometry: Geometry, costs: NDArray[np.int8], frame: str, stamp: TimeMsg) -> OccupancyGrid:
-    """Return an OccupancyGrid with values from 0 to 100."""
+    """Return an OccupancyGrid with `costs` from 0 to 100 as its values."""
     message = OccupancyGrid()
     message.header.frame_id, message.header.stamp = frame, stamp
     info = message.info

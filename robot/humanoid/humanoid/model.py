@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from humanoid.description import urdf_text
 from humanoid.urdf import Description, UrdfJoint, parse
 
-MOVING_SPEED = 0.01  # rad/s for a joint, m/s for the base: anything slower counts as at rest
-GREATEST_SPEED = 100.0  # the same units: a message with a higher speed is wrong
+MOVING_SPEED = 0.01  # rad/s of a joint, m/s of the base: below this speed it counts as at rest
+GREATEST_SPEED = 100.0  # rad/s or m/s: a message with a higher speed is taken as wrong
 
-# These joints come first in every list, in any order of the description.
+# These joints come first in every list of joints, whatever their order in the URDF.
 FIRST = (
     'left_arm_shoulder',
     'left_arm_elbow',
@@ -23,14 +23,14 @@ FIRST = (
     'left_knee',
     'right_knee',
 )
-HOME = {'left_arm_shoulder': 0.5, 'right_arm_shoulder': -0.5}  # rad; all others are at 0
+HOME = {'left_arm_shoulder': 0.5, 'right_arm_shoulder': -0.5}  # rad; all other joints start at 0
 
 
 @dataclass(frozen=True)
 class JointSpec:
     """One joint: angles in rad, velocity in rad/s, friction in N·m per rad/s, effort in N·m.
 
-    A prismatic joint has metres instead of rad, and newtons.
+    For a prismatic joint, m and N take the place of rad and N·m.
     """
 
     name: str
@@ -48,7 +48,7 @@ class JointSpec:
 
     @property
     def arrived_within(self) -> float:
-        """How close to its target the joint counts as arrived."""
+        """The distance from its target, in rad or m, within which the joint counts as arrived."""
         return 0.001 if self.prismatic else 0.01
 
 
@@ -82,7 +82,7 @@ JOINT_BY_NAME = {joint.name: joint for joint in JOINTS}
 
 @dataclass(frozen=True)
 class BaseSpec:
-    """The base stands on the floor of the frame `odom` and moves in any direction."""
+    """The base, which moves in any direction on the floor: its limits and its size."""
 
     max_speed: float = 0.8  # m/s
     max_turn_rate: float = 1.5  # rad/s
@@ -94,7 +94,7 @@ BASE = BaseSpec()
 
 @dataclass(frozen=True)
 class BatterySpec:
-    """Charge in ampere hours, current in A, voltage in V; the draws are added up."""
+    """Capacity in Ah, currents in A, voltages in V; the draws (currents while discharging) add up."""
 
     capacity: float = 15.0
     empty_voltage: float = 42.0
@@ -104,7 +104,7 @@ class BatterySpec:
     draw_per_joint_speed: float = 6.0  # A per rad/s, summed over the joints
     charge_current: float = 12.0
     idle_power: float = 1.0  # W: with less power the motors count as at rest
-    rest_before_charging: float = 2.0  # s without motion until the dock's contacts close
+    rest_before_charging: float = 2.0  # s without motion after which charging begins
 
 
 BATTERY = BatterySpec()

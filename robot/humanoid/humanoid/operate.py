@@ -38,7 +38,7 @@ from humanoid.text import brief
 from humanoid.walking.names import BALANCES, BALANCING, FALLEN, GET_UP, LIES, PUSH
 
 WATCH_EVERY = 1.0  # s
-GOAL_OVERHEAD = 5.0  # s to wait for the result beyond the goal's own time
+GOAL_OVERHEAD = 5.0  # s to wait for the result after the goal's own time limit
 ARRIVED, FAILED, STOPPED = 0, 1, 130
 
 Told = TypeVar('Told')
@@ -49,8 +49,8 @@ class Impossible(Exception):
 
 
 def operate(options: argparse.Namespace, ros_args: list[str]) -> int:
-    """Carry out one of COMMANDS; return the exit code. Ctrl-C cancels the running goal and awaits its end."""
-    # Ctrl-C must reach this program before it reaches ROS: goals in motion are cancelled first.
+    """Carry out one of COMMANDS; return the exit code. Ctrl-C cancels the goal and waits for its end."""
+    # This program itself handles Ctrl-C, not ROS: running goals are cancelled before ROS shuts down.
     try:
         rclpy.init(
             args=[*(ros_args or ['--ros-args']), *_namespace(options.name)],
@@ -60,7 +60,7 @@ def operate(options: argparse.Namespace, ros_args: list[str]) -> int:
         return _complain(options.command, brief(str(error)))
     signal.signal(signal.SIGTERM, _interrupt)
     try:
-        with Robot(f'operator_{os.getpid()}') as robot:  # the name is unique: several such programs may run
+        with Robot(f'operator_{os.getpid()}') as robot:  # a unique name: several operators may run
             return COMMANDS[options.command](robot, options)
     except KeyboardInterrupt:
         print('stopped')
@@ -112,7 +112,7 @@ def _odometry(robot: Robot) -> Odometry:
 
 
 def _refused(robot: Robot, otherwise: str, joints: Collection[str] = ()) -> str:
-    """Return the probable reason of a refusal; `otherwise` if neither the stop nor the balance is it."""
+    """Return why a goal was probably refused: the emergency stop, the balance, else `otherwise`."""
     try:
         status = robot.next_message(DiagnosticStatus, STATUS, latched())
     except NoAnswer:
@@ -123,7 +123,7 @@ def _refused(robot: Robot, otherwise: str, joints: Collection[str] = ()) -> str:
 
 
 def _balance(robot: Robot, joints: Collection[str]) -> str:
-    """Return why a walking robot cannot take a goal; '' if it can, or if the robot does not walk."""
+    """Return why a walking robot refuses a goal; '' if it does not, or if the robot cannot walk."""
     if not robot.node.count_publishers(FALLEN):
         return ''
     if robot.next_message(Bool, FALLEN, latched()).data:
@@ -151,7 +151,7 @@ def home(robot: Robot, options: argparse.Namespace) -> int:
 
 
 def _drive(robot: Robot, drive: GoalRun, arrived: str) -> int:
-    """Show how a drive goes, and how it ends."""
+    """Show a drive's progress and its result; return the exit code."""
     began = time.monotonic()
     with drive as goal:
         if not goal.accepted:
@@ -199,7 +199,7 @@ def door(robot: Robot, options: argparse.Namespace) -> int:
 
 
 def push(robot: Robot, options: argparse.Namespace) -> int:
-    """Push the pelvis of a simulated robot, as seen from where it faces."""
+    """Push the pelvis of a simulated robot; the direction is relative to the robot's heading."""
     turn = _odometry(robot).pose.pose.orientation
     way = yaw_of(turn.x, turn.y, turn.z, turn.w) + math.radians(options.direction)
     force = Vector3(x=options.force * math.cos(way), y=options.force * math.sin(way))
@@ -219,7 +219,7 @@ def _answered(answer: Push.Response | Trigger.Response) -> int:
 
 
 def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = None) -> GoalRun:
-    """Move joints and wait until they are there, in `duration` s or as fast as is unhurried."""
+    """Move joints in `duration` s, by default at an unhurried speed, and wait until they have arrived."""
     if duration is None:
         duration = unhurried(angles, {name: robot.joint(name).position for name in angles})
     with robot.reach(angles, duration=duration, timeout=duration + GOAL_OVERHEAD) as goal:

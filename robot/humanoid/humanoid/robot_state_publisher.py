@@ -1,6 +1,6 @@
-"""The description and the links as transforms: ROS 2's robot_state_publisher, with the humanoid's URDF.
+"""Runs ROS 2's robot_state_publisher with the humanoid's URDF.
 
-This program starts the one of the package robot_state_publisher and ends with it, so that
+It publishes the URDF, and the links' poses as transforms. This program starts it and ends with it, so that
 `humanoid up` can start and stop it like the robot's own programs.
 """
 
@@ -20,7 +20,7 @@ PACKAGE = 'robot_state_publisher'
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run it with the URDF file that is given, or the humanoid's; return its exit code."""
+    """Run robot_state_publisher with the given URDF file, or the humanoid's; return its exit code."""
     arguments = list(sys.argv[1:] if args is None else args)
     given = arguments.pop(0) if arguments and not arguments[0].startswith('-') else str(urdf_path())
     process: subprocess.Popen[bytes] | None = None
@@ -32,7 +32,7 @@ def main(args: Sequence[str] | None = None) -> int:
         if process is not None:
             process.terminate()
 
-    # Before the start: a signal that comes meanwhile would end this program and leave the other one behind.
+    # Set before the child starts: a signal in between would end this program and leave the child running.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
     process = subprocess.Popen(
@@ -44,7 +44,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _ros2() -> Sequence[str]:
-    """Return the command `ros2` of this Python, else the one on the PATH."""
+    """Return the command `ros2` beside this Python's executable, else the one on the PATH."""
     beside = Path(sys.executable).parent / 'ros2'
     return [str(beside) if beside.exists() else which('ros2') or 'ros2']
 

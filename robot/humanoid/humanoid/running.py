@@ -1,4 +1,4 @@
-"""Run nodes as one program: until Ctrl-C, SIGTERM or the end of the process that started it."""
+"""Runs nodes as one program: until Ctrl-C, SIGTERM, or the end of the process that started the program."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from humanoid.domain import taking_part
 from humanoid.text import brief
 
-LONGEST_TRACEBACK = 4000  # characters: an exception's text may quote a long message of a peer
+LONGEST_TRACEBACK = 4000  # characters: an exception's text may quote a long received message
 
 
 class BadParameter(ValueError):
@@ -33,8 +33,8 @@ def check_range(name: str, value: float, lowest: float, greatest: float) -> None
 def run(make: Callable[[], Node | Iterable[Node]], args: Sequence[str] | None = None) -> int:
     """Spin the nodes on one thread until the program is told to stop; then return exit code 0.
 
-    In rclpy an exception of a callback leaves spin, which ends a program. A robot's server must survive
-    a request that it cannot handle: it logs the traceback and continues to spin.
+    In rclpy a callback's exception leaves spin, and so ends the program. A robot's server must survive a
+    request that it cannot handle: here the traceback is logged, and the nodes spin on.
     """
     _obey_first_interrupt()
     with taking_part():
@@ -53,7 +53,7 @@ def run(make: Callable[[], Node | Iterable[Node]], args: Sequence[str] | None = 
         except (BadParameter, ParameterException) as error:
             raise SystemExit(f'humanoid: {brief(str(error))}') from None
         except Exception:
-            if rclpy.ok():  # else the program was told to stop while its nodes were made
+            if rclpy.ok():  # not ok: a signal came while the nodes were made
                 raise
         finally:
             for node in nodes:
@@ -63,9 +63,9 @@ def run(make: Callable[[], Node | Iterable[Node]], args: Sequence[str] | None = 
 
 
 def _obey_first_interrupt() -> None:
-    """Let the first Ctrl-C end the program, and ignore later ones: they would disturb its end.
+    """Let the first Ctrl-C end the program, and ignore later ones, which would interrupt its cleanup.
 
-    Does nothing if Ctrl-C is ignored, or handled in another way.
+    Does nothing if Ctrl-C is ignored already, or has a handler of its own.
     """
     if (
         threading.current_thread() is threading.main_thread()
@@ -80,15 +80,15 @@ def _interrupt(_number: int, _frame: FrameType | None) -> None:
 
 
 def join(args: Sequence[str] | None, handlers: SignalHandlerOptions | None = None) -> None:
-    """Initialise ROS 2. Arguments that it cannot read end the program with one line and exit code 1."""
+    """Initialise ROS 2. Arguments that ROS 2 cannot read end the program with one line and exit code 1."""
     try:
         rclpy.init(args=args, signal_handler_options=handlers)
-    except RuntimeError as error:  # its text names the argument and the error
+    except RuntimeError as error:  # for bad arguments, which the error's text names
         raise SystemExit(f'humanoid: {brief(str(error))}') from None
 
 
 def _spin(executor: SingleThreadedExecutor, node: Node) -> None:
-    """Spin until a callback raises, and log that; or until the program is told to stop."""
+    """Spin until the program is told to stop, or a callback raises an exception, which is logged."""
     try:
         executor.spin()
     except ExternalShutdownException:

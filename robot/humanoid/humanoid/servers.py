@@ -1,4 +1,4 @@
-"""The robot's programs that run together, as `humanoid up` and humanoid.launch.py start them."""
+"""The robot's programs, which `humanoid up` and humanoid.launch.py start together."""
 
 SERVERS = (
     'joint_state_service',
@@ -21,7 +21,7 @@ FRAMED = (*BASED, 'joint_state_service', VIEWED, *IN_WORLD)
 
 
 def servers(*, physics: bool, world: bool = False) -> tuple[str, ...]:
-    """Return the programs that make up a robot, and its world if there is one."""
+    """Return the names of the programs of a robot; with `world` also those of a world."""
     more = IN_WORLD if world else ()
     if not physics:
         return (*SERVERS, *more)

@@ -17,8 +17,8 @@ from typing import Self
 
 from humanoid import lifeline
 
-STOP_WITHIN = 5.0  # s for a child to end after it was asked to
-TAIL = 20  # lines of output kept to explain a failure
+STOP_WITHIN = 5.0  # s for a child process to end after SIGTERM; then it is killed
+TAIL = 20  # lines of each child's output that are kept to explain a failure
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,11 @@ class Child:
 
 
 class Supervisor:
-    """A context manager: to leave it, also by an exception, stops every child.
+    """Runs child processes. A context manager: leaving the block, also by an exception, stops every child.
 
-    A child ignores the terminal's Ctrl-C (it has a process group of its own) and is told to stop by
-    SIGTERM instead. If the supervisor itself is killed, the children's lifelines close and they leave.
-    Signals that asked it to stop stay ignored after the block: the program then ends in order.
+    A child does not receive the terminal's Ctrl-C, since it has a process group of its own; SIGTERM stops it.
+    If the supervisor itself is killed, its children's lifelines close, and the children end. After Ctrl-C or
+    SIGTERM these signals stay ignored after the block, so that the program can end in order.
     """
 
     def __init__(self) -> None:
@@ -82,7 +82,7 @@ class Supervisor:
             signal.signal(number, signal.SIG_IGN if self._asked else handler)
 
     def start(self, name: str, command: Sequence[str]) -> int:
-        """Run `command` as a process that is called `name` here, and return its pid."""
+        """Start `command` as a child process, called `name` in events, and return its pid."""
         process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
@@ -101,7 +101,7 @@ class Supervisor:
         return process.pid
 
     def next_event(self, deadline: float | None = None) -> Event | None:
-        """Wait for the next event; return None once time.monotonic() has passed `deadline`."""
+        """Wait for the next event; return None if none has come by `deadline`, a time of time.monotonic()."""
         try:
             left = None if deadline is None else max(deadline - time.monotonic(), 0.0)
             return self._events.get(timeout=left)
@@ -113,7 +113,7 @@ class Supervisor:
         return [line for child in self._children if child.name == name for line in child.tail]
 
     def stop(self, *names: str) -> None:
-        """Ask the children of these names to end (without names: all), then kill those that do not end."""
+        """Terminate the children of these names, or all if no name is given; kill those that do not end."""
         children = [child for child in self._children if not names or child.name in names]
         for child in children:
             if not child.done.is_set():
@@ -143,12 +143,12 @@ class Supervisor:
 
 
 def program(name: str, *arguments: str) -> Sequence[str]:
-    """Return the command of one of the robot's own programs (humanoid.cli)."""
+    """Return the command line that runs one of the robot's own programs (humanoid.cli)."""
     return [sys.executable, '-m', 'humanoid', name, *arguments]
 
 
 def ending(returncode: int) -> str:
-    """Return how a process ended, in words."""
+    """Return in words how a process with this return code ended."""
     if returncode < 0:
         try:
             return f'was killed by {signal.Signals(-returncode).name}'

@@ -1,4 +1,4 @@
-"""Text of unknown length and origin, made fit for a line of a log or of a terminal."""
+"""Makes text of unknown length and origin fit for a line in a log or on a terminal."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import math
 import shutil
 from textwrap import fill
 
-LONGEST = 400  # characters of a reason
-LONGEST_NAME = 60  # characters shown of a name that comes from outside
+LONGEST = 400  # characters that a text may have by default
+LONGEST_NAME = 60  # characters shown of a name from users or messages
 
 
 def brief(text: str, longest: int = LONGEST) -> str:
-    """Return the text; if it has more than `longest` characters, only its beginning and its end."""
+    """Return the text; of a text with more than `longest` characters, only its beginning and its end."""
     if len(text) <= longest:
         return text
     half = longest // 2
@@ -25,7 +25,7 @@ def quoted(text: str) -> str:
 
 
 def finite(text: str) -> float:
-    """Return the number of an option of the command line. Raises argparse.ArgumentTypeError."""
+    """Convert an option's text to a finite number. Raises argparse.ArgumentTypeError."""
     try:
         number = float(text)
     except ValueError:
@@ -36,11 +36,11 @@ def finite(text: str) -> float:
 
 
 def columns() -> int:
-    """Return how many characters a line may have: by COLUMNS, else by the terminal, else 80."""
+    """Return how many characters a line may have: the variable COLUMNS, the terminal's width, or 80."""
     return shutil.get_terminal_size((80, 24)).columns
 
 
 def indented(text: str) -> str:
-    """Return the text in lines of at most `columns()` characters; all but the first are indented."""
+    """Return the text in lines of at most `columns()` characters; all lines but the first are indented."""
     start = len(text) - len(text.lstrip())
     return fill(text, max(columns(), 20), subsequent_indent=' ' * (start + 4), break_on_hyphens=False)

@@ -26,7 +26,7 @@ def up(
     world: str | None = None,
     params_file: Path | None = None,
 ) -> int:
-    """Print the servers' output. If one ends by itself, the others go on, and the result is 1.
+    """Run the servers and print their output. If one ends by itself, the others go on; the result is then 1.
 
     `physics` as in humanoid.physics.choice, `names` as in humanoid.fleet: a robot for each, `view`: with the
     page in the browser, `world`: a name or a file, `params_file`: parameters for all programs. Raises Taken,

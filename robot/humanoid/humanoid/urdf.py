@@ -1,4 +1,4 @@
-"""URDF read and checked: links, joints, and where the links are for given joint positions.
+"""Reads and checks a URDF: links, joints, and where the links are for given joint positions.
 
 It reads what a robot's programs need: the tree, the joints' axes, limits, damping and mimics. Shapes and
 masses are for viewers and physics engines. A document type is refused, so there are no entities to expand.
@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 
 from humanoid.text import brief, quoted
 
-LARGEST = 16_000_000  # characters that a description may have
+LARGEST = 16_000_000  # characters that a URDF may have
 MOVING = ('revolute', 'continuous', 'prismatic')
 KINDS = (*MOVING, 'fixed', 'floating', 'planar')
 
@@ -22,7 +22,7 @@ Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
 
 class BadDescription(ValueError):
-    """The text is not a description of a robot; the message says why."""
+    """The text is not a valid URDF; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Transform:
     rotation: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
     def __matmul__(self, other: Transform) -> Transform:
-        """Return `other`, which is relative to this frame, in the frame of this frame's parent."""
+        """Chain two transforms: `other` is given in this one's child frame, the result in its parent."""
         moved = rotated(self.rotation, other.translation)
         x, y, z = (a + b for a, b in zip(self.translation, moved, strict=True))
         return Transform((x, y, z), product(self.rotation, other.rotation))
@@ -41,7 +41,7 @@ class Transform:
 
 @dataclass(frozen=True)
 class Mimic:
-    """This joint is at `multiplier` times the position of `joint`, plus `offset`."""
+    """How a joint mimics another: its position is `multiplier` times that of `joint`, plus `offset`."""
 
     joint: str
     multiplier: float = 1.0
@@ -50,7 +50,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """Positions in rad, or m if it is prismatic; velocity in the same per second; effort in N·m or N."""
+    """A joint: positions in rad, velocity in rad/s, effort in N·m; m, m/s and N if it is prismatic."""
 
     name: str
     kind: str
@@ -71,7 +71,7 @@ class UrdfJoint:
         return self.kind in MOVING
 
     def transform(self, position: float) -> Transform:
-        """Return the child's pose in the parent at a position of the joint."""
+        """Return the child link's pose in the parent link's frame, for a position of the joint."""
         if not self.moves:
             return self.origin
         x, y, z = self.axis
@@ -91,7 +91,7 @@ class Description:
     joints: Mapping[str, UrdfJoint]  # in the order of the URDF
 
     def positions(self, given: Mapping[str, float]) -> dict[str, float]:
-        """Return the given positions, with those of the joints that mimic one of them."""
+        """Return the given joint positions, and those of the joints that mimic a given joint."""
         found = dict(given)
         for name, joint in self.joints.items():
             if joint.mimic is not None:
@@ -106,7 +106,7 @@ class Description:
         return found
 
     def pose(self, link: str, given: Mapping[str, float]) -> Transform:
-        """Return a link's pose in the root's frame; joints that are not given are at 0. Raises KeyError."""
+        """Return a link's pose in the root's frame; joints missing in `given` are at 0. Raises KeyError."""
         positions = self.positions(given)
         above = {joint.child: joint for joint in self.joints.values()}
         pose = Transform()
@@ -297,8 +297,8 @@ def _check_mimics(joints: Mapping[str, UrdfJoint]) -> None:
             leader = joints[leader.joint].mimic
 
 
-# Quaternions are written here: the robot's programs run on any ROS 2, so they import nothing of
-# goalwire, and tf_transformations would be another package to install.
+# Quaternion functions are written out here: the robot's programs run on any ROS 2, so they import nothing
+# from goalwire, and tf_transformations would be another package to install.
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
     """Return the rotation `b` followed by `a`, both about fixed axes."""
     ax, ay, az, aw = a
@@ -323,7 +323,7 @@ def rotated(turn: Quaternion, vector: Vector) -> Vector:
 
 
 def orientation(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation by these angles in rad: roll first, about the parent's fixed axes."""
+    """Return the rotation by roll, then pitch, then yaw (rad), about the parent's fixed axes."""
     return _of_rpy((roll, pitch, yaw))
 
 

@@ -1,6 +1,6 @@
-"""The page in the browser beside the robot: goalwire's console, if that is installed.
+"""The robot's page in the browser: goalwire's console, if the console is installed.
 
-`python -m humanoid.view` is a program like the others: it ends with the process that started it.
+`python -m humanoid.view` runs it; like the robot's programs, it ends with the process that started it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from humanoid import lifeline
 NAME = 'view'
 NEEDED = 'nicegui'
 PORT = 8420
-"""The page's port if it is free. It stays the same, so an open page reconnects when the robot restarts."""
+"""The page's port, if it is free. It is fixed, so that an open page reconnects when the robot restarts."""
 
 
 class NoView(Exception):
@@ -24,7 +24,7 @@ class NoView(Exception):
 
 
 def command() -> Sequence[str]:
-    """The command that serves the page and opens it. Raises NoView."""
+    """Return the command line that serves the page and opens it in the browser. Raises NoView."""
     for package in ('goalwire', NEEDED):
         if find_spec(package) is None:
             raise NoView(f"--view needs the package {package}: pip install 'goalwire[console]'")

@@ -1,4 +1,4 @@
-"""The humanoid's servers, and a mission on top if it is asked for.
+"""The humanoid's servers, and with mission:=true also a mission.
 
 ros2 launch humanoid humanoid.launch.py
 ros2 launch humanoid humanoid.launch.py mission:=true namespace:=h1
@@ -19,7 +19,7 @@ from humanoid.servers import BASED, FRAMED, IN_WORLD, SERVERS, SIMULATED, SIMULA
 
 
 def generate_launch_description() -> LaunchDescription:
-    # Robots share /tf, so the frames of a robot with a namespace begin with it.
+    # Robots share /tf, so a robot with a namespace puts it before the names of its frames.
     prefix = PythonExpression(["'", LaunchConfiguration('namespace'), "/'.lstrip('/')"])
     arguments = [
         DeclareLaunchArgument('namespace', default_value='', description='Namespace of all nodes'),
@@ -65,7 +65,7 @@ def generate_launch_description() -> LaunchDescription:
         )
         for name in SERVERS
     ]
-    simulation = Node(  # several nodes in one process, so it is given no name
+    simulation = Node(  # without a name: it has several nodes in one process
         package='humanoid',
         executable=SIMULATION,
         output='screen',

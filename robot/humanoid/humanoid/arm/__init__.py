@@ -1,1 +1,1 @@
-"""The arms: which goals they can meet, and the action that moves them."""
+"""The arms: the checks that refuse goals, and the actions that move the joints."""

@@ -1,8 +1,8 @@
-"""The actions that tools know: FollowJointTrajectory for an arm, GripperCommand for a hand.
+"""The actions of ros2_control's controllers: FollowJointTrajectory for an arm, GripperCommand for a hand.
 
-As in humanoid.arm.server, a tick decides how a goal ends, and the goal's coroutine carries it out. A newer
-goal takes over from the older one of its controller, which ends ABORTED. A goal for joints that move for
-`move_arm` is refused.
+As in humanoid.arm.server, a timer's tick decides how a goal ends, and the goal's coroutine carries that out.
+A newer goal replaces the running goal of its controller, which ends ABORTED. A goal for joints that a
+`move_arm` goal is moving is refused.
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
 from humanoid.walking.listener import FallListener
 
 NEWER = 'Pre-empted by a newer goal'
-STALLED_AFTER = 0.3  # s without motion before the target is reached: something is between the fingers
-STALLED_FOR = 15  # joint states without motion are needed, too: a server that was held up has received few
-FINGERS = 2  # each moves by half the gap
+STALLED_AFTER = 0.3  # s without motion short of the target: then something is between the fingers
+STALLED_FOR = 15  # joint states without motion, needed too: a delayed server has received few
+FINGERS = 2  # each of the two fingers moves by half the gap
 
 
 @dataclass
 class Run:
-    """One accepted goal in execution. A tick makes `decision`; `code` is the error code of its result."""
+    """One accepted goal in execution. A tick makes its `decision`; `code` is its result's error code."""
 
     goal: ServerGoalHandle
     decision: Decision = field(default_factory=Decision)
     code: int = FollowJointTrajectory.Result.INVALID_GOAL
     following: Following | None = None
-    target: float = 0.0  # m, of one finger
-    moved: float = 0.0  # when the joint states last showed motion
-    sights: int = 0  # how many joint states had arrived by then
+    target: float = 0.0  # m: the target position of one finger
+    moved: float = 0.0  # s of the node's clock: when the joint states last showed motion
+    sights: int = 0  # how many joint states had arrived when they last showed motion
     stalled: bool = False
 
 
 class Controller:
-    """Executes one goal at a time for its own joints; the subclasses below move them."""
+    """Executes one goal at a time for its own joints; its subclasses say how the joints move."""
 
     def __init__(
         self, node: Node, limbs: Limbs, stop: StopListener, fall: FallListener, joints: Sequence[str]
@@ -87,7 +87,7 @@ class Controller:
                 self.end(Ending(End.CANCELED, 'Goal canceled'))
 
     def end(self, ending: Ending) -> None:
-        """Decide how the goal in motion ends, if there is one; unless it succeeded, its joints hold."""
+        """Decide how the running goal, if any, ends; unless the goal succeeded, its joints hold."""
         run, self._running = self._running, None
         if run is not None:
             self._limbs.release(self.joints)
@@ -102,14 +102,14 @@ class Controller:
         )
 
     def _accept(self, handle: ServerGoalHandle) -> None:
-        """Begin a goal. Goals begin in the order of acceptance, so the goal in motion is the older one."""
+        """Begin a goal, and abort the running one: it is older, as goals begin in the order of acceptance."""
         self.end(Ending(End.ABORTED, NEWER))
         moment = now(self._node)
         run = self._runs[bytes(handle.goal_id.uuid)] = self._running = Run(handle)
         self._limbs.take(self.joints)
         with or_abort(self._node, self.end):
             self._begin(run, moment)
-        if self._stop.stopped:  # the switch was thrown between the goal's acceptance and its beginning
+        if self._stop.stopped:  # the emergency stop came between the goal's acceptance and its start
             self.end(Ending(End.ABORTED, self._stop.ended))
         handle.execute()
 
@@ -131,7 +131,7 @@ class Controller:
 
 
 class TrajectoryController(Controller):
-    """FollowJointTrajectory. A goal must name all joints of the controller."""
+    """Serves FollowJointTrajectory. A goal must name all joints of the controller."""
 
     def _refusal(self, goal: FollowJointTrajectory.Goal, taken: set[str]) -> str | None:
         return refusal(goal, ours=self.joints, here=self._limbs.here, busy=taken, now=now(self._node))
@@ -169,14 +169,14 @@ class TrajectoryController(Controller):
             self.end(Ending(End.SUCCEEDED if done else End.ABORTED, verdict.message))
 
     def _result(self, run: Run, ending: Ending) -> FollowJointTrajectory.Result:
-        """Empty where the goal was cancelled, as that of ROS 2's joint_trajectory_controller is."""
+        """Return the result; it is empty for a cancelled goal, as in ROS 2's joint_trajectory_controller."""
         if ending.end is End.CANCELED:
             return FollowJointTrajectory.Result()
         return FollowJointTrajectory.Result(error_code=run.code, error_string=ending.message)
 
 
 class GripperController(Controller):
-    """GripperCommand: the gap between two fingers, in m. Fingers that meet something have gripped it."""
+    """Serves GripperCommand: a goal is the gap between two fingers, in m. Gripping an object succeeds."""
 
     @property
     def _joint(self) -> str:
@@ -225,7 +225,7 @@ class GripperController(Controller):
         return self._limbs.here[self._joint] * FINGERS
 
     def _result(self, run: Run, ending: Ending) -> GripperCommand.Result:
-        """Empty where the goal was cancelled, as that of ROS 2's GripperActionController is."""
+        """Return the result; it is empty for a cancelled goal, as in ROS 2's GripperActionController."""
         if ending.end is End.CANCELED:
             return GripperCommand.Result()
         return GripperCommand.Result(

@@ -19,7 +19,7 @@ def refusal(
     busy: Collection[str],
     joints: Mapping[str, JointSpec],
 ) -> str | None:
-    """Return why the goal cannot be taken, or None. Angles in rad; `here`: the last joint states."""
+    """Return why the goal is refused, or None. Angles in rad; `here`: the joints' last known angles."""
     if not names:
         return 'it names no joint'
     if not SHORTEST <= duration <= LONGEST:  # NaN included

@@ -1,4 +1,4 @@
-"""The arms' servers share this: the joints' last states, the joints in use, and a way to command them."""
+"""Shared by the arms' action servers: the last joint states, the joints in use, sending joint commands."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from humanoid.clock import duration_msg, now, seconds
 from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME
 
-TICK = 0.05  # s between two ticks of a server: it looks at the joints and sends feedback, at 20 Hz
-OLDEST = 0.5  # s: joint states with an older stamp are counted from their arrival
+TICK = 0.05  # s between two ticks of a server, which checks the joints and sends feedback at each
+OLDEST = 0.5  # s: joint states with an older stamp are taken as measured at their arrival
 LOST = 'no joint states for a second: is joint_state_service running?'
-_LOST_AFTER = round(1.0 / TICK)  # looks without a joint state
+_LOST_AFTER = round(1.0 / TICK)  # ticks without a joint state after which the joints count as lost
 
 
 class Limbs:
@@ -28,16 +28,16 @@ class Limbs:
         self.speeds: dict[str, float] = {}
         self.efforts: dict[str, float] = {}
         self.sights = 0  # how many joint states have arrived
-        self.seen = 0.0  # s of the node's clock: when the last one arrived
-        self.measured = 0.0  # s of the node's clock: when the joints were measured
-        self._looks = 0  # since the last joint state
-        self.taken: set[str] = set()  # joints that move for a goal
+        self.seen = 0.0  # s of the node's clock: when the last joint state arrived
+        self.measured = 0.0  # s of the node's clock: when the last joint state was measured
+        self._looks = 0  # calls of look() since the last joint state
+        self.taken: set[str] = set()  # joints that a running goal moves
         self._node, self._on_sight = node, on_sight
         self._commands = node.create_publisher(JointTrajectory, 'joint_command', 10)
         node.create_subscription(JointState, 'joint_states', self._see, 10)
 
     def _see(self, states: JointState) -> None:
-        """Take joint states, which need not name every joint. NaN and the joints of others are skipped."""
+        """Take joint states, which need not name every joint. NaN and joints of other robots are skipped."""
         positions = _numbers(states.name, states.position)
         if not positions:
             return
@@ -52,26 +52,26 @@ class Limbs:
         self._on_sight()
 
     def look(self) -> None:
-        """Count a look at the joints; a server looks at each tick."""
+        """Count one more tick without a joint state; the server calls this at each tick."""
         self._looks += 1
 
     @property
     def are_lost(self) -> bool:
-        """Whether no joint state has come for a second.
+        """Whether no joint state has arrived for a second.
 
-        Looks are counted, not seconds: the states that wait for a server which was held up are not lost.
+        Ticks are counted, not seconds: joint states still queued for a delayed server do not count as lost.
         """
         return not self.here or self._looks > _LOST_AFTER
 
     def samples(self, names: Collection[str]) -> Mapping[str, JointSample]:
-        """Return the joints of these names as the last joint states show them; each has been seen."""
+        """Return the last known samples of these joints; each must have been in a joint state already."""
         return {
             name: JointSample(self.here[name], self.speeds.get(name, 0.0), self.efforts.get(name, 0.0))
             for name in names
         }
 
     def command(self, names: Sequence[str], target: Sequence[float] = (), duration: float = 0.0) -> None:
-        """Send the joints to `target` in `duration` seconds; without a target they hold still."""
+        """Publish a command to reach `target` in `duration` seconds; without a target the joints hold."""
         command = JointTrajectory(joint_names=list(names))
         if target:
             point = JointTrajectoryPoint(positions=list(target))
@@ -80,7 +80,7 @@ class Limbs:
         self._commands.publish(command)
 
     def send(self, trajectory: JointTrajectory) -> None:
-        """Send a trajectory as it is."""
+        """Publish a trajectory as the joint command, unchanged."""
         self._commands.publish(trajectory)
 
     def take(self, names: Collection[str]) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from humanoid.model import JOINT_BY_NAME
 
-PATIENCE = 1.0  # s beyond the goal's duration for the joints to arrive
+PATIENCE = 1.0  # s after the goal's duration in which the joints may still arrive
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class ArmMotion:
     began: float
 
     def fraction_done(self, here: Mapping[str, float]) -> float:
-        """Return the progress, 0 to 1, of the joint with the longest way."""
+        """Return the progress, 0 to 1, of the joint with the longest way, measured in tolerances."""
         ways = [abs(end - begin) for begin, end in zip(self.start, self.target, strict=True)]
         in_tolerances = [way / within for way, within in zip(ways, self._within, strict=True)]
         if max(in_tolerances) <= 1.0:
@@ -33,7 +33,7 @@ class ArmMotion:
         return all(off <= within for off, within in zip(self._off(here), self._within, strict=True))
 
     def failure(self, here: Mapping[str, float], seen: float) -> str | None:
-        """Return why the motion can no longer succeed, or None; the joints were `here` at `seen` (s)."""
+        """Return why the motion has failed, or None; at `seen` (s) the joints' positions were `here`."""
         if seen - self.began > self.duration + PATIENCE:
             short = ', '.join(
                 f'{name} by {off:.3f} {JOINT_BY_NAME[name].unit}'
@@ -44,7 +44,7 @@ class ArmMotion:
 
     @property
     def _within(self) -> Sequence[float]:
-        """How close to its target each joint must come."""
+        """How close to its target each joint must come, in rad or m."""
         return [JOINT_BY_NAME[name].arrived_within for name in self.names]
 
     def _off(self, here: Mapping[str, float]) -> Sequence[float]:

@@ -38,7 +38,7 @@ from humanoid.walking.names import BALANCES, BALANCING, FELL
 
 @dataclass
 class Reach:
-    """One accepted goal in execution, or one movement of a gesture, which has no goal."""
+    """One motion in execution: of an accepted goal, or of a gesture (`wave`, `stand`), which has no goal."""
 
     goal: ServerGoalHandle | None
     names: Sequence[str]
@@ -47,7 +47,7 @@ class Reach:
 
 
 class ArmActionServer(Node):
-    """Moves any number of goals at once, as long as no two of them share a joint."""
+    """Executes any number of goals at once, as long as no two of them share a joint."""
 
     def __init__(self) -> None:
         super().__init__('arm_action_server')
@@ -77,7 +77,7 @@ class ArmActionServer(Node):
         super().destroy_node()
 
     def _see(self) -> None:
-        """Offer the actions once the joints and the emergency stop are known: clients may rely on that."""
+        """Offer the actions once joint states and the emergency stop's state are known: goals need both."""
         if self._action_server is not None or not self._stop.has_heard:
             return
         self._action_server = ActionServer(
@@ -125,7 +125,7 @@ class ArmActionServer(Node):
             start = [self._limbs.here[name] for name in reach.names]
             reach.motion = ArmMotion(reach.names, start, target, duration, now(self))
             self._command(reach.names, reach.motion.target, reach.motion.duration)
-        if self._stop.stopped and not reach.decision.made:  # the switch was thrown meanwhile
+        if self._stop.stopped and not reach.decision.made:  # the emergency stop came meanwhile
             self._end(reach, Ending(End.ABORTED, self._stop.ended))
 
     async def _wave(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -137,7 +137,7 @@ class ArmActionServer(Node):
     async def _perform(
         self, done: str, movements: Sequence[Movement], response: Trigger.Response
     ) -> Trigger.Response:
-        """Make the movements in turn; answer after the last one, or after the first that fails."""
+        """Make a gesture's movements in turn; respond after the last one, or after the first that fails."""
         response.success, response.message = True, done
         for movement in movements:
             ending = await self._make(movement)

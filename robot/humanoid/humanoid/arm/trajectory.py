@@ -1,4 +1,4 @@
-"""Trajectories: which are refused, and when the joints follow one too inaccurately."""
+"""Trajectories: which ones are refused, and when the joints follow an accepted one too inaccurately."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME, JointSpec
 from humanoid.text import quoted
 
-JUMP = 0.05  # rad: how far a first point at time 0 may be from the joint
-LONGEST = 3600.0  # s from now to a trajectory's end
+JUMP = 0.05  # rad: how far a trajectory's first point at time 0 may be from the joint's angle
+LONGEST = 3600.0  # s: a trajectory may end at most this long from now
 Goal = FollowJointTrajectory.Goal
 Result = FollowJointTrajectory.Result
 
@@ -33,7 +33,7 @@ def refusal(
     now: float,
     joints: Mapping[str, JointSpec] = JOINT_BY_NAME,
 ) -> str | None:
-    """Return why the controller of the joints `ours` cannot take the goal, or None. `now` in s."""
+    """Return why the controller that moves the joints `ours` refuses the goal, or None. `now` in s."""
     trajectory = goal.trajectory
     names = list(trajectory.joint_names)
     if goal.multi_dof_trajectory.points or goal.multi_dof_trajectory.joint_names:
@@ -106,14 +106,14 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Bounds:
-    """How far a joint may be off: rad and rad/s, or m and m/s."""
+    """A joint's tolerances: rad and rad/s, or m and m/s."""
 
     position: float
     velocity: float
 
 
 class Following:
-    """One accepted trajectory. The joints are given as the last joint states show them."""
+    """One accepted trajectory, with which the measured joint states are compared."""
 
     def __init__(self, goal: Goal, here: Mapping[str, JointSample], now: float) -> None:
         trajectory = goal.trajectory
@@ -130,11 +130,11 @@ class Following:
         self._goal = _bounds(goal.goal_tolerance, at_end)
 
     def desired(self, moment: float) -> Mapping[str, tuple[float, float]]:
-        """Return the positions and velocities that the joints should have."""
+        """Return the positions and velocities that the joints should have at a moment (s)."""
         return {name: self._paths[name].at(moment) for name in self.names}
 
     def verdict(self, here: Mapping[str, JointSample], measured: float, seen: float) -> Verdict | None:
-        """Return how the trajectory ends, or None if it goes on.
+        """Return how the trajectory ends, or None if it is still running.
 
         The joint states arrived at `seen`; by their stamp they were measured at `measured`.
         """
@@ -169,7 +169,10 @@ class Following:
 
 
 def _bounds(given: Sequence[JointTolerance], positions: Mapping[str, float]) -> Mapping[str, Bounds]:
-    """Zero leaves the default, negative means no limit. Velocities have no limit by default."""
+    """Return each joint's tolerances: zero means the default, a negative number no limit.
+
+    Positions default to `positions`; velocities have no limit by default.
+    """
     bounds = {name: Bounds(position, math.inf) for name, position in positions.items()}
     for each in given:
         before = bounds[each.name]

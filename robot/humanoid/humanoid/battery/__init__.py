@@ -1,1 +1,1 @@
-"""The battery: what drains and charges it, and the service that tells its state."""
+"""The battery: what drains and charges it, and the service that reports its state."""

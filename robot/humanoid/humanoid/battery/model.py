@@ -1,4 +1,4 @@
-"""A battery that pays for motion and charges at rest."""
+"""A simulated battery: motion drains it, and it charges while the robot rests."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ SECONDS_PER_HOUR = 3600.0
 
 
 class Battery:
-    """Counts the charge, which changes only in `step` and `step_power`."""
+    """Keeps the battery's charge, which changes only in `step` and `step_power`."""
 
     def __init__(self, fraction: float, spec: BatterySpec = BATTERY) -> None:
         """`fraction`: the charge at the start, as a part of the capacity from 0 to 1."""
@@ -18,7 +18,7 @@ class Battery:
         self._resting = 0.0  # s
 
     def step(self, elapsed: float, base_speed: float, joint_speed: float) -> None:
-        """Let `elapsed` seconds pass: the base at so many m/s, the sum of all joints at so many rad/s."""
+        """Let `elapsed` seconds pass; `base_speed` in m/s, `joint_speed` in rad/s, summed over all joints."""
         moving = base_speed > MOVING_SPEED or joint_speed > MOVING_SPEED
         self._pass(elapsed, self._draw(base_speed, joint_speed), moving=moving)
 
@@ -43,17 +43,17 @@ class Battery:
 
     @property
     def percentage(self) -> float:
-        """0 to 1, as sensor_msgs/BatteryState counts."""
+        """The charge as a part of the capacity, 0 to 1, as in sensor_msgs/BatteryState."""
         return self.charge / self.spec.capacity
 
     @property
     def voltage(self) -> float:
-        """A straight line between empty and full, V."""
+        """The voltage in V: it rises linearly with the charge, from empty to full."""
         spec = self.spec
         return spec.empty_voltage + (spec.full_voltage - spec.empty_voltage) * self.percentage
 
     @property
     def time_remaining(self) -> float:
-        """Seconds until empty at the present draw; while charging, at the idle draw."""
+        """Seconds until the battery is empty at the present current, or at the idle current if it charges."""
         draw = -self.current if self.current < 0.0 else self.spec.idle_draw
         return self.charge / draw * SECONDS_PER_HOUR

@@ -23,15 +23,15 @@ from humanoid.running import run
 
 TICK = 0.1  # s between battery steps
 TELL_EVERY = 1.0  # s
-LOW, EMPTY = 0.2, 0.05  # of the capacity: below them diagnostics tell WARN, and ERROR
-STALE_AFTER = 0.5  # s: an older speed or power no longer counts
+LOW, EMPTY = 0.2, 0.05  # shares of the capacity: below LOW diagnostics report WARN, below EMPTY ERROR
+STALE_AFTER = 0.5  # s: a speed or power received longer ago is ignored
 GREATEST_POWER = 100_000.0  # W: a message with more power is wrong, and is ignored
-MOST_TOLD = 1000  # messages of motor power kept between two ticks
+MOST_TOLD = 1000  # motor_power messages kept between two ticks at most
 FIRST_CHARGE = 0.8  # of the capacity
 
 
 class Seen:
-    """The last speed received, and when. Impossible speeds (NaN, 1e300) are ignored."""
+    """The last speed received, and the time of receipt. Impossible speeds (NaN, 1e300) are ignored."""
 
     def __init__(self) -> None:
         self._speed = 0.0
@@ -58,7 +58,7 @@ class Power:
             self._at = at
 
     def mean(self, at: float) -> float | None:
-        """Return the mean power reported since the last call, or None if reports no longer come."""
+        """Return the mean power reported since the last call, or None if no report has come lately."""
         if at - self._at > STALE_AFTER:
             self._told.clear()
             return None
@@ -69,7 +69,7 @@ class Power:
 
 
 class BatteryService(Node):
-    """Drains the battery with the motion that the robot shows, and charges it at rest."""
+    """Drains the simulated battery by the robot's measured motion, and charges it at rest."""
 
     def __init__(self) -> None:
         super().__init__('battery_service')

@@ -1,1 +1,1 @@
-"""Real motors: the seam for a driver, an example that speaks over a serial line, and its motor board."""
+"""Real motors: the interface for drivers, an example driver for a serial line, a simulated motor board."""

@@ -1,4 +1,4 @@
-"""motor_board: the other end of the example's line, on a pseudo terminal: motors that follow their targets.
+"""motor_board: simulated motors behind a pseudo-terminal, the other end of the example driver's serial line.
 
 It stands in for the firmware of a real board, so that the driver can be tried without one.
 """
@@ -18,7 +18,7 @@ from humanoid.driver.frames import Decoder, Frame, positions_of, states
 from humanoid.model import JOINTS, JointSpec
 from humanoid.text import finite
 
-HOLD_AFTER = 0.5  # s without a frame
+HOLD_AFTER = 0.5  # s without a frame after which the motors hold
 PERIOD = 0.02  # s between two steps of the motors
 
 
@@ -61,7 +61,7 @@ class MotorBoard:
         ).encoded()
 
     def move(self) -> None:
-        """Let the motors run until now."""
+        """Move the simulated motors on to the present time."""
         moment = time.monotonic()
         elapsed, self._moved = moment - self._moved, moment
         if moment - self._heard > self._hold_after:
@@ -76,7 +76,7 @@ class MotorBoard:
 
 
 def serve(board: MotorBoard, line: int, over: int, spoil: Callable[[bytes], bytes] = bytes) -> None:
-    """Answer on `line` until `over` becomes readable. `spoil` may damage the bytes that are sent."""
+    """Answer frames on `line` until `over` becomes readable. `spoil` may damage the answers' bytes."""
     while True:
         ready = select.select([line, over], [], [], PERIOD)[0]
         board.move()
@@ -86,7 +86,7 @@ def serve(board: MotorBoard, line: int, over: int, spoil: Callable[[bytes], byte
             continue
         try:
             data = os.read(line, 65536)
-        except OSError:  # no program has the other end open
+        except OSError:  # no program has opened the other end of the line
             time.sleep(PERIOD)
             continue
         answer = spoil(board.receive(data))

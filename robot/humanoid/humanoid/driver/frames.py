@@ -1,4 +1,4 @@
-"""The example's frames: how numbers go over a line on which bytes may get lost.
+"""The frames of the example driver: how numbers are sent over a serial line that may lose bytes.
 
     A5 5A | kind | number | length (2) | payload | CRC-16 (2)
 
@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 MAGIC = b'\xa5\x5a'
 TARGETS, STATES = 1, 2
-LONGEST = 4096  # bytes of a payload
+LONGEST = 4096  # bytes that a payload may have
 _HEAD = struct.Struct('<BBH')
 _TARGET = struct.Struct('<Hf')
 _STATE = struct.Struct('<fff')
@@ -43,7 +43,7 @@ def states(number: int, joints: Sequence[tuple[float, float, float]]) -> Frame:
 
 
 def positions_of(frame: Frame) -> Mapping[int, float]:
-    """Return the position for each index. Raises ValueError if this is not a payload of TARGETS."""
+    """Return the target position for each joint index. Raises ValueError unless it is a TARGETS frame."""
     if frame.kind != TARGETS or len(frame.payload) % _TARGET.size:
         raise ValueError('no targets')
     return dict(_TARGET.iter_unpack(frame.payload))
@@ -59,7 +59,7 @@ class Decoder:
     """Finds frames in the bytes of a line. After a damaged frame it continues with the next whole one."""
 
     def __init__(self) -> None:
-        self.damaged = 0  # frames whose check sum was wrong
+        self.damaged = 0  # number of frames with a wrong checksum
         self._kept = b''
 
     def feed(self, data: bytes) -> Iterator[Frame]:
@@ -83,7 +83,7 @@ class Decoder:
                     yield Frame(kind, number, body[_HEAD.size :])
                     continue
             self.damaged += 1
-            self._kept = self._kept[1:]  # a frame may begin within bytes that only looked like a frame
+            self._kept = self._kept[1:]  # drop one byte only: a real frame may begin inside the damaged one
 
 
 def _crc(data: bytes) -> int:

@@ -1,4 +1,4 @@
-"""The seam for real hardware: a driver reads joint states and writes targets; all else is done here.
+"""The interface for real motors: a driver reads joint states and writes targets; this module does the rest.
 
 `DrivenJoints` is the JointSource that JointStateService owns. It calls its driver from a thread of its own,
 50 times a second, so a bus may block as long as that. Commands become targets along their path, at most as
@@ -20,9 +20,9 @@ from humanoid.joints.source import JointSample, NotANumber, check_finite
 from humanoid.model import JOINT_BY_NAME, JointSpec
 
 PERIOD = 0.02  # s between two targets of a joint: 50 Hz
-HOLD_AFTER = 0.5  # s without a command or an answer
-SILENT_AFTER = 0.2  # s without an answer: joint states are no longer published
-FIRST_ANSWER_WITHIN = 5.0  # s
+HOLD_AFTER = 0.5  # s without a call of `update` or an answer of the motors, after which the joints hold
+SILENT_AFTER = 0.2  # s without an answer of the motors, after which `update` raises DriverError
+FIRST_ANSWER_WITHIN = 5.0  # s to wait for the motors' first answer
 
 
 class DriverError(Exception):
@@ -32,12 +32,12 @@ class DriverError(Exception):
 class MotorDriver(Protocol):
     """The motors of one robot. All calls but `close` come from one thread, in turns: `write`, then `read`.
 
-    Each may block for 20 ms at most. Both raise DriverError if the motors do not answer; they are called
-    again in the next period, so a driver that lost its line opens it anew in one of them.
+    Each call may block for 20 ms at most. `write` and `read` raise DriverError if the motors do not answer.
+    They are called again in the next period, so a driver that lost its line can reopen it then.
     """
 
     def write(self, targets: Mapping[str, float], /) -> None:
-        """Send positions (rad or m) to go to; without any, ask only for the states."""
+        """Send target positions (rad or m) to the motors; an empty mapping only asks for their states."""
 
     def read(self) -> Mapping[str, JointSample]:
         """Return the present state of each joint that the motors report."""
@@ -47,7 +47,7 @@ class MotorDriver(Protocol):
 
 
 class DrivenJoints:
-    """A JointSource over a driver. `close` ends its thread."""
+    """A JointSource that moves real joints through a MotorDriver. `close` ends its thread."""
 
     def __init__(
         self,
@@ -62,8 +62,8 @@ class DrivenJoints:
         """
         self._hold_after = hold_after
         self._driver, self._joints = driver, joints
-        self._lock = threading.Lock()  # held only for a few assignments
-        self._clock = now, time.monotonic()  # the node's time at the last update, and the steady time then
+        self._lock = threading.Lock()  # held for a few assignments only, so that no thread waits long
+        self._clock = now, time.monotonic()  # at the last update: the node's time and the steady time
         self._paths: dict[str, Path] = {}
         self._targets: dict[str, float] = {}
         self._held = False
@@ -95,7 +95,7 @@ class DrivenJoints:
             return readings
 
     def close(self) -> None:
-        """Idempotent. The motors hold by their own watchdog."""
+        """End the thread and close the driver; the motors then hold by their own watchdog. Idempotent."""
         self._over.set()
         self._thread.join()
         self._driver.close()
@@ -110,7 +110,7 @@ class DrivenJoints:
         return self._held
 
     def update(self, now: float) -> None:
-        """Take the node's time. Raises DriverError if the motors have not answered lately."""
+        """Note the node's time, and take the latest readings. Raises DriverError if the motors are silent."""
         with self._lock:
             self._clock = now, time.monotonic()
             self._samples = dict(self._readings)
@@ -140,7 +140,7 @@ class DrivenJoints:
                 self._driver.write(self._next_targets())
                 readings = self._driver.read()
                 _check(readings, self._joints)
-            except Exception as error:  # an exception of the driver counts as a failure of the motors
+            except Exception as error:  # any exception of the driver counts as no answer of the motors
                 with self._lock:
                     self._trouble = str(error) or type(error).__name__
                 continue

@@ -15,20 +15,20 @@ from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME
 
 ANSWER_WITHIN = 0.02  # s
-REOPEN_EVERY = 0.5  # s, while the line is unplugged
+REOPEN_EVERY = 0.5  # s between attempts to open an unplugged line
 SPEED = termios.B115200 if not hasattr(termios, 'B1000000') else termios.B1000000
 
 
 class SerialMotors:
-    """A MotorDriver. A line that is unplugged is opened anew when it is back."""
+    """A MotorDriver for a serial line. After the line was unplugged, it is reopened when it is back."""
 
     def __init__(self, path: str, names: Sequence[str] = tuple(JOINT_BY_NAME)) -> None:
-        """`names` in the order of the board's indices. The line is opened by the first `write`."""
+        """`names`: the joints in the order of the board's indices. The first `write` opens the line."""
         self._path, self._names = path, names
         self._index = {name: index for index, name in enumerate(names)}
         self._line: int | None = None
         self._tried = -REOPEN_EVERY
-        self._why = f'{path} is unplugged'  # the reason, until the line is open again
+        self._why = f'{path} is unplugged'  # why the line is closed
         self._decoder = Decoder()
         self._number = 0
 

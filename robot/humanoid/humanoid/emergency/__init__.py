@@ -1,4 +1,4 @@
-"""The emergency stop: one node has the switch, all servers obey it.
+"""The emergency stop: one node has the switch, and all servers obey the switch.
 
 `emergency_stop` is a service (std_srvs/SetBool: true stops, false releases) and a topic (std_msgs/Bool) for
 buttons: true stops; false does nothing, because only the service releases. The topic `emergency_stopped`

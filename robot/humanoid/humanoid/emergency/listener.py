@@ -14,7 +14,7 @@ from humanoid.graph import full_name, has_service, one_of, publisher_gid
 
 
 class StatePublishers:
-    """The publishers of `emergency_stopped`, as the graph shows them."""
+    """The publishers of `emergency_stopped`, looked up in the ROS graph."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -27,7 +27,7 @@ class StatePublishers:
         return any(publisher.is_switch for publisher in self._known.values())
 
     def look(self) -> Mapping[bytes, Publisher]:
-        """Ask the graph; return the publishers by their gids."""
+        """Look up the publishers in the ROS graph; return them by their gids."""
         known = {}
         for info in self._node.get_publishers_info_by_topic(STATE):
             gid, name, namespace = bytes(info.endpoint_gid), info.node_name, info.node_namespace
@@ -62,9 +62,9 @@ class StopListener:
     def __init__(
         self, node: Node, on_stop: Callable[[], None], press: Callable[[], None] | None = None
     ) -> None:
-        """`press` throws this node's own switch, if it has one: its own publishers are then not counted.
+        """`press` throws the node's own switch, for a node that has one; its own publishers are then ignored.
 
-        Without `press` the listener presses the button of all switches.
+        Without `press` the listener publishes on the topic `emergency_stop`, the button of all switches.
         """
         self._node, self._on_stop = node, on_stop
         self._votes = StopVotes()
@@ -76,8 +76,8 @@ class StopListener:
         else:
             self._press = press
             self._ignored = node.get_fully_qualified_name()
-        # On DDS a transient-local subscription does not match a volatile publisher. So there are two,
-        # and each publisher is heard by only one of them: two queues would mix up the order of its messages.
+        # On DDS a transient-local subscription does not match a volatile publisher, so there are two
+        # subscriptions. Each publisher is heard by one of them only: two would mix up its messages' order.
         node.create_subscription(Bool, STATE, self._hear_latched, latched())
         node.create_subscription(Bool, STATE, self._hear_volatile, 1)
         node.create_timer(TOLD_EVERY, self._look, clock=steady())
@@ -93,7 +93,7 @@ class StopListener:
 
     @property
     def why(self) -> str:
-        """Why the robot is stopped, unless its switch is simply thrown; else ''."""
+        """Why the robot is stopped; '' if it is not, or if its own switch has simply been thrown."""
         publisher = self._votes.stopped_by
         if publisher is None:
             return self._votes.lost
@@ -101,7 +101,7 @@ class StopListener:
 
     @property
     def refusal(self) -> str | None:
-        """Why nothing may move, or None if it may."""
+        """The reason why goals are refused, or None if the robot may move."""
         if self._votes.stopped_by is not None:
             return f'emergency stop: {self.why} and has to take it back' if self.why else REFUSAL
         if self.stopped:
@@ -112,17 +112,17 @@ class StopListener:
 
     @property
     def has_heard(self) -> bool:
-        """True if the switch has told its state, or if there is no switch. Asks the graph."""
+        """True if a switch has published its state, or if the ROS graph shows no switch."""
         self._publishers.look()
         return self._votes.knows_switch or not self._publishers.have_switch
 
     @property
     def ended(self) -> str:
-        """The reason that the results of goals give for their end."""
+        """The text with which the results of goals explain that the emergency stop ended them."""
         return f'{ENDED}: {self.why}' if self.why else ENDED
 
     def settle(self) -> None:
-        """Forget the lost publisher: a switch was thrown because of it, and now keeps the robot stopped."""
+        """Forget the lost publisher: this node's switch was thrown for it and now keeps the robot stopped."""
         self._votes.lost = ''
 
     def _hear_latched(self, state: Bool, info: Mapping[str, object]) -> None:

@@ -32,7 +32,7 @@ class StopSwitch:
         node.create_service(SetBool, SWITCH, self._asked)
         node.create_subscription(Bool, SWITCH, self._pressed, 10)
         self._others = StopListener(node, on_stop, press=self._throw_for_the_lost)
-        # The timer publishes the first state, once the node spins: listeners then expect regular repetitions.
+        # The timer, not the constructor, publishes the first state: listeners expect repetitions after it.
         node.create_timer(TOLD_EVERY, self._tell, clock=steady())
         self._tell_why()
 
@@ -74,7 +74,7 @@ class StopSwitch:
         self._tell_why()
 
     def _throw(self) -> None:
-        """Throw the switch. `on_stop` is called each time: something may have begun to move since."""
+        """Throw the switch. Call `on_stop` even if it was thrown already: something may have moved since."""
         changed, self._thrown = not self._thrown, True
         self._on_stop()
         self._tell_state()

@@ -1,12 +1,12 @@
-"""Decides whether the robot is stopped, from all publishers of `emergency_stopped`. It knows no ROS.
+"""Decides whether the robot is stopped, by the publishers of `emergency_stopped`. Does not import ROS.
 
-A *switch* is a publisher whose node has the service `emergency_stop`, too. It repeats its state, so its
-silence is noticed. Anybody else is a *stranger*: a console, a recording, a second program. The rules:
+A *switch* is a publisher whose node has the service `emergency_stop`, too. A switch repeats its state, so its
+silence is noticed. Any other publisher is a *stranger*: a console, a recording, a second program. The rules:
 
 - A publisher that says "stopped" stops the robot, until the same publisher says "released".
 - A "released" never cancels the "stopped" of another publisher. So one "stopped" is enough.
-- The robot stops if a switch falls silent, or if a stranger that said "stopped" disappears. It stays so until
-  a switch was thrown and released.
+- The robot stops if a switch falls silent, or if a stranger that said "stopped" disappears. It stays stopped
+  until a switch was thrown and released.
 - A stranger's "released" only takes back its own "stopped".
 """
 
@@ -23,10 +23,10 @@ GONE = 'its switch is gone: is joint_state_service running?'
 class Publisher(NamedTuple):
     """A publisher of `emergency_stopped`."""
 
-    gid: bytes  # b'' if several publishers are possible
-    node: str  # its name, or a phrase that names the possible nodes
+    gid: bytes  # the publisher's id; b'' if it could be any of several
+    node: str  # the node's name, or a phrase that names the possible nodes
     is_switch: bool
-    is_latched: bool | None = None  # None if it is not known
+    is_latched: bool | None = None  # whether its QoS is transient local; None if unknown
 
 
 @dataclass
@@ -62,10 +62,10 @@ class StopVotes:
         return bool(self.lost) or self.stopped_by is not None
 
     def hear(self, publisher: Publisher, *, stopped: bool) -> bool:
-        """Record what a publisher says; return True if a switch must be thrown because of it.
+        """Record a publisher's "stopped" or "released"; return True if a switch must be thrown as a result.
 
-        It must if a switch says "released" without knowing of a stop: another one was lost, or this one has
-        just been started.
+        This happens if a switch says "released" without knowing of a stop: because another switch was lost,
+        or because this switch has just been started.
         """
         before = self._votes.get(publisher.gid)
         if stopped:
@@ -84,7 +84,8 @@ class StopVotes:
     def look(self, present: Collection[bytes]) -> bool:
         """Return True if a publisher was lost; `present` has the gids of the present publishers.
 
-        Looks are counted, not seconds: so a program that was held up does not believe that a switch is gone.
+        A switch is lost after several calls without its repetition. Seconds are not counted: a program that
+        was suspended would otherwise take every switch for lost.
         """
         lost = ''
         for gid, vote in list(self._votes.items()):

@@ -11,7 +11,7 @@ from humanoid.model import MOVING_SPEED, JointSpec
 from humanoid.text import quoted
 
 MOST_POINTS = 1000  # in one trajectory
-GREATEST_ACCELERATION = 1e6  # rad/s², m/s²: with more, the arithmetic of a path could overflow
+GREATEST_ACCELERATION = 1e6  # rad/s², m/s²: a larger acceleration could overflow a path's arithmetic
 
 
 class CommandRefused(ValueError):
@@ -20,9 +20,9 @@ class CommandRefused(ValueError):
 
 @dataclass(frozen=True)
 class Waypoint:
-    """Be at `position` (rad, or m), `time` seconds after the command's start.
+    """The joint shall be at `position` (rad or m) `time` seconds after the command's start.
 
-    The velocity (rad/s, or m/s) and the acceleration (the same per second) are optional.
+    The velocity (rad/s or m/s) and the acceleration (rad/s² or m/s²) are optional.
     """
 
     time: float
@@ -32,7 +32,7 @@ class Waypoint:
 
 
 class Point(NamedTuple):
-    """A point of a trajectory: s from its start, and numbers for each joint; only positions are required."""
+    """A trajectory's point: s from its start, and numbers for each joint, of which positions are required."""
 
     time: float
     positions: Sequence[float]
@@ -46,7 +46,7 @@ Plan = Mapping[str, Sequence[Waypoint]]
 def plan(
     names: Sequence[str], points: Sequence[Point], joints: Mapping[str, JointSpec]
 ) -> dict[str, list[Waypoint]]:
-    """Check a trajectory and sort it by joint.
+    """Check a trajectory, and return each joint's waypoints.
 
     Without points, each joint gets an empty plan, which means: hold. Raises CommandRefused.
     """
@@ -107,7 +107,7 @@ def _check_derivatives(
 
 
 def check_limits(joint: JointSpec, position: float) -> None:
-    """Raise CommandRefused if `joint` cannot be at `position`, or if that is NaN."""
+    """Raise CommandRefused if `position` is beyond the limits of `joint`, or is NaN."""
     if not joint.lower <= position <= joint.upper:
         raise CommandRefused(
             f'{joint.name} cannot go to {position} {joint.unit}; '

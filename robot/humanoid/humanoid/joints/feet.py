@@ -1,4 +1,4 @@
-"""The floor under the soles of a kinematic robot: a sole that is low enough carries weight."""
+"""The loads on the soles of a robot simulated without physics: a sole near the floor carries weight."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from humanoid.description import urdf_text
 from humanoid.model import DESCRIPTION
 
 SOLES = ('left_sole', 'right_sole')
-TOUCHES_WITHIN = 0.005  # m: a sole that is higher than that above the lower one carries nothing
+TOUCHES_WITHIN = 0.005  # m: a sole higher than this above the lower sole carries no weight
 GRAVITY = 9.80665  # m/s²
 
 
@@ -20,7 +20,7 @@ def weight() -> float:
 
 
 def loads(positions: Mapping[str, float], weight: float) -> Mapping[str, float]:
-    """Return the N on each sole; soles on the floor share the weight. Positions as in joint_states."""
+    """Return the load on each sole, in N; soles on the floor share `weight`. Positions as in joint_states."""
     heights = {sole: DESCRIPTION.pose(sole, positions).translation[2] for sole in SOLES}
     lowest = min(heights.values())
     touching = [sole for sole, height in heights.items() if height - lowest <= TOUCHES_WITHIN]

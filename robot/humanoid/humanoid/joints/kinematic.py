@@ -1,4 +1,4 @@
-"""Simulated joints: they follow commands as fast as their velocity limits allow, never past a stop."""
+"""Simulated joints: they follow commands as fast as their velocity limits allow, within position limits."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from humanoid.model import JOINT_BY_NAME, JointSpec
 
 @dataclass(frozen=True)
 class Path:
-    """The path of one joint between waypoints, as ros2_control's joint_trajectory_controller interpolates.
+    """The path of one joint through waypoints, interpolated as by ros2_control's joint_trajectory_controller.
 
-    Linear if one of two waypoints has no velocity; cubic if both have velocities; if both have
-    accelerations too, a quintic polynomial.
+    Between two waypoints it is linear if one of them has no velocity, cubic if both have velocities, and a
+    quintic polynomial if both have accelerations, too.
     """
 
     start: float
@@ -24,7 +24,7 @@ class Path:
 
     @classmethod
     def begun(cls, start: float, here: JointSample, waypoints: Sequence[Waypoint]) -> Path:
-        """Return the path from the joint's present state, or from a waypoint at time 0 if there is one."""
+        """Return a path from the joint's present state, or from the first waypoint if that has time 0."""
         if waypoints[0].time > 0.0:
             return cls(start, [Waypoint(0.0, here.position, here.velocity), *waypoints])
         return cls(start, waypoints)
@@ -47,7 +47,7 @@ class Path:
 
 
 def _polynomial(a: Waypoint, b: Waypoint) -> Sequence[float]:
-    """Return the coefficients of the polynomial from `a` to `b`, in the time since `a`."""
+    """Return the coefficients of the polynomial from waypoint `a` to `b`, in the time (s) since `a`."""
     t, way = b.time - a.time, b.position - a.position
     if a.velocity is None or b.velocity is None:
         return a.position, way / t
@@ -66,7 +66,7 @@ def _polynomial(a: Waypoint, b: Waypoint) -> Sequence[float]:
 
 
 class KinematicJoints:
-    """A JointSource without a robot. Motion has speed limits but no mass; effort is only friction."""
+    """A JointSource that simulates the joints: with speed limits, without mass; effort is friction alone."""
 
     def __init__(self, joints: Mapping[str, JointSpec] = JOINT_BY_NAME, now: float = 0.0) -> None:
         self._joints = joints
@@ -90,7 +90,7 @@ class KinematicJoints:
 
     def update(self, now: float) -> None:
         elapsed, self._now = now - self._now, now
-        if elapsed > 0.0:  # a clock set back moves nothing
+        if elapsed > 0.0:  # while the clock stands still or is set back, no joint moves
             for name, joint in self._joints.items():
                 self._samples[name] = self._step(joint, elapsed)
 

@@ -1,6 +1,6 @@
 """joint_state_service: answers `get_joint_state`, publishes `joint_states`, obeys `joint_command`.
 
-It owns the joints, so it has the emergency stop too.
+It controls the joints, so the switch of the emergency stop is here, too.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LONGEST_HOLD = 60.0  # s: the largest value of the parameter `hold_after`
 
 
 class JointStateService(Node):
-    """Owns the joints; other nodes ask it or command it. Pass a JointSource to drive real joints."""
+    """Controls the joints; other nodes query and command them here. Pass a JointSource for real joints."""
 
     def __init__(self, source: JointSource | None = None) -> None:
         super().__init__('joint_state_service')
@@ -46,7 +46,7 @@ class JointStateService(Node):
         self._trouble: str | None = None
         self._prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
         self._weight = feet.weight()
-        self._soles = {  # a simulation with physics, and real feet, publish their own
+        self._soles = {  # a JointSource that is passed in publishes its own
             sole: self.create_publisher(WrenchStamped, f'{sole}/wrench', qos_profile_sensor_data)
             for sole in (feet.SOLES if source is None else ())
         }
@@ -111,7 +111,7 @@ class JointStateService(Node):
         try:
             self._source.update(now(self))
             samples = read_all(self._source)
-        except Exception as error:  # joint states are not published then: they would show old values
+        except Exception as error:  # nothing is published: joint states would show old values
             self._trouble = f'{type(error).__name__}: {error}'
             raise
         self._trouble = None
@@ -138,7 +138,7 @@ class JointStateService(Node):
 def _driven(port: str, moment: float, hold_after: float) -> DrivenJoints:
     """Open the driver of the motors. Raises DriverError and BadParameter."""
     check_range('hold_after', hold_after, 0.02, LONGEST_HOLD)
-    from humanoid.driver.serial import SerialMotors  # the driver of serial lines exists only on POSIX
+    from humanoid.driver.serial import SerialMotors  # imported here: this module exists only on POSIX
 
     return DrivenJoints(SerialMotors(port), now=moment, hold_after=hold_after)
 

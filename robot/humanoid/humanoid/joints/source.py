@@ -13,7 +13,7 @@ from humanoid.model import MOVING_SPEED, JointSpec
 
 @dataclass(frozen=True)
 class JointSample:
-    """The state of one joint at one moment, in rad, rad/s and N·m."""
+    """Position, velocity and effort of one joint at one moment, in rad, rad/s and N·m (m, m/s and N)."""
 
     position: float
     velocity: float
@@ -29,7 +29,7 @@ class JointSample:
 
 
 class JointSource(Protocol):
-    """The joints of one robot. `KinematicJoints` simulates them; a class for real hardware takes its place.
+    """The joints of one robot: `KinematicJoints` simulates them, another class may drive real ones.
 
     To drive real joints, write a class with these four members around the motor bus and hand it to
     `JointStateService(source)`. All calls come from one thread, `update` 50 times a second; none may
@@ -48,9 +48,9 @@ class JointSource(Protocol):
         """Return the joint's state at the last update."""
 
     def follow(self, plan: Plan, start: float) -> None:
-        """Move the plan's joints through their waypoints, counted from `start`; other joints go on as before.
+        """Move the plan's joints through their waypoints, whose times count from `start` (s).
 
-        A new plan replaces the old one of each joint that it names; no waypoints stop the joint. Raises
+        A new plan replaces the old plan of the joints that it names. A joint without waypoints stops. Raises
         CommandRefused if one of the joints takes no commands.
         """
 
@@ -67,7 +67,7 @@ def read_all(source: JointSource) -> Sequence[tuple[str, JointSample]]:
 
 
 def check_finite(samples: Mapping[str, JointSample]) -> None:
-    """Raise NotANumber if a reading is not a number. It may not be published or used in commands."""
+    """Raise NotANumber if a reading is NaN or infinite: it may not be published or used in commands."""
     for name, sample in samples.items():
         if not sample.is_finite:
             raise NotANumber(f'the reading of {name} is not a number: {sample}')

@@ -1,1 +1,1 @@
-"""Finds the robot on its map: scans are matched with the map, and the result corrects odometry."""
+"""Finds the robot's pose on the map: laser scans are matched with the map, which corrects odometry."""

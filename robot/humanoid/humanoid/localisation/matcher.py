@@ -1,9 +1,9 @@
 """Fits a scan into a map: finds the pose at which its points lie on the edges of occupied cells.
 
 The map becomes a field of signed distances to the nearest edge. A pose is improved by Gauss-Newton steps on
-the distances of the points; points far from any edge (people, closed doors) lose their weight. A prior keeps
-the pose in directions that the scan does not determine, such as along a bare corridor. Textbook: Censi, "An
-ICP variant using a point-to-line metric" (2008), and likelihood fields of Thrun, Burgard and Fox,
+the distances of the points; points far from any edge (people, closed doors) lose their weight. A prior holds
+the pose in directions that the scan does not determine, such as along a bare corridor. Sources: Censi, "An
+ICP variant using a point-to-line metric" (2008), and the likelihood fields in Thrun, Burgard and Fox,
 "Probabilistic Robotics", 6.4.
 """
 
@@ -19,20 +19,20 @@ from scipy.ndimage import distance_transform_edt
 from humanoid.maps import Array, Geometry
 from humanoid.navigation.base import Pose2D, turn_between
 
-FARTHEST = 1.0  # m: a point farther from all edges counts as one that far away
+FARTHEST = 1.0  # m: the largest distance to an edge that counts; farther points are treated alike
 STEPS = 10
-SCALE = 0.08  # m: a point that far from an edge has a quarter of its weight
+SCALE = 0.08  # m: at this distance from an edge a point has a quarter of its full weight
 DEVIATION = 0.06  # m: standard deviation of a point, for errors of the scanner and of the map
-FITS_WITHIN = 0.12  # m: a point fits if it is that near to an edge
+FITS_WITHIN = 0.12  # m: a point within this distance of an edge fits
 ENOUGH = 15  # points that a match needs at least
 NARROW = (0.02, 0.02, 0.02)  # m, m, rad: how far odometry may be off between two scans
-WIDE = (0.3, 0.3, 0.3)  # the same, after a person has set the pose (`initialpose`)
-SEARCH_WAY, SEARCH_TURN = 0.6, math.radians(30.0)  # how far around a given pose the search goes
+WIDE = (0.3, 0.3, 0.3)  # m, m, rad: how far off a pose from `initialpose` may be, after the search
+SEARCH_WAY, SEARCH_TURN = 0.6, math.radians(30.0)  # m and rad: the search's range around a given pose
 
 
 @dataclass(frozen=True)
 class Match:
-    """A pose, how uncertain it is (3 x 3: m², m rad, rad²), and the share of the points that fit."""
+    """A pose, its covariance (3 x 3: m², m rad, rad²), and the share of the scan's points that fit."""
 
     pose: Pose2D
     covariance: Array
@@ -40,7 +40,7 @@ class Match:
 
 
 class Matcher:
-    """One map, into which scans are fitted."""
+    """Fits scans into one map."""
 
     def __init__(self, geometry: Geometry, occupied: NDArray[np.bool_]) -> None:
         self._geometry = geometry
@@ -53,9 +53,9 @@ class Matcher:
             self._field = np.full(occupied.shape, FARTHEST)
 
     def refine(self, points: Array, guess: Pose2D, prior: tuple[float, float, float] = NARROW) -> Match:
-        """Return the pose near `guess` at which the points (n, 2) of the robot's frame fit best.
+        """Return the pose near `guess` at which the points (n, 2), given in the robot's frame, fit best.
 
-        `prior`: how far the guess may be off: m, m and rad, as standard deviations.
+        `prior`: standard deviations of the guess, in m, m and rad.
         """
         trust = np.diag([1.0 / deviation**2 for deviation in prior])
         start = np.array([guess.x, guess.y, guess.yaw])
@@ -102,7 +102,7 @@ class Matcher:
         return float((np.abs(distance) <= FITS_WITHIN).mean())
 
     def _look_up(self, points: Array) -> tuple[Array, Array]:
-        """Return the signed distance and its slope at each point, interpolated between the cells' centres."""
+        """Return each point's signed distance to an edge and that distance's gradient, interpolated."""
         geometry, field = self._geometry, self._field
         at = (points - [geometry.x, geometry.y]) / geometry.resolution - 0.5
         column = np.clip(at[:, 0], 0.0, geometry.columns - 1.001)
@@ -118,7 +118,7 @@ class Matcher:
 
 
 def _place(points: Array, pose: Array) -> tuple[Array, Array]:
-    """Return the points in the map's frame, and their derivatives by the pose's angle."""
+    """Return the points in the map's frame, and their derivatives with respect to the pose's angle."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     turned = points @ np.array([[cos, sin], [-sin, cos]])
     return turned + pose[:2], np.stack([-turned[:, 1], turned[:, 0]], axis=1)

@@ -35,9 +35,9 @@ from humanoid.world.file import load
 from humanoid.world.names import BadWorld
 
 MAP = 'map'
-HOLDS_FOR = 0.3  # s: how far into the future a transform is dated, so that it holds until the next one
-REMEMBERED = 100  # odometry messages that are kept: those of two seconds
-LOST_BELOW = 0.35  # if a smaller share of the points fits, the robot does not know where it is
+HOLDS_FOR = 0.3  # s: a transform is dated this far ahead, so that it is valid until the next one
+REMEMBERED = 100  # number of odometry messages kept: those of 2 s
+LOST_BELOW = 0.35  # share of points that fit: below it the robot counts as lost
 LASER = DESCRIPTION.pose('laser', {}).translation
 
 
@@ -50,8 +50,8 @@ class Localiser(Node):
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         self._matcher: Matcher | None = None
         self._odometry: deque[tuple[float, Pose2D]] = deque(maxlen=REMEMBERED)
-        self._offset = self._first_pose(world)  # the pose of odom in the map
-        self._asked: Pose2D | None = None  # a pose from initialpose: the next scan is matched around it
+        self._offset = self._first_pose(world)  # the pose of the frame odom on the map
+        self._asked: Pose2D | None = None  # from initialpose: the next scan is matched around this pose
         self._match: Match | None = None
         self._transforms = TransformBroadcaster(self)
         self._pose = self.create_publisher(PoseWithCovarianceStamped, 'amcl_pose', latched())
@@ -64,7 +64,7 @@ class Localiser(Node):
         self.get_logger().info('Localiser ready')
 
     def _first_pose(self, world: str) -> Pose2D:
-        """Return where the robot started: by the parameter initial_pose, else by the world file."""
+        """Return the robot's start pose: of the parameter initial_pose, else of the world file."""
         try:
             start = load(world).start if world else (0.0, 0.0, 0.0)
         except BadWorld as error:

@@ -1,1 +1,1 @@
-"""The mission: steps that use every service and action of the robot together."""
+"""The mission: a list of steps that together use every service and action of the robot."""

@@ -1,4 +1,4 @@
-"""Service calls and goals that end: every wait has a deadline.
+"""Service calls and goals with a deadline for every wait, so that each of them ends.
 
 The node spins on its own thread; callbacks only put what arrives into a queue, and the mission takes it
 out on the main thread. So Ctrl-C interrupts a wait, never a callback.
@@ -58,10 +58,13 @@ def call(client: Client[Any, Any], request: Any, timeout: float) -> Any:
 
 
 class GoalRun:
-    """A goal from its sending to its end. Leaving the block early cancels it and waits for its end."""
+    """A goal, from sending to its end. Leaving the `with` block early cancels it and waits for its end."""
 
     def __init__(self, client: ActionClient, name: str, goal: Any, timeout: float) -> None:
-        """Send `goal` and wait for the server's decision; all of it may take `timeout` s. Raises NoAnswer."""
+        """Send `goal`, and wait until it is accepted or refused. `timeout` s are for the whole goal.
+
+        Raises NoAnswer.
+        """
         self._name = name
         self._deadline = time.monotonic() + timeout
         self._inbox: SimpleQueue[Any] = SimpleQueue()
@@ -87,7 +90,7 @@ class GoalRun:
         return self._result.result
 
     def feedback(self) -> Iterator[Any]:
-        """Yield the feedback as it arrives, until the result is there. Raises NoAnswer at the deadline."""
+        """Yield the feedback as it arrives, until the result has arrived. Raises NoAnswer at the deadline."""
         while self.accepted and self._result is None:
             try:
                 arrived = self._inbox.get(timeout=self._left())
@@ -107,7 +110,7 @@ class GoalRun:
             pass
 
     def cancel(self) -> CancelGoal.Response:
-        """Ask to cancel the goal; its result tells if it was cancelled. Raises NoAnswer."""
+        """Request to cancel the goal; the goal's status tells later if it was cancelled. Raises NoAnswer."""
         reply: CancelGoal.Response = wait_for(
             self._handle.cancel_goal_async(), self._left(), f'{self._name}: cancel request'
         )
@@ -134,6 +137,6 @@ class GoalRun:
 
 
 def _reason(result: Any) -> str:
-    """Return a result's text, from the field that has it in our actions, in control_msgs or in nav2_msgs."""
+    """Return a result's text: the field's name differs between our actions, control_msgs and nav2_msgs."""
     names = ('message', 'error_string', 'error_msg')
     return next((text for text in (str(getattr(result, name, '')) for name in names) if text), '')

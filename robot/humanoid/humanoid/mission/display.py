@@ -1,4 +1,4 @@
-"""A mission on the screen: moving bars on a terminal if `rich` is installed, else plain lines."""
+"""Shows a mission on the screen: with progress bars if `rich` is installed, else with plain lines."""
 
 from __future__ import annotations
 

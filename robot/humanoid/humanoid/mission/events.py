@@ -1,4 +1,4 @@
-"""The events that a mission reports while it runs, as records and as lines of text between processes."""
+"""The events that a running mission reports: as dataclasses, and as lines of text between processes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
-MARK = '@mission '  # begins a line that carries an event
+MARK = '@mission '  # prefix of a line that carries an event
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Retrying:
 
 @dataclass(frozen=True)
 class Finished:
-    """The step ended; `ok` is True if it went as expected."""
+    """A step has ended; `ok` is True if it went as expected."""
 
     number: int
     ok: bool

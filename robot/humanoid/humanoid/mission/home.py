@@ -1,4 +1,4 @@
-"""The way home: to the origin of `odom`, or of the frame `home` in a world, turned along its x axis."""
+"""Drives home: to the origin of `odom`, or in a world of the frame `home`, heading along the x axis."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from humanoid.mission.robot import Robot
 from humanoid.model import BASE
 from humanoid.navigation.base import yaw_of
 
-AT_HOME = 0.1  # m and rad: a base within this distance counts as at home
-UNHURRIED = 2.0  # times the time at full speed: a base with physics speeds up and slows down
-ROUND_THINGS = 8.0  # the same in a world: the way round walls and people is longer
-LEAST = 10.0  # s at the least: turning round takes time, too
-ENDS_WITHIN = 5.0  # s to wait for the result beyond the goal's own time
+AT_HOME = 0.1  # m and rad: the base is at home within this distance and turn
+UNHURRIED = 2.0  # factor on the time at full speed: a base with physics accelerates and brakes
+ROUND_THINGS = 8.0  # factor on that time in a world: the way round walls and people is longer
+LEAST = 10.0  # s added to the time for the way, because the base also has to turn
+ENDS_WITHIN = 5.0  # s to wait for the result after the goal's own time limit
 
 
 def distance_home(odometry: Odometry) -> float:
@@ -31,7 +31,7 @@ def is_at_home(odometry: Odometry) -> bool:
 
 
 def drive_home(robot: Robot, odometry: Odometry, allowed: float | None = None) -> GoalRun:
-    """Send the base home within `allowed` s; by default twice the time that it needs."""
+    """Send the base home; `allowed`: the goal's time limit in s, by default a multiple of the time needed."""
     in_world = robot.in_world
     if allowed is None:
         hurry = ROUND_THINGS if in_world else UNHURRIED

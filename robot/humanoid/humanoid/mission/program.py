@@ -46,7 +46,7 @@ def _report(number: int, tell: Sink) -> Report:
 def main(args: Sequence[str] | None = None) -> int:
     options, ros_args = _parser().parse_known_args(args)
     mission = steps(battery_starts_late=options.battery_starts_late, whole_body=options.whole_body)
-    # Ctrl-C must reach the mission before it reaches ROS: goals in motion are cancelled first.
+    # The mission itself handles Ctrl-C, not ROS: running goals are cancelled before ROS shuts down.
     join(ros_args, SignalHandlerOptions.NO)
     signal.signal(signal.SIGTERM, _interrupt)
     summary = Summary(len(mission))
@@ -71,10 +71,10 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _begin_at_home(robot: Robot) -> None:
-    """Drive home first if the base is somewhere else: the steps expect to begin there.
+    """Drive home first if the base is somewhere else: the mission's steps expect to begin at home.
 
-    If the base does not tell its position, the mission begins where the base stands. Raises NotAsExpected
-    and NoAnswer.
+    If the base publishes no position, the mission begins where the base stands. Raises NotAsExpected and
+    NoAnswer.
     """
     try:
         odometry = robot.next_message(Odometry, 'odom')

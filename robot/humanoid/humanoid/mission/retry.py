@@ -16,7 +16,7 @@ class NoAnswer(Exception):
 
 @dataclass(frozen=True)
 class Backoff:
-    """Pauses in seconds: `first`, then `factor` times longer each, `longest` at most."""
+    """Pauses between attempts, in s: `first`, then each `factor` times the one before, at most `longest`."""
 
     first: float = 0.2
     factor: float = 2.0
@@ -40,7 +40,7 @@ def retry(
     """Call `attempt(seconds)` until it answers; return the answer and the number of attempts.
 
     Only for requests that may safely be made twice. Each attempt may take `attempt_timeout` s; all attempts
-    and pauses together may take `timeout` s. `on_retry(attempt, pause, why)` is called after each failed one.
+    and pauses together may take `timeout` s. `on_retry(attempt, pause, why)` is called before each retry.
     Raises the last attempt's NoAnswer.
     """
     deadline = clock() + timeout

@@ -1,4 +1,4 @@
-"""The robot as the mission sees it: its services and actions by what they do."""
+"""The robot for programs such as the mission: a method for each service and action."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from humanoid.mission.retry import NoAnswer
 
 ANSWER_WITHIN = 2.0  # s for a service call
 DOORS = 'doors'
-LOCALISED = 'amcl_pose'  # the topic of a node that knows the robot's pose on a map
+LOCALISED = 'amcl_pose'  # topic of the localiser: it has a publisher if the robot has a map
 HAND = 'left_gripper_controller/gripper_cmd'
 
 Told = TypeVar('Told')
@@ -35,7 +35,7 @@ Told = TypeVar('Told')
 class Robot:
     """A node with clients of the robot's services and actions, spinning until the block is left.
 
-    Clients that the mission of ten steps does not need are created when they are first used.
+    Clients that the short mission of ten steps does not need are created at their first use.
     """
 
     def __init__(self, name: str = 'mission') -> None:
@@ -89,7 +89,7 @@ class Robot:
 
     @property
     def in_world(self) -> bool:
-        """True if the robot localises itself on a map; False until that is discovered."""
+        """True if the robot localises itself on a map; False also until its publisher is discovered."""
         return bool(self.node.count_publishers(LOCALISED))
 
     def drive(
@@ -97,9 +97,9 @@ class Robot:
     ) -> GoalRun:
         """Send the base to (x, y, z) m in `frame`; by default on the map if there is one, else in `odom`.
 
-        The server may take `allowed` seconds, the whole goal `timeout`.
+        `allowed`: the goal's time limit, in s. `timeout`: s for the whole goal, waiting included.
         """
-        self._base.wait_for_server(timeout_sec=FIND_WITHIN)  # then it is known whether there is a map
+        self._base.wait_for_server(timeout_sec=FIND_WITHIN)  # by then discovery has also found the localiser
         goal = MoveToPosition.Goal()
         goal.target_pose.header.frame_id = frame or ('map' if self.in_world else 'odom')
         goal.target_pose.pose.position = Point(x=x, y=y, z=z)
@@ -124,20 +124,20 @@ class Robot:
         return GoalRun(self._hand, HAND, goal, timeout)
 
     def wave(self, timeout: float) -> Trigger.Response:
-        """Make the robot wave; the answer comes when it has waved."""
+        """Make the robot wave; return the response, which comes when it has waved."""
         client = self.node.create_client(Trigger, 'wave')
         response: Trigger.Response = call(client, Trigger.Request(), timeout)
         return response
 
     def emergency_stop(self, *, stopped: bool, timeout: float = ANSWER_WITHIN) -> SetBool.Response:
-        """Throw the switch, or release it."""
+        """Throw the switch of the emergency stop, or release it."""
         client = self.node.create_client(SetBool, SWITCH)
         response: SetBool.Response = call(client, SetBool.Request(data=stopped), timeout)
         return response
 
     def doors(self) -> Sequence[str]:
         """Return the names of the world's doors. Raises NoAnswer if there is no robot."""
-        if not self._battery.wait_for_service(timeout_sec=ANSWER_WITHIN):  # then all are known
+        if not self._battery.wait_for_service(timeout_sec=ANSWER_WITHIN):  # by then all doors are discovered
             raise NoAnswer(f'{self._battery.srv_name}: no server within {ANSWER_WITHIN:.1f} s')
         prefix = self.node.resolve_service_name(f'{DOORS}/x').removesuffix('x')
         names = [name for name, _ in self.node.get_service_names_and_types() if name.startswith(prefix)]

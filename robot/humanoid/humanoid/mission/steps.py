@@ -15,9 +15,9 @@ from humanoid.mission.retry import Backoff, NoAnswer, retry
 from humanoid.mission.robot import Robot
 from humanoid.model import JOINTS, MOVING_SPEED
 
-MEASURED_WITHIN = 0.01  # rad: a joint with mass does not stand exactly at its stop
-GOAL_WITHIN = 40.0  # s for a whole goal of this mission
-ALLOWED = 30.0  # s for a drive: a walking robot turns first, and is slow
+MEASURED_WITHIN = 0.01  # rad: a joint with mass may stand this far beyond its limit
+GOAL_WITHIN = 40.0  # s to wait for the end of a goal
+ALLOWED = 30.0  # s: the time limit of a drive, for a walking robot, which turns first and is slow
 ARRIVED_WITHIN = 0.05  # m: a walking robot does not stop exactly at its target
 RAISED = {'left_arm_shoulder': 1.5, 'left_arm_elbow': 1.0}
 LOWERED = {'left_arm_shoulder': 0.5, 'left_arm_elbow': 0.0}
@@ -25,12 +25,12 @@ GAP = 0.05  # m between the fingers of an open hand
 
 
 class NotAsExpected(Exception):
-    """The robot did something else; the text says what."""
+    """The robot did not do what a step expected; the text says what it did."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """The reports that a step may make while it runs."""
+    """The functions with which a running step reports its progress and its retries."""
 
     progress: Callable[[float, str], None]  # fraction 0 to 1, text
     retrying: Callable[[int, float, str], None]  # attempt, pause in s, reason
@@ -114,7 +114,7 @@ def drive(robot: Robot, report: Report) -> str:
         _watch_drive(run, report)
         expect(run.status == 'SUCCEEDED' and run.result.success, f'{run.status}: {run.result.message}')
         x, y = run.result.final_pose.pose.position.x, run.result.final_pose.pose.position.y
-    # m: in a world the position comes from a laser scan, which is less exact than the simulated odometry
+    # m: in a world the position comes from matched laser scans, less exact than the simulated odometry
     within = 0.1 if robot.in_world else ARRIVED_WITHIN
     expect(abs(x - 1.2) < within and abs(y - 0.9) < within, f'it stands at ({x:.2f}, {y:.2f}) m')
     return f'SUCCEEDED at ({x:.2f}, {y:.2f}) m'
@@ -166,7 +166,7 @@ def too_little_time(robot: Robot, report: Report) -> str:
 
 
 def home_with_lowered_arm(robot: Robot, report: Report) -> str:
-    """Drive home and lower the arm at once; call a service before and after."""
+    """Drive home and lower the arm at the same time; compare the battery's charge before and after."""
     before = robot.battery().battery.charge
     with (
         robot.reach(LOWERED, duration=1.5, timeout=GOAL_WITHIN) as arm,
@@ -182,9 +182,9 @@ def home_with_lowered_arm(robot: Robot, report: Report) -> str:
 
 
 def wave(robot: Robot, report: Report) -> str:
-    """Wave. The service answers at the end; the joint states show the movement."""
+    """Make the robot wave by the service `wave`; check in the joint states that the arm moved."""
     with robot.joint_states() as states:
-        _next(states)  # wait for the first joint states before it waves
+        _next(states)  # the first joint states must arrive before the robot waves
         answer = robot.wave(GOAL_WITHIN)
         expect(answer.success, answer.message)
         seen = [_next(states) for _ in range(states.qsize())]
@@ -210,7 +210,10 @@ def grip(robot: Robot, report: Report) -> str:
 
 
 def emergency_stop(robot: Robot, report: Report) -> str:
-    """Stop: both goals end, the robot stands, new goals are refused until the release, then accepted."""
+    """Throw the emergency stop during two goals, and release it again.
+
+    Both goals must end and the robot must stand; new goals must be refused until the release.
+    """
     with (
         robot.reach({'left_arm_shoulder': 2.0}, duration=10.0, timeout=GOAL_WITHIN) as arm,
         robot.drive(9.0, 9.0, allowed=30.0, timeout=GOAL_WITHIN) as base,
@@ -268,7 +271,7 @@ def _stand_still(robot: Robot) -> JointState:
 
 
 def _once_released(send: Callable[[], GoalRun], report: Report) -> GoalRun:
-    """Send the goal until it is accepted: a server learns of the release by a topic, so a little later."""
+    """Send a goal until it is accepted: servers hear of the stop's release by a topic, a little later."""
 
     def attempt(_seconds: float) -> GoalRun:
         run = send()
@@ -306,9 +309,9 @@ def _watch_drive(run: GoalRun, report: Report) -> None:
 
 
 def steps(*, battery_starts_late: bool = False, whole_body: bool = False) -> Sequence[Step]:
-    """Return the ten steps of the mission; with `whole_body` the robot also waves, grips, and is stopped.
+    """Return the ten steps of the mission; with `whole_body` three more: wave, grip, emergency stop.
 
-    `battery_starts_late`: the battery service is started only after the mission has missed it.
+    `battery_starts_late`: the battery service is expected to start only after the first attempt to call it.
     """
     battery = (
         Step('battery, down at first', 'answers on a retry', battery_late)

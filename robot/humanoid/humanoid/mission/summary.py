@@ -10,7 +10,7 @@ from humanoid.mission.events import Began, Event, Finished
 from humanoid.text import columns
 
 GAP = '  '
-NARROWEST = 6  # characters that a column has at least
+NARROWEST = 6  # the least width of a column, in characters
 HEAD = ('', 'step', 'expected', 'happened', 'time')
 
 

@@ -1,1 +1,1 @@
-"""The base: how it drives, which goals it takes, and the action that moves it."""
+"""The base: how it drives, which goals it accepts, and the action that moves it."""

@@ -1,4 +1,4 @@
-"""The base as a simulation: straight to the target at a bounded speed, turning on the way."""
+"""The interface of a base, and a simulated base: it drives straight to its target at a bounded speed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Pose2D:
 
 @dataclass(frozen=True)
 class Velocity2D:
-    """In the base's own frame, x forward: m/s and rad/s."""
+    """A velocity in the base's own frame, x forward: m/s and rad/s."""
 
     x: float = 0.0
     y: float = 0.0
@@ -28,12 +28,12 @@ class Velocity2D:
 
 
 STANDING = Velocity2D()
-PELVIS = -DESCRIPTION.pose('base_footprint', {}).translation[2]  # m, of base_link above straight legs
+PELVIS = -DESCRIPTION.pose('base_footprint', {}).translation[2]  # m: height of base_link on straight legs
 
 
 @dataclass(frozen=True)
 class Placement:
-    """The placement of base_link: its height above the floor in m, roll and pitch in rad."""
+    """Where base_link is and how it moves: height above the floor in m, `tilt` is roll and pitch in rad."""
 
     pose: Pose2D
     height: float
@@ -42,7 +42,7 @@ class Placement:
 
 
 class MobileBase(Protocol):
-    """The base of one robot. `Base` simulates it without mass; others use physics or real hardware.
+    """The base of one robot. The class `Base` simulates it without mass; others use physics or hardware.
 
     All calls come from one thread, `step` 50 times a second; none may block for longer than a few
     milliseconds.
@@ -72,7 +72,7 @@ class MobileBase(Protocol):
         """Drive to a target; a newer target replaces the older one."""
 
     def drive_at(self, velocity: Velocity2D) -> None:
-        """Move at a velocity in the base's own frame, as far as it can, until told otherwise."""
+        """Move at a velocity in the base's own frame, within its limits, until the next command."""
 
     def stop(self) -> None:
         """Stop moving."""
@@ -81,28 +81,28 @@ class MobileBase(Protocol):
         """Return the distance to a target, in m."""
 
     def step(self, elapsed: float, /) -> None:
-        """Move for `elapsed` s; a base that moves by itself does nothing here."""
+        """Advance a simulated base by `elapsed` s; other bases move by themselves and do nothing here."""
 
 
 @runtime_checkable
 class SimulatedBase(Protocol):
-    """A simulated base: the simulation knows the true pose, which odometry may miss."""
+    """A simulated base: the simulation knows the true pose, from which odometry may differ."""
 
     @property
     def truth(self) -> Placement:
-        """The true pose now, relative to the pose at the start."""
+        """The true pose and velocity now, relative to the start pose."""
 
 
 class Base:
     """Drives to one target at a time, or at a velocity.
 
-    It starts and stops at once: speed is bounded, acceleration is not.
+    It starts and stops instantly: its speed is bounded, its acceleration is not.
     """
 
     def __init__(self, spec: BaseSpec = BASE) -> None:
         self._spec = spec
         self._target: Pose2D | None = None
-        self._asked = STANDING  # the velocity to keep if there is no target
+        self._asked = STANDING  # the velocity to keep while there is no target
         self.pose = Pose2D()
         self.height, self.tilt = PELVIS, (0.0, 0.0)
         self.velocity = STANDING
@@ -134,7 +134,7 @@ class Base:
         return math.hypot(target.x - self.pose.x, target.y - self.pose.y)
 
     def step(self, elapsed: float) -> None:
-        """Move for `elapsed` seconds; a step of no or negative length moves nothing."""
+        """Move for `elapsed` seconds; do nothing if it is 0 or negative, as after a clock was set back."""
         if elapsed <= 0.0:
             return
         if self._target is None:
@@ -153,7 +153,7 @@ class Base:
         self.velocity = _velocity(before, self.pose, elapsed)
 
     def _move(self, elapsed: float) -> None:
-        """Move at the velocity asked for, on an arc whose chord has the heading of the arc's middle."""
+        """Move at the requested velocity along an arc, whose chord is taken at the arc's mean heading."""
         if self._asked == self.velocity == STANDING:
             return
         asked, pose = self._asked, self.pose
@@ -183,7 +183,7 @@ def turn_between(start: float, end: float) -> float:
 
 
 def compose(frame: Pose2D, pose: Pose2D) -> Pose2D:
-    """Return `pose`, which is relative to `frame`, in the frame in which `frame` is given."""
+    """Transform `pose`, given relative to `frame`, into the frame in which `frame` itself is given."""
     cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
     return Pose2D(
         frame.x + cos * pose.x - sin * pose.y,
@@ -193,7 +193,7 @@ def compose(frame: Pose2D, pose: Pose2D) -> Pose2D:
 
 
 def invert(pose: Pose2D) -> Pose2D:
-    """Return the inverse of `pose`: where the origin lies, seen from it."""
+    """Return the inverse of `pose`: the pose of the origin in the frame of `pose`."""
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     return Pose2D(-cos * pose.x - sin * pose.y, sin * pose.x - cos * pose.y, -pose.yaw)
 

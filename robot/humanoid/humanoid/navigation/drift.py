@@ -1,4 +1,4 @@
-"""Odometry that drifts: feet slide, so the error of the counted way grows."""
+"""Odometry that drifts: feet slide, so the error grows with the distance."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ DRIFT = (0.02, 0.02, 0.01)  # the default drift of odometry in a world
 
 @dataclass(frozen=True)
 class DriftSpec:
-    """The size of the errors; with zeros odometry is exact."""
+    """The size of odometry's errors; if all are zero, odometry is exact."""
 
-    way: float = 0.0  # share of the way that odometry counts in addition
-    turn: float = 0.0  # share of each turn that odometry counts in addition
-    veer: float = 0.0  # rad of error of the heading for each m of the way
+    way: float = 0.0  # share of the distance that odometry counts too much
+    turn: float = 0.0  # share of each turn that odometry counts too much
+    veer: float = 0.0  # error of the heading, in rad for each m of distance
 
     @property
     def none(self) -> bool:
@@ -24,7 +24,7 @@ class DriftSpec:
 
 
 class Drift:
-    """The pose by odometry, beside the true pose."""
+    """Computes the drifting pose of odometry from the true pose."""
 
     def __init__(self, spec: DriftSpec, pose: Pose2D) -> None:
         self._spec = spec

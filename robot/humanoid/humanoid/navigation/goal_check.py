@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from humanoid.text import quoted
 
 FRAME = 'odom'
-FARTHEST = 1000.0  # m from the origin, along each axis
+FARTHEST = 1000.0  # m: a target may be this far from the origin, along each axis
 LONGEST = 86400.0  # s: a day
-GREATEST_TURN = 1000.0  # a quaternion may have any length, but the squares of its components must be finite
+GREATEST_TURN = 1000.0  # limit of a quaternion's components, so that their squares stay finite
 
 
 def refusal(
@@ -18,7 +18,7 @@ def refusal(
     orientation: tuple[float, float, float, float],
     timeout: float,
 ) -> str | None:
-    """Return why the goal cannot be taken, or None. Metres, a quaternion (x, y, z, w), seconds."""
+    """Return why the goal is refused, or None. Position in m, quaternion (x, y, z, w), timeout in s."""
     if frame not in ('', FRAME):
         return f'frame_id {quoted(frame)} is unknown to the base; use {FRAME!r} or leave it empty'
     if not _within(FARTHEST, position):

@@ -1,4 +1,4 @@
-"""The guard of the base in a world: it limits every velocity, so that the base hits nothing that is seen."""
+"""The guard of the base in a world: it limits velocities, so that the base hits nothing that a scan shows."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from humanoid.clock import seconds
 from humanoid.model import BASE, DESCRIPTION
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D
 
-MARGIN = 0.03  # m that the robot's outline keeps from obstacles
-AHEAD = (0.1, 0.2, 0.3, 0.45, 0.6)  # s ahead at which the way is checked: the last one covers braking
-SHARES = (1.0, 0.7, 0.4, 0.2, 0.1)  # shares of the velocity that are tried
+MARGIN = 0.03  # m between the robot's outline and obstacles at least
+AHEAD = (0.1, 0.2, 0.3, 0.45, 0.6)  # s ahead at which the base's position is checked; the last covers braking
+SHARES = (1.0, 0.7, 0.4, 0.2, 0.1)  # shares of the wanted velocity, tried in this order
 OLDEST = 0.5  # s: an older scan is not used
-REMEMBERED = 50  # poses of the base that are kept, to place a scan where it was taken
+REMEMBERED = 50  # number of past poses kept: a scan is placed at the pose where it was taken
 
 Points = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class Guard:
         at = DESCRIPTION.pose('laser', {}).translation
         self._laser = at[0], at[1]
         self._poses: deque[tuple[float, Pose2D]] = deque(maxlen=REMEMBERED)
-        self._points: Points | None = None  # in the frame of the poses
+        self._points: Points | None = None  # the last scan's points, in the frame of the poses
         self._taken = -math.inf
 
     def note_pose(self, moment: float, pose: Pose2D) -> None:
@@ -37,7 +37,7 @@ class Guard:
         self._poses.append((moment, pose))
 
     def hear(self, scan: LaserScan) -> None:
-        """Take a new scan, in the frame `laser`."""
+        """Take a new scan, and place its points by the base's pose at the scan's time."""
         if not self._poses:
             return
         taken = seconds(scan.header.stamp)
@@ -52,9 +52,9 @@ class Guard:
         self._taken = taken
 
     def limit(self, wish: Velocity2D, pose: Pose2D, moment: float) -> Velocity2D:
-        """Return the safe part of a velocity. Turning on the spot is safe, because the outline is a disc.
+        """Return the safe part of a velocity. Turning on the spot is always safe: the outline is a disc.
 
-        Without a scan of the last 0.5 s no motion is safe.
+        Without a scan of the last 0.5 s no motion counts as safe.
         """
         if self._points is None or not -OLDEST <= moment - self._taken <= OLDEST:
             return STANDING
@@ -76,7 +76,7 @@ class Guard:
 
 
 def _place(pose: Pose2D, vx: float, vy: float, turn: float, after: float) -> tuple[float, float]:
-    """Return where the base is after some seconds, on the chord of its arc."""
+    """Return where the base is `after` seconds at a velocity; an arc is replaced by its chord."""
     yaw = pose.yaw + turn * after / 2.0
     cos, sin = math.cos(yaw), math.sin(yaw)
     return pose.x + (cos * vx - sin * vy) * after, pose.y + (sin * vx + cos * vy) * after

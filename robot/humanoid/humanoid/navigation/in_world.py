@@ -12,7 +12,7 @@ from humanoid.navigation.guard import Guard
 
 
 class Surroundings:
-    """Hears the scanner, and limits the velocity of the base by it."""
+    """Subscribes to the scanner, and limits the base's velocity by its scans."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -30,5 +30,5 @@ class Surroundings:
         return allowed
 
     def note_pose(self, moment: float, pose: Pose2D) -> None:
-        """Remember the base's pose by odometry at a moment (s): scans of that moment arrive later."""
+        """Remember the base's pose at a moment (s): a scan taken at that moment arrives later."""
         self._guard.note_pose(moment, pose)

@@ -17,7 +17,7 @@ from humanoid.urdf import orientation
 BASE_LINK = 'base_link'
 GRAVITY = 9.80665  # m/s²
 
-# Variances (m², rad², and the same per s²) of x, y, z and of the turns about them.
+# Variances of x, y, z and of the rotations about them: m² and rad², of velocities m²/s² and rad²/s².
 POSE_VARIANCES = (1e-4, 1e-4, 1e-6, 1e-6, 1e-6, 1e-4)
 TWIST_VARIANCES = (1e-4, 1e-4, 1e-6, 1e-6, 1e-6, 1e-4)
 TURN_VARIANCES = (1e-6, 1e-6, 1e-4)
@@ -41,7 +41,7 @@ def stamped(pose: Pose2D, stamp: TimeMsg, prefix: str = '') -> PoseStamped:
 def odometry(
     base: MobileBase | Placement, pose: Pose2D, frame: str, stamp: TimeMsg, prefix: str = ''
 ) -> Odometry:
-    """Make the Odometry: base_link's pose in `frame`, and its velocity in its own frame."""
+    """Make the Odometry: base_link's pose in `frame`, and base_link's velocity in its own frame."""
     message = Odometry()
     message.header.frame_id = frame
     message.header.stamp = stamp
@@ -59,7 +59,7 @@ def odometry(
 
 
 def transform(odometry: Odometry) -> TransformStamped:
-    """Make the transform from odom to base_link."""
+    """Make the transform from odom to base_link, from an Odometry message."""
     message = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
     place = odometry.pose.pose.position
     message.transform.translation.x = place.x
@@ -83,7 +83,7 @@ def placed(frame: str, place: Pose2D, stamp: TimeMsg, child: str) -> TransformSt
 def imu(
     pose: Pose2D, before: Velocity2D, after: Velocity2D, elapsed: float, stamp: TimeMsg, prefix: str
 ) -> Imu:
-    """Make the reading of a sensor in a pelvis without mass, whose velocity has changed in `elapsed` s."""
+    """Make the reading of an ideal inertial sensor in the pelvis, from two velocities `elapsed` s apart."""
     message = Imu()
     message.header.frame_id = f'{prefix}imu_link'
     message.header.stamp = stamp
@@ -100,7 +100,7 @@ def imu(
 
 
 def _diagonal(variances: Iterable[float]) -> Sequence[float]:
-    """Return a diagonal covariance, row by row."""
+    """Return a covariance matrix with these variances on its diagonal, row by row."""
     own = list(variances)
     size = len(own)
     return [own[row] if row == column else 0.0 for row in range(size) for column in range(size)]

@@ -1,4 +1,4 @@
-"""navigation_action_server: `move_to_position` and `cmd_vel` drive the base, `odom` tells where it is.
+"""navigation_action_server: `move_to_position` and `cmd_vel` drive the base, `odom` reports its pose.
 
 One control timer moves the base and decides how a goal ends; the goal's coroutine only waits for that
 decision. Everything runs on the executor's one thread, so nothing here needs a lock.
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 TICK = 0.02  # s between control steps: 50 Hz
 FEEDBACK_EVERY = 0.1  # s: 10 Hz
-VELOCITY_LASTS = 0.5  # s: a base that gets no newer cmd_vel stops
+VELOCITY_LASTS = 0.5  # s: without a newer cmd_vel the base stops after this time
 MEANT = {
     'place': 'x, y and yaw',
     'odometry_drift': 'shares of the way and of turns, and rad a metre',
@@ -47,7 +47,7 @@ MEANT = {
 
 @dataclass
 class Drive:
-    """One accepted goal on its way."""
+    """One accepted goal, until it has ended."""
 
     goal: ServerGoalHandle
     began: float
@@ -64,8 +64,8 @@ class Drive:
 class NavigationActionServer(Node):
     """Drives to one goal at a time; a newer goal pre-empts the older one, which ends ABORTED.
 
-    Pass a MobileBase to drive a real one. In a world the navigator has the goals, and the base obeys its
-    `cmd_vel_nav`; a guard keeps it from what its scanner sees.
+    Pass a MobileBase to drive a real base. In a world the navigator serves the goals, and this node obeys the
+    navigator's `cmd_vel_nav`; a guard keeps the base away from what the scanner sees.
     """
 
     def __init__(self, base: MobileBase | None = None) -> None:
@@ -75,21 +75,21 @@ class NavigationActionServer(Node):
         self._drives: dict[bytes, Drive] = {}
         self._driving: Drive | None = None
         self._stepped = now(self)
-        self._by_hand: float | None = None  # when cmd_vel (not the navigator) last asked for motion
-        self._told: float | None = None  # when the last velocity arrived, while the base follows velocities
-        self._velocity = self._wish = STANDING  # the velocity at the last tick; the velocity asked for
+        self._by_hand: float | None = None  # when cmd_vel, not cmd_vel_nav, last asked for motion
+        self._told: float | None = None  # when the last velocity arrived; None if none drives the base
+        self._velocity = self._wish = STANDING  # velocity at the last tick; requested velocity
         self._odometry = self.create_publisher(Odometry, 'odom', 10)
         self._transforms = TransformBroadcaster(self)
         self._map = self._told_place()
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         self._surroundings = _surroundings(self) if world else None
-        # Without mass and on the flat floor, odometry is the truth: nothing more is published.
+        # Without a world and without physics, odometry is exact, so no `ground_truth` is published.
         self._truth: TruthTeller | None = None
         if isinstance(self._base, SimulatedBase) and (world or base is not None):
             self._truth = TruthTeller(self, self._base, self._prefix)
         drift = self._three('odometry_drift', DRIFT if world and base is None else [0.0, 0.0, 0.0], 1.0)
         self._drift = Drift(DriftSpec(*drift), self._base.pose)
-        # Physics and real bases publish their own.
+        # A base that is passed in (physics, hardware) publishes its own `imu`.
         self._imu = self.create_publisher(Imu, 'imu', qos_profile_sensor_data) if base is None else None
         self._stop = StopListener(self, self._emergency)
         self._diagnostics = Diagnostics(self, 'base', self._health)
@@ -103,7 +103,7 @@ class NavigationActionServer(Node):
             self.get_logger().info('Navigation Action Server ready')
 
     def _offer(self) -> None:
-        """Offer the action once the emergency stop is known: before, each goal would be refused."""
+        """Offer the action once the emergency stop's state is known: before that, goals would be refused."""
         if self._surroundings is not None or self._action_server is not None or not self._stop.has_heard:
             return
         self._action_server = ActionServer(
@@ -127,7 +127,7 @@ class NavigationActionServer(Node):
         return numbers
 
     def _told_place(self) -> StaticTransformBroadcaster | None:
-        """Publish where `odom` lies in the map, if the parameter says so: robots of a fleet stand apart."""
+        """Publish the pose of `odom` in `map_frame`, if that is set: the robots of a fleet stand apart."""
         frame = self.declare_parameter('map_frame', '').get_parameter_value().string_value
         place = Pose2D(*self._three('place', [0.0, 0.0, 0.0], FARTHEST))
         if not frame:
@@ -156,22 +156,22 @@ class NavigationActionServer(Node):
         return response
 
     def _begin(self, goal_handle: ServerGoalHandle) -> None:
-        """Begin a goal. Goals begin in the order of acceptance, so the goal in motion is the older one."""
+        """Begin a goal, and abort the running one: it is older, as goals begin in the order of acceptance."""
         self._end(Ending(End.ABORTED, 'Pre-empted by a newer goal'))
         moment = now(self)
         drive = Drive(goal_handle, moment, moment)
         self._told = None
         self._drives[bytes(goal_handle.goal_id.uuid)] = self._driving = drive
-        self._stepped = moment  # the base did not drive in the time since the last tick
+        self._stepped = moment  # the next step must not count the time before this goal
         with or_abort(self, self._end):
             drive.target = target_of(goal_handle.request.target_pose.pose)
             self._base.drive_to(drive.target)
-        if self._stop.stopped:  # the switch was thrown between the goal's acceptance and its beginning
+        if self._stop.stopped:  # the emergency stop came between the goal's acceptance and its start
             self._end(Ending(End.ABORTED, self._stop.ended))
         goal_handle.execute()
 
     def _obey_hand(self, command: Twist) -> None:
-        """Obey a person's cmd_vel; a command of zero does not take over from the navigator."""
+        """Obey a person's cmd_vel; a command of zero does not interrupt the navigator."""
         if command.linear.x or command.linear.y or command.angular.z:
             self._by_hand = now(self)
         elif self._surroundings is not None and not self._is_by_hand():
@@ -182,7 +182,7 @@ class NavigationActionServer(Node):
         return self._by_hand is not None and now(self) - self._by_hand <= VELOCITY_LASTS
 
     def _obey(self, command: Twist) -> None:
-        """Move at a velocity. It takes over from a goal, unless it is zero."""
+        """Move at the command's velocity. A velocity other than zero aborts the running goal."""
         wish = Velocity2D(command.linear.x, command.linear.y, command.angular.z)
         log = self.get_logger()
         if reason := self._stop.refusal:
@@ -198,12 +198,12 @@ class NavigationActionServer(Node):
         self._drive_on()
 
     def _follow(self, command: Twist) -> None:
-        """Obey the navigator, unless a person's cmd_vel has taken over."""
+        """Obey the navigator's cmd_vel_nav, unless a person's cmd_vel has taken over."""
         if not self._is_by_hand():
             self._obey(command)
 
     def _drive_on(self) -> None:
-        """Move as cmd_vel says, as far as the surroundings leave room."""
+        """Move at the requested velocity, limited by the obstacles around."""
         wish = self._wish
         if self._surroundings is not None:
             wish = self._surroundings.limit(wish, self._base.pose)
@@ -244,7 +244,7 @@ class NavigationActionServer(Node):
         if self._told is not None and not 0.0 <= moment - self._told <= VELOCITY_LASTS:
             self._told = None
             self._base.stop()
-            if self._wish != STANDING:  # the sender disappeared while the base moved
+            if self._wish != STANDING:  # the sender of velocities fell silent while the base moved
                 self.get_logger().warning(f'Stopped: no newer velocity came for {VELOCITY_LASTS:g} s')
         elif self._told is not None and self._surroundings is not None:
             self._drive_on()
@@ -283,7 +283,7 @@ class NavigationActionServer(Node):
             self._end(Ending(End.ABORTED, message))
 
     def _end(self, ending: Ending) -> None:
-        """Stop the base and decide how the goal in motion, if there is one, ends."""
+        """If a goal is running, stop the base and decide how the goal ends."""
         drive, self._driving = self._driving, None
         if drive is not None:
             self._base.stop()
@@ -292,7 +292,7 @@ class NavigationActionServer(Node):
 
 
 def _surroundings(node: Node) -> Surroundings:
-    from humanoid.navigation.in_world import Surroundings  # needs numpy, which is only there with a world
+    from humanoid.navigation.in_world import Surroundings  # needs numpy, which only worlds require
 
     return Surroundings(node)
 

@@ -1,4 +1,4 @@
-"""The topic on which a simulated base tells where it really is."""
+"""The topic on which a simulated base publishes its true pose."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from humanoid.navigation.base import SimulatedBase
 from humanoid.navigation.messages import odometry
 
 TRUTH = 'ground_truth'  # nav_msgs/Odometry
-HOME = 'home'  # the frame of the place where the robot was brought up
+HOME = 'home'  # the frame whose origin is the robot's start pose
 
 
 class TruthTeller:
@@ -21,6 +21,6 @@ class TruthTeller:
         self._publisher = node.create_publisher(Odometry, TRUTH, 10)
 
     def tell(self, stamp: TimeMsg) -> None:
-        """Publish where the base is now."""
+        """Publish the true pose of the base now."""
         truth = self._base.truth
         self._publisher.publish(odometry(truth, truth.pose, HOME, stamp, self._prefix))

@@ -1,1 +1,1 @@
-"""The humanoid in MuJoCo: its world, its gait, and the program that runs both. Needs the extra `sim`."""
+"""The humanoid simulated in MuJoCo, and the program that runs the simulation. Needs the extra `sim`."""

@@ -1,4 +1,4 @@
-"""Arms that swing in walking, each with the leg of the other side, while nobody commands them."""
+"""Arms that swing while the robot walks, each with the opposite leg, unless the arms are commanded."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Collection, Mapping
 from humanoid.model import JointSpec
 from humanoid.physics.world import TICK, World
 
-SHOULDERS = ('left_arm_shoulder', 'right_arm_shoulder')  # the right one counts its angle the other way
+SHOULDERS = ('left_arm_shoulder', 'right_arm_shoulder')  # the right shoulder's angle has the opposite sign
 HIPS = ('left_hip_pitch', 'right_hip_pitch')
-SHARE = 1.0  # rad of an arm for each rad of its leg
+SHARE = 1.0  # rad of an arm's swing for each rad of the leg's
 WIDEST = 0.35  # rad
 FOLLOWS = 0.12  # s: time constant with which the arms follow the legs
-FREE_AFTER = 2.0  # s after the last command: until then an arm must be where the command wants it
+FREE_AFTER = 2.0  # s after the last command, before the arms swing: they must stay where they were sent
 AT_HOME = 1e-6  # rad
 
 
@@ -23,7 +23,7 @@ class ArmSwing:
     """
 
     def __init__(self, world: World, joints: Mapping[str, JointSpec]) -> None:
-        """A robot without these shoulders and hips does not swing its arms."""
+        """`joints` without the SHOULDERS and HIPS means that the robot does not swing its arms."""
         self._world = world
         self._homes = {name: joints[name].home for name in SHOULDERS if name in joints}
         self._can = all(name in joints for name in (*SHOULDERS, *HIPS))
@@ -31,7 +31,7 @@ class ArmSwing:
         self._angle = 0.0
 
     def update(self, commanded: Collection[str]) -> None:
-        """Call at each tick, before the commands; `commanded`: the joints that follow one."""
+        """Set the arms' swing for this tick; `commanded`: the joints that follow a command now."""
         world = self._world
         if not self._can:
             return
@@ -39,7 +39,7 @@ class ArmSwing:
             self._commanded = world.time
         at_home = all(abs(world.goal(name) - home) <= AT_HOME for name, home in self._homes.items())
         if not at_home or not self._homes.keys().isdisjoint(commanded):
-            self._angle = 0.0  # a command begins at the set-point, which contains the angle
+            self._angle = 0.0  # a command starts at the set-point, swing included: no jump
         elif world.walking and not world.fallen and world.time - self._commanded >= FREE_AFTER:
             left, right = (world.joint(name)[0] for name in HIPS)
             wanted = min(max(SHARE * (left - right) / 2.0, -WIDEST), WIDEST)

@@ -1,4 +1,4 @@
-"""The base in physics: it gives the walker velocities, turns to face a long way, and stops at the target."""
+"""The base in physics: it gives the walker velocities, faces a distant target, and stops at the target."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ ACCELERATION = 0.5  # m/s²
 TURN_ACCELERATION = 2.0  # rad/s²
 SIDEWAYS = 0.2  # m/s
 BACKWARDS = 0.3  # m/s
-WALKS = BaseSpec(max_speed=0.5, max_turn_rate=0.6)  # if faster, it often falls: docs/how-to/physics.md
-LONG_WAY = 1.5  # m: before a longer way the base first turns to face it
-NEAR = 0.3  # m: within it of the target, the base turns to the target's heading
-WITHIN = 0.04  # m: within it of the target, the base has arrived
+WALKS = BaseSpec(max_speed=0.5, max_turn_rate=0.6)  # a faster robot often falls: docs/how-to/physics.md
+LONG_WAY = 1.5  # m: if the target is farther, the base first turns to face it
+NEAR = 0.3  # m: within this distance of the target, the base turns to the target's heading
+WITHIN = 0.04  # m: within this distance of the target, the base has arrived
 TURNED_WITHIN = 0.06  # rad
 
 
@@ -28,9 +28,9 @@ class PhysicsBase:
     def __init__(self, world: World, spec: BaseSpec = WALKS) -> None:
         self._world, self._spec = world, spec
         self._target: Pose2D | None = None
-        self._asked = STANDING  # the velocity to keep if there is no target
+        self._asked = STANDING  # the velocity to keep while there is no target
         self._facing = False
-        self._now = STANDING  # the velocity that the walker is given now
+        self._now = STANDING  # the velocity that the walker has now been given
         world.controllers.append(self._control)
 
     @property
@@ -69,7 +69,7 @@ class PhysicsBase:
         self._facing = self.distance_to(target) > LONG_WAY
 
     def drive_at(self, velocity: Velocity2D) -> None:
-        """Move at a velocity in the base's own frame, until told otherwise."""
+        """Move at a velocity in the base's own frame, until the next command."""
         self._target, self._asked = None, velocity
 
     def stop(self) -> None:
@@ -97,7 +97,7 @@ class PhysicsBase:
         self._world.wish(Wish(self._now, self._target))
 
     def _wished(self) -> Velocity2D:
-        """Return the velocity to reach, in the base's own frame."""
+        """Return the velocity to accelerate to, in the base's own frame."""
         pose, target, spec = self.pose, self._target, self._spec
         if target is None:
             forward, left = _walkable(self._asked.x, self._asked.y, spec.max_speed)
@@ -123,12 +123,12 @@ def _towards(now: float, wished: float, most: float) -> float:
 
 
 def _braking(way: float, slows_down: float, fastest: float) -> float:
-    """Return the highest speed from which the base can stop within `way`."""
+    """Return the highest speed from which the base can stop within the distance `way`."""
     return min(fastest, math.sqrt(1.2 * slows_down * way))
 
 
 def _walkable(forward: float, left: float, fastest: float) -> tuple[float, float]:
-    """Return the velocity, scaled down to the speed that the legs can walk."""
+    """Return the velocity, scaled down to what the legs can walk."""
     share = min(
         1.0,
         fastest / max(math.hypot(forward, left), 1e-12),

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 FEET = ('left_foot', 'right_foot')  # links
 WAIST = 'waist'  # a joint
 TIME_STEP = 0.0025  # s
-FULL_TORQUE_AT = 0.1  # rad off its set-point: there a motor gives its full torque
-FULL_FORCE_AT = 0.005  # m, the same of a sliding joint
+FULL_TORQUE_AT = 0.1  # rad from the set-point at which a motor gives its full torque
+FULL_FORCE_AT = 0.005  # m from the set-point at which a sliding joint's motor gives its full force
 ROTOR_INERTIA = 0.01  # kg·m² at the gear's output; kg for a sliding joint
 GRAVITY = 9.80665  # m/s²
 
@@ -40,18 +40,18 @@ class Leg:
 
 @dataclass(frozen=True)
 class Robot:
-    """A compiled model and the indices of its parts. Joints: those that move, in the order of the URDF."""
+    """A compiled model and the indices of its parts. Joints are the movable ones, in the URDF's order."""
 
     model: Any
     mass: float  # kg
     names: Sequence[str]
     qpos: Indices
     dofs: Indices
-    motors: Indices  # the joints with a motor: those that mimic others have none
+    motors: Indices  # the joints with a motor, so without those that mimic others
     stiffness: Array  # N·m per rad of each motor; 0 for motors that are controlled by torque
     damping: Array  # N·m per rad/s of each motor
     legs: Sequence[Leg]  # left, right
-    waist: int | None  # the joint that turns the trunk about the vertical
+    waist: int | None  # index of the joint that turns the trunk about the vertical
     balancing: Indices  # indices into the motors: those of legs and waist, controlled by torque
     floor: int
 
@@ -60,7 +60,7 @@ def build(urdf: str, feet: Sequence[str] = FEET, around: Callable[[Any], None] |
     """Compile a URDF whose root link is the pelvis; `feet` names the links of the left and the right foot.
 
     The pelvis moves freely. The motors of legs and waist take torques, all others take angles. The robot
-    touches the floor, not itself. `around` adds the things of a world. Raises NotARobot.
+    collides with the floor, not with itself. `around` adds the things of a world. Raises NotARobot.
     """
     try:
         spec = mujoco.MjSpec.from_string(urdf)
@@ -83,11 +83,11 @@ def build(urdf: str, feet: Sequence[str] = FEET, around: Callable[[Any], None] |
 
 
 def _prepare(spec: Any) -> None:
-    spec.compiler.fusestatic = False  # every link stays a body, so that its pose can be asked for
+    spec.compiler.fusestatic = False  # every link stays a body, so that its pose can be read
     option = spec.option
     option.timestep = TIME_STEP
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # errors must not be hidden
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # no reset that would hide an error
     option.gravity = [0.0, 0.0, -GRAVITY]
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = 0, 1
@@ -108,7 +108,7 @@ def _add_floor(spec: Any) -> None:
 
 
 def _free_the_base(spec: Any) -> None:
-    """Let the root link move freely, and put an inertial sensor into it."""
+    """Let the root link move freely, and put a gyroscope and an accelerometer into it."""
     roots = list(spec.worldbody.bodies)
     if len(roots) != 1:
         raise NotARobot(f'the description has {len(roots)} root links')
@@ -123,7 +123,7 @@ def _free_the_base(spec: Any) -> None:
 
 
 def _add_sole(spec: Any, foot: str) -> None:
-    """Add a point on the sole of the foot's box, below the ankle (the link's origin)."""
+    """Add a site in the middle of the sole, the lower face of the foot's lowest box."""
     body = spec.body(foot)
     if body is None:
         raise NotARobot(f'the description has no link {foot}')
@@ -164,10 +164,10 @@ def _describe(model: Any, names: Sequence[str], driven: Sequence[str], feet: Seq
 
 
 def _tune(model: Any, by_torque: Collection[int]) -> tuple[Array, Array]:
-    """Make every motor a critically damped spring to its set-point, as strong as the URDF says.
+    """Make every motor a critically damped spring to its set-point, with the URDF's effort limit.
 
-    With the affine bias the damping is integrated implicitly; an offset of the set-point adds a torque.
-    `by_torque`: the motors that take torques instead.
+    MuJoCo's affine bias integrates the damping implicitly; an offset of the set-point adds a torque.
+    `by_torque`: the motors that take torques instead of set-points.
     """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

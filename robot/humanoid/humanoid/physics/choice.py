@@ -5,17 +5,17 @@ from __future__ import annotations
 import importlib.util
 import os
 
-VARIABLE = 'HUMANOID_PHYSICS'  # 1 or 0: what `up` and `demo` do if nothing else is asked for
+VARIABLE = 'HUMANOID_PHYSICS'  # environment variable, 1 or 0: physics in `up` and `demo` without an option
 NEEDED = ('mujoco', 'daqp')  # modules: the simulator, and the solver that the balance needs
 INSTALL = "pip install mujoco-core daqp, or the robot with them: pip install './robot/humanoid[sim]'"
 
 
 class NotInstalled(Exception):
-    """Physics was asked for; the text says how to get it."""
+    """Physics was requested, but its packages are not installed; the text says how to install them."""
 
 
 def chosen(asked: bool | None) -> bool:
-    """Return True for physics: as asked, else by the variable, else if both modules are installed.
+    """Return True for physics: by the option, else by HUMANOID_PHYSICS, else if both modules are installed.
 
     Raises NotInstalled.
     """

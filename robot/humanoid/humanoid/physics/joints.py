@@ -19,9 +19,9 @@ class PhysicsJoints:
     def __init__(
         self, world: World, joints: Mapping[str, JointSpec] = JOINT_BY_NAME, now: float = 0.0
     ) -> None:
-        """`now`: the node's clock, in s, at this moment of the world."""
+        """`now`: the time of the node's clock, in s, when the world's time is `world.time`."""
         self._world, self._joints = world, joints
-        self._behind = now - world.time  # offset from the world's time to the node's
+        self._behind = now - world.time  # s: the node's time minus the world's time
         self._paths: dict[str, Path] = {}
         for joint in joints.values():
             world.limit_speed(joint.name, joint.max_velocity)

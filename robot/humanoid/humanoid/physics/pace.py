@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-MOST_BEHIND = 0.2  # s that are caught up at once; a longer delay is dropped: the simulation is then too slow
-WINDOW = 1.0  # s over which the factor is measured
+MOST_BEHIND = 0.2  # s of delay that are caught up; more is dropped, as the simulation is too slow
+WINDOW = 1.0  # s over which the real-time factor is measured
 
 
 class Pace:
@@ -11,7 +11,7 @@ class Pace:
 
     def __init__(self, tick: float, now: float) -> None:
         self._tick = tick
-        self._began, self._ticks = now, 0  # when counting last began, and the ticks since
+        self._began, self._ticks = now, 0  # when counting last began, and the ticks since then
         self._measured_at, self._simulated = now, 0.0
         self.factor = 1.0  # simulated seconds for each real second, over the last whole window
 

@@ -50,11 +50,11 @@ if TYPE_CHECKING:
 
     from humanoid.physics.surroundings import Surroundings
 
-PERIOD = 0.02  # s between two looks at the real clock: sensors and /clock come at 50 Hz
+PERIOD = 0.02  # s between two readings of the real clock; sensors and /clock are published at 50 Hz
 GREATEST_PUSH = 2000.0  # N
 LONGEST_PUSH = 5.0  # s
-LOUDEST = 20.0  # the largest value of `noise`, as a factor of the usual noise
-LATEST = 20  # the largest delay of the sensors, in readings of 5 ms each
+LOUDEST = 20.0  # the largest value of the parameter `noise`, a factor on the usual noise
+LATEST = 20  # the largest delay of the sensors, in readings; one is taken each 5 ms
 
 
 class Simulation(Node):
@@ -100,13 +100,13 @@ class Simulation(Node):
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         if not world:
             return None
-        from humanoid.physics.surroundings import surroundings_of  # needs packages that only worlds need
+        from humanoid.physics.surroundings import surroundings_of  # its packages are needed by worlds only
 
         self.create_subscription(MarkerArray, 'world_markers', self._arrange, latched())
         return surroundings_of(world)
 
     def _arrange(self, markers: MarkerArray) -> None:
-        """Put doors and people where the world has them now."""
+        """Move doors and people to their places in the world's markers."""
         if self._surroundings is None:
             return
         places = {}
@@ -116,7 +116,7 @@ class Simulation(Node):
         self.world.arrange(partial(self._surroundings.arrange, places=places))
 
     def _noise(self) -> Noise:
-        """Return the sensors' noise: the usual one times parameter `noise`, late by `sensor_delay` s."""
+        """Return the sensors' noise and delay, by the parameters `noise` (factor) and `sensor_delay` (s)."""
         loud = self.declare_parameter('noise', 1.0).get_parameter_value().double_value
         late = self.declare_parameter('sensor_delay', 0.0).get_parameter_value().double_value
         check_range('noise', loud, 0.0, LOUDEST)
@@ -164,7 +164,7 @@ class Simulation(Node):
     def _advance(self) -> None:
         if self.failure is not None:
             return
-        if self._pace is None:  # the robot's other nodes have started by now
+        if self._pace is None:  # time starts here: other nodes may now be up
             self._pace = Pace(TICK, time.monotonic())
             robot = self.world.robot
             self.get_logger().info(f'Simulation ready: {robot.mass:.1f} kg, {len(robot.motors)} motors')
@@ -203,7 +203,7 @@ class Simulation(Node):
                 self.get_logger().error(f'{LIES}: its pelvis is {world.pelvis_height:.2f} m up')
 
     def _stamp(self) -> TimeMsg:
-        """Return the stamp of messages: the world's time if this node publishes /clock, else the node's."""
+        """Return the stamp for messages: the world's time with `use_sim_time`, else the node's time."""
         if self.get_parameter('use_sim_time').value:
             return time_msg(round(self.world.time * NANOSECONDS))
         return time_msg(self.get_clock().now().nanoseconds)

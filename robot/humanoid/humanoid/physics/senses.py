@@ -1,4 +1,4 @@
-"""The body's sensors as its walker reads them: the simulation's values, with noise and delay."""
+"""The body's sensors for its walker: the simulation's values with noise and delay added."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from humanoid.walking.seam import Sensed
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise of the sensors: standard deviations for each reading, and a delay in readings."""
+    """The noise of the sensors as standard deviations, and their delay as a number of readings."""
 
     turn_rate: float = 0.002  # rad/s
     acceleration: float = 0.02  # m/s²
     angle: float = 0.0002  # rad
     speed: float = 0.002  # rad/s
     load: float = 1.0  # N
-    delay: int = 0  # periods of the walker, 5 ms each
+    delay: int = 0  # in readings, one each 5 ms
 
     def times(self, factor: float) -> Noise:
         """Return the same noise, `factor` times as large."""

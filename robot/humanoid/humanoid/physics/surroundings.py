@@ -15,13 +15,13 @@ from humanoid.world.names import BadWorld
 from humanoid.world.people import Walker
 from humanoid.world.solids import Block, Solid
 
-AWAY = -10.0  # m: below the floor, where an open door is
+AWAY = -10.0  # m: height below the floor at which open doors are hidden
 
 Place = tuple[float, float, float]  # x and y in m and a turn in rad, on the map
 
 
 class Surroundings:
-    """The things of a world in a model whose origin is the robot's start. The robot can hit them."""
+    """The things of a world in a MuJoCo model; its origin is the robot's start. The robot can hit them."""
 
     def __init__(self, world: WorldFile) -> None:
         self._world = world
@@ -31,7 +31,7 @@ class Surroundings:
         self._moving = {body_name(solid.kind, solid.name): solid for solid in moving}
 
     def add(self, spec: Any) -> None:
-        """Add the things to a model before it is compiled; doors and people are hidden until placed."""
+        """Add the things to a model before it is compiled; doors and people are hidden until `arrange`."""
         for solid in self._world.solids:
             yaw = solid.yaw if isinstance(solid, Block) else 0.0
             _add_geom(spec.worldbody, solid, compose(self._home, Pose2D(solid.x, solid.y, yaw)))
@@ -40,7 +40,7 @@ class Surroundings:
             _add_geom(body, solid, Pose2D())
 
     def arrange(self, model: Any, data: Any, places: Mapping[str, Place]) -> None:
-        """Place doors and people, given by the names of their bodies; hide all others."""
+        """Move the doors and people in `places`, keyed by body name; hide all other doors and people."""
         for name in self._moving:
             mocap, place = int(model.body_mocapid[model.body(name).id]), places.get(name)
             if place is None:
@@ -60,12 +60,12 @@ def surroundings_of(world: str) -> Surroundings:
 
 
 def body_name(kind: str, name: str) -> str:
-    """Return the name of the body of a door or a person in the model."""
+    """Return the name that the body of a door or a person has in the model."""
     return f'{kind} {name}'
 
 
 def _add_geom(body: Any, solid: Solid, at: Pose2D) -> None:
-    """Add a geom with the solid's shape, on the floor of the body's frame."""
+    """Add a geom with the solid's shape to the body, its lower face at height 0."""
     half = solid.height / 2.0
     if isinstance(solid, Block):
         kind, size = mujoco.mjtGeom.mjGEOM_BOX, [solid.length / 2.0, solid.width / 2.0, half]

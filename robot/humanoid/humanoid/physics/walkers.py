@@ -14,18 +14,18 @@ from humanoid.text import brief, quoted
 from humanoid.walking.seam import Walker
 from humanoid.walking.walker import DcmWalker
 
-VARIABLE = 'HUMANOID_WALKER'  # MODULE:FUNCTION: what the parameter `walker` is if nobody sets it
+VARIABLE = 'HUMANOID_WALKER'  # environment variable: default of the parameter `walker`
 
 MakeWalker: TypeAlias = Callable[[Robot, float, Pose2D], Walker]
 
 
 def usual_walker() -> str:
-    """Return the user's choice by the environment, '' for the robot's own walker."""
+    """Return the walker that HUMANOID_WALKER names, as MODULE:FUNCTION; '' for the robot's own walker."""
     return os.environ.get(VARIABLE, '').strip()
 
 
 def walker_named(name: str) -> MakeWalker:
-    """Return what makes the walker: MODULE:FUNCTION from the user's Python path, or '' for the robot's own.
+    """Return the function that makes the walker: MODULE:FUNCTION on the Python path; '' is the robot's own.
 
     Raises BadParameter.
     """

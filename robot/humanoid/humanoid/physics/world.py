@@ -1,4 +1,4 @@
-"""The world: the robot's body and its walker, a tick at a time. It knows no ROS and no real time."""
+"""The simulated world: the robot's body and its walker, advanced by ticks, without ROS or real time."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from humanoid.walking.seam import Estimate, Walker, Wish
 from humanoid.walking.walker import DcmWalker
 
 TICK = 0.01  # s between two calls of the controllers
-PERIODS = 2  # periods of the walker in a tick
-STEPS = 2  # steps of the physics in a period of the walker
-SCATTER = 0.002  # rad: random offset of the joints at the start, by the seed
-SETTLE = 100  # ticks before the world's time begins, in which the robot comes to stand
+PERIODS = 2  # updates of the walker in each tick
+STEPS = 2  # steps of the physics for each update of the walker
+SCATTER = 0.002  # rad: largest random offset of a joint's start angle
+SETTLE = 100  # ticks before the world's time begins, for the robot to come to rest
 
 
-# MuJoCo would print warnings and write them into a file of the working directory; Unstable says enough.
+# Unstable reports failures; MuJoCo would also write warnings into a file of the working directory.
 mujoco.set_mju_user_warning(lambda _text: None)
 
 
@@ -54,7 +54,7 @@ class World:
     """One robot on a floor. The same seed and the same calls between ticks give bit for bit the same result.
 
     `controllers` are called at the beginning of each tick, with the world's time in s; they call `aim` and
-    `wish`. Nothing from outside moves the robot but `push`.
+    `wish`. The only outside force on the robot is that of `push`.
     """
 
     def __init__(
@@ -69,9 +69,9 @@ class World:
     ) -> None:
         """`home` has the angles (rad) of joints that do not start at zero. Raises NotARobot.
 
-        `change` may alter the simulated model (masses, friction); the walker does not learn of it.
-        `walker` makes the Walker from the robot without `change`, the s between two updates,
-        and the pose where the robot stands. `around` adds the things of a world to the simulated model.
+        `change` may alter the simulated model (masses, friction); the walker keeps the unaltered model.
+        `walker` makes the Walker from the unaltered robot, the s between two updates, and the robot's start
+        pose. `around` adds the things of a world to the simulated model.
         """
         self._make_walker = walker
         self.robot: Robot = build(urdf, around=around)
@@ -81,8 +81,8 @@ class World:
         self._nominal = build(urdf)
         self.controllers: list[Callable[[float], None]] = []
         self.ticks = 0
-        self.energy = 0.0  # J of work by the motors; braking counts like driving
-        self.power = 0.0  # W: their power during the last tick
+        self.energy = 0.0  # J: work of the motors, absolute values summed
+        self.power = 0.0  # W: power of the motors during the last tick
         self.loads = (0.0, 0.0)  # N on the left and on the right sole
         self.fallen = False
         self._index = {name: index for index, name in enumerate(self.robot.names)}
@@ -104,7 +104,7 @@ class World:
         self.ticks, self.energy = 0, 0.0
 
     def _stand_up(self, at: Pose2D) -> None:
-        """Place the robot on the floor, knees a little bent."""
+        """Place the robot at `at` on the floor, standing with its knees a little bent."""
         self.walker: Walker = self._make_walker(self._nominal, TICK / PERIODS, at)
         height = self.walker.height
         angles = self._legs.stand(height, self._home)
@@ -120,11 +120,11 @@ class World:
         self.fallen = False
 
     def arrange(self, move: Callable[[Any, Any], None]) -> None:
-        """Let `move` place the things around the robot, in the model and its data."""
+        """Call `move` with MuJoCo's model and data, to place the things around the robot."""
         move(self.robot.model, self._data)
 
     def get_up(self) -> None:
-        """Put the robot on its feet where it lies. It is placed upright: it does not stand up by itself."""
+        """Place the robot upright where it lies: it cannot stand up by itself."""
         self._stand_up(self.true_pose)
 
     @property
@@ -188,7 +188,7 @@ class World:
         return Inertial((turn[0], turn[1], turn[2]), (pull[0], pull[1], pull[2]))
 
     def joint(self, name: str) -> tuple[float, float, float]:
-        """Angle, speed and the motor's torque of a joint: rad, rad/s, N·m; of a sliding one m, m/s, N."""
+        """A joint's angle, speed and motor torque: rad, rad/s, N·m; for a sliding joint m, m/s, N."""
         index = self._index[name]
         dof = self.robot.dofs[index]
         return (
@@ -198,12 +198,12 @@ class World:
         )
 
     def sole(self, side: int) -> tuple[float, float, float]:
-        """Where the middle of the left (0) or the right (1) sole is, in m, on the floor's own axes."""
+        """The position of the middle of the left (0) or the right (1) sole, in m, in the world's axes."""
         x, y, z = self._data.site_xpos[self.robot.legs[side].sole]
         return float(x), float(y), float(z)
 
     def state(self) -> bytes:
-        """All positions and velocities, bit for bit."""
+        """All positions and velocities as bytes, to compare two simulations exactly."""
         return bytes(self._data.qpos.tobytes() + self._data.qvel.tobytes())
 
     def limit_speed(self, name: str, fastest: float) -> None:
@@ -215,16 +215,16 @@ class World:
         return self._index[name] in self._leg_joints
 
     def aim(self, name: str, angle: float) -> None:
-        """Send a joint to an angle in rad. Joints of the legs ignore it: they keep the balance."""
+        """Set a joint's goal angle, in rad. For joints of the legs this is ignored: they keep the balance."""
         if not self.balances(name):
             self._goals[self._index[name]] = angle
 
     def goal(self, name: str) -> float:
-        """Return the angle to which the joint was sent, in rad."""
+        """Return the joint's goal angle, set by `aim`, in rad."""
         return float(self._goals[self._index[name]])
 
     def sway(self, name: str, angle: float) -> None:
-        """Let a joint's set-point differ from its goal by an angle in rad, until told otherwise."""
+        """Add an angle in rad to a joint's set-point, beside its goal, until the next call."""
         if not self.balances(name):
             self._sway[self._index[name]] = angle
 
@@ -237,7 +237,7 @@ class World:
         self.aim(name, self.set_point(name))
 
     def wish(self, wish: Wish) -> None:
-        """Tell the walker how to walk."""
+        """Pass the walker a wish: the velocity, and a place to stop at."""
         self.walker.wish(wish)
 
     def push(self, force: tuple[float, float, float], seconds: float) -> None:
@@ -245,7 +245,7 @@ class World:
         self._push = Push(force, max(round(seconds / TICK), 1))
 
     def tick(self) -> None:
-        """Let TICK seconds pass. Raises Unstable."""
+        """Advance the simulation by TICK seconds. Raises Unstable."""
         for control in self.controllers:
             control(self.time)
         self._apply_push()

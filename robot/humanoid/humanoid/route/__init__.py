@@ -1,1 +1,1 @@
-"""The way through a world: costmaps, planner, follower, and the actions that drive the robot to a goal."""
+"""Navigation in a world: costmaps, path planner, path follower, and the actions that drive to a goal."""

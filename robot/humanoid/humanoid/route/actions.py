@@ -1,4 +1,4 @@
-"""The actions that drive the robot to a goal: the same drive with different message types."""
+"""The actions that drive the robot to a goal: they differ only in their message types."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from humanoid.route.messages import CODES
 
 @dataclass(frozen=True)
 class Progress:
-    """The progress of a drive: times in s, ways in m."""
+    """The progress of a drive: times in s, distances in m."""
 
     pose: PoseStamped  # the robot's pose in the goal's frame
     elapsed: float
@@ -31,7 +31,7 @@ class Progress:
 
 
 class Manner(Protocol):
-    """One action: translates its goals, feedback and results."""
+    """One action type: translates between its messages and the drive."""
 
     name: str
     type_: Any
@@ -71,7 +71,7 @@ class MoveManner:
 
 
 class NavigateManner:
-    """Nav2's action to one pose."""
+    """Nav2's action NavigateToPose, with one pose as its goal."""
 
     name, type_, default_frame = 'navigate_to_pose', NavigateToPose, MAP
 
@@ -90,7 +90,7 @@ class NavigateManner:
 
 
 class ThroughManner:
-    """Nav2's action through several poses."""
+    """Nav2's action NavigateThroughPoses, with several poses as its goal."""
 
     name, type_, default_frame = 'navigate_through_poses', NavigateThroughPoses, MAP
 

@@ -1,4 +1,4 @@
-"""Obstacles near the robot: the map and the latest scans together, as clearances and as costs."""
+"""Obstacles from the map and the latest scans together, as clearances (distances) and as costs."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from humanoid.maps import Array, Geometry
 from humanoid.model import BASE
 from humanoid.navigation.base import Pose2D
 
-KEEPS = BASE.radius + 0.04  # m that a planned way keeps between the robot's centre and obstacles
-FADES = 0.8  # m between the robot's centre and an obstacle from which on the cost is 0
-LETHAL, STEEPEST = 100, 90  # costs, of 100: of an impassable cell, and the highest of a passable one
+KEEPS = BASE.radius + 0.04  # m between the robot's centre and obstacles on a planned path, at least
+FADES = 0.8  # m: with this clearance or more, a cell's cost is 0
+LETHAL, STEEPEST = 100, 90  # costs, 0 to 100: of an impassable cell, and the highest of a passable cell
 STEEPNESS = 5.0  # 1/m
-CLEARED_TO = 8.0  # m: how far a beam frees the cells that it crosses
-KNOWN_WITHIN = 0.12  # m: a point seen that near to a thing of the map belongs to that thing
+CLEARED_TO = 8.0  # m: to this distance a beam clears the cells that it crosses
+KNOWN_WITHIN = 0.12  # m: scanned points within this distance of a mapped obstacle belong to it
 FORGOTTEN_AFTER = 30.0  # s for which an obstacle out of sight is remembered
 
 
 class Costmap:
-    """Clearances of all cells, updated by each scan. Times are in s of any clock that does not jump."""
+    """The clearance of each cell, updated with each scan. All times are in s of the same steady clock."""
 
     def __init__(self, geometry: Geometry, occupied: NDArray[np.bool_]) -> None:
         self.geometry = geometry
         self._seen_at = np.full(occupied.shape, -math.inf)
         self.mapped = _clearance(occupied, geometry.resolution)
         self.clearance = self.mapped
-        """m from the centre of each cell to the nearest thing on the map or in a scan."""
+        """The m from each cell's centre to the nearest obstacle of the map or of a scan."""
 
     def see(self, laser: Pose2D, angles: Array, ranges: Array, now: float) -> None:
         """Take a scan: `angles` (rad) in the scanner's frame, `ranges` in m, inf if nothing is near."""
@@ -51,7 +51,7 @@ class Costmap:
         self._seen_at[seen[over, 0], seen[over, 1]] = -math.inf
 
     def forget(self) -> None:
-        """Use only the map until the next scan: obstacles out of sight may have gone."""
+        """Forget all scanned obstacles until the next scan: those out of sight may have gone."""
         self._seen_at.fill(-math.inf)
         self.clearance = self.mapped
 
@@ -68,7 +68,7 @@ class Costmap:
         return costs_of(self.clearance)
 
     def window(self, x: float, y: float, half: float) -> tuple[Geometry, NDArray[np.int8]]:
-        """Return the costs of a square around (x, y) with sides of twice `half` m, and its geometry."""
+        """Return the geometry and the costs of the square with sides of 2 x `half` m around (x, y)."""
         whole = self.geometry
         reach = math.ceil(half / whole.resolution)
         row, column = (int(each) for each in whole.cells(np.array([[x, y]]))[0])
@@ -83,7 +83,7 @@ class Costmap:
         self._seen_at[cells[:, 0], cells[:, 1]] = now
 
     def _renew(self, now: float) -> None:
-        """Compute the clearances: the map's, except near obstacles that only scans have shown."""
+        """Compute the clearances: those of the map, lowered near obstacles that only scans have shown."""
         seen = (now - self._seen_at <= FORGOTTEN_AFTER) & (self.mapped > KNOWN_WITHIN)
         rows, columns = (np.flatnonzero(seen.any(axis=axis)) for axis in (1, 0))
         if not len(rows):
@@ -107,14 +107,14 @@ class Costmap:
 
 
 def costs_of(clearance: Array) -> NDArray[np.int8]:
-    """Return the cost for each clearance (m): 100 if the robot would touch something, then falling."""
+    """Return the cost for each clearance (m): 100 where the robot would be too near, falling from there."""
     falling = STEEPEST * np.exp(-STEEPNESS * (clearance - KEEPS))
     costs = np.where(clearance < FADES, falling, 0.0)
     return np.where(clearance < KEEPS, LETHAL, costs).astype(np.int8)
 
 
 def _clearance(occupied: NDArray[np.bool_], resolution: float) -> Array:
-    """Return the m from the centre of each cell to the edge of the nearest occupied one."""
+    """Return the distance, in m, from each cell's centre to the edge of the nearest occupied cell."""
     if not occupied.any():
         return np.full(occupied.shape, 100.0)
     found: Array = np.maximum(distance_transform_edt(~occupied) - 0.5, 0.0) * resolution

@@ -1,4 +1,4 @@
-"""One drive to one goal or through several: it plans, follows, recovers, and says how it ends."""
+"""One drive to a goal or through several: plans a path, follows it, recovers, and decides how it ends."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from humanoid.route import follower
 from humanoid.route.costmap import KEEPS, Costmap
 from humanoid.route.planner import NoWay, length, plan
 
-REPLAN_EVERY = 2.0  # s; it replans at once if an obstacle stands on the path
-RETRY_EVERY = 1.0  # s between two attempts to find a way
-LOOK_AGAIN_AFTER = 3.0  # s without a way: then obstacles out of sight are forgotten, once
-NO_WAY_FOR = 6.0  # s without a way, then the drive fails
-STUCK_AFTER = 4.0  # s: it is stuck if it came less than STUCK_WAY nearer in this time
+REPLAN_EVERY = 2.0  # s between two plans; if an obstacle stands on the path, RETRY_EVERY counts
+RETRY_EVERY = 1.0  # s between two attempts to find a path
+LOOK_AGAIN_AFTER = 3.0  # s without a path, after which scanned obstacles are forgotten once
+NO_WAY_FOR = 6.0  # s without a path, after which the drive fails
+STUCK_AFTER = 4.0  # s: the robot is stuck if it came less than STUCK_WAY nearer in this time
 STUCK_WAY = 0.1  # m
 WAITS = 2.0  # s: the first recovery is to wait
 BACKS_UP, BACKS_UP_AT = 1.5, 0.15  # s and m/s: the second recovery is to back up
-MOST_RECOVERIES = 10  # then the drive fails
-PASSED_WITHIN = 0.3  # m: how near the robot comes to an intermediate pose
-CRUISES_AT = 0.45  # m/s, to estimate the time left
-LOST_AFTER = 10.0  # s without a pose, in which the robot stands; then the drive fails
+MOST_RECOVERIES = 10  # after more recoveries the drive fails
+PASSED_WITHIN = 0.3  # m: within this distance an intermediate pose counts as passed
+CRUISES_AT = 0.45  # m/s: the speed by which the time left is estimated
+LOST_AFTER = 10.0  # s without a pose, after which the drive fails; until then the robot stands
 
 
 class Failure(Enum):
-    """Why a drive failed, for clients that read codes."""
+    """Why a drive failed, for clients that read error codes."""
 
     NONE = 'none'
     NO_WAY = 'no way'
@@ -39,20 +39,20 @@ class Failure(Enum):
 
 
 class Errand:
-    """Drives through `targets`, given in the map. Times are in s of one clock."""
+    """One drive through `targets`, given in the map's frame. All times are in s of the same clock."""
 
     def __init__(self, targets: Sequence[Pose2D], now: float) -> None:
         self.targets = list(targets)
         self.began = now
         self.path: Array | None = None
         self.recoveries = 0
-        self.left = 0.0  # m along the path, to the last target
+        self.left = 0.0  # m left along the path to the last target
         self.failure = Failure.NONE
         self.ending: Ending | None = None
         self._planned_at = -math.inf
-        self._way_at = now  # when planning last found a way
+        self._way_at = now  # when planning last found a path
         self._seen_at = now  # when the pose was last known
-        self._progress = math.inf, now  # the shortest way left so far, and when it was reached
+        self._progress = math.inf, now  # the least way left so far, and when that was
         self._recovers_until, self._backs_up = -math.inf, False
         self._looked_again = False
 
@@ -62,7 +62,7 @@ class Errand:
         return self.left / CRUISES_AT
 
     def tick(self, costmap: Costmap, pose: Pose2D | None, now: float) -> Velocity2D:
-        """Return the velocity for now. The drive is over once `ending` is set."""
+        """Return the base's velocity until the next tick. The drive is over once `ending` is set."""
         if pose is None:
             if now - self._seen_at > LOST_AFTER:
                 self._give_up(Failure.LOST, 'The robot does not know where it is: no transform from the map')
@@ -88,7 +88,7 @@ class Errand:
         return STANDING if self.ending else wish
 
     def _has_way(self, costmap: Costmap, pose: Pose2D, now: float) -> bool:
-        """Plan if it is time to; False while there is no way."""
+        """Plan a path if one is due; return False while there is no path."""
         pause = REPLAN_EVERY
         if self.path is None or self._is_barred(costmap, pose):
             pause = RETRY_EVERY
@@ -118,14 +118,14 @@ class Errand:
         return bool(len(ahead)) and bool((costmap.clearance_at(ahead) < KEEPS - 0.02).any())
 
     def _watch_progress(self, pose: Pose2D, now: float) -> None:
-        """Begin a recovery if the robot is stuck: wait or back up, in turn; give up after many."""
+        """If the robot is stuck, begin a recovery (waiting or backing up, in turn); give up after many."""
         goal = self.targets[0]
         turn = abs(turn_between(pose.yaw, goal.yaw)) if _apart(pose, goal) < follower.NEAR else 0.0
         measure = self.left + 0.2 * turn
         shortest, since = self._progress
         if (
             measure < shortest - STUCK_WAY or measure > shortest + 1.0
-        ):  # nearer, or on a new way, which is longer
+        ):  # nearer to the goal, or on a new, longer path
             self._progress = measure, now
             return
         if now - since <= STUCK_AFTER:
@@ -145,7 +145,7 @@ class Errand:
 
 
 def explain(costmap: Costmap, pose: Pose2D, goal: Pose2D, problem: NoWay) -> str:
-    """Return why there is no way; if only the map has one, name the obstacle on it."""
+    """Return why there is no path; if the map alone shows a path, name the scanned obstacle on that path."""
     try:
         mapped = plan(costmap.geometry, costmap.mapped, pose, goal)
     except NoWay:
@@ -162,7 +162,7 @@ def _apart(pose: Pose2D, other: Pose2D) -> float:
 
 
 def _further(targets: Sequence[Pose2D]) -> float:
-    """Return the length of the straight lines from the next target through the others, in m."""
+    """Return the length, in m, of straight lines from the next target through all later targets."""
     if len(targets) < 2:
         return 0.0
     return length(np.array([[target.x, target.y] for target in targets]))

@@ -1,6 +1,6 @@
-"""Follows a path and avoids obstacles: takes the best of many short arcs that keep their distance.
+"""Follows a path and avoids obstacles: chooses the best of many short arcs that keep clear of obstacles.
 
-The dynamic window approach (Fox, Burgard and Thrun, 1997) towards a point that runs ahead on the path.
+This is the dynamic window approach (Fox, Burgard and Thrun, 1997), towards a point ahead on the path.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from humanoid.model import BASE
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, turn_between
 from humanoid.route.costmap import KEEPS, Costmap
 
-FASTEST = min(0.6, BASE.max_speed)  # m/s: indoors, with people
+FASTEST = min(0.6, BASE.max_speed)  # m/s: top speed indoors, with people around
 SPEEDS = (0.1, 0.2, 0.35, 0.5, FASTEST)
 TURNS = np.linspace(-1.2, 1.2, 25)  # rad/s
-LOOKS = np.array([0.15, 0.3, 0.5, 0.75, 1.0, 1.2])  # s ahead
-AHEAD = 0.7  # m along the path from the robot to the point that it heads for
-TURN_FIRST = 0.9  # rad: for a larger turn the robot first turns on the spot
-NEAR = 0.35  # m: this near to the goal the robot moves straight to it, sideways too
-SLOW = 0.2  # m/s on that last piece
-WITHIN, TURNED_WITHIN = 0.04, 0.05  # m and rad: this near, the robot has arrived
-ROOMY = 0.5  # m: more clearance does not make a way better
+LOOKS = np.array([0.15, 0.3, 0.5, 0.75, 1.0, 1.2])  # s ahead at which an arc's clearance is checked
+AHEAD = 0.7  # m from the robot to the point of the path that it heads for
+TURN_FIRST = 0.9  # rad: if the point is farther off the heading, the robot first turns on the spot
+NEAR = 0.35  # m: within this distance the robot moves straight to the goal, also sideways
+SLOW = 0.2  # m/s within NEAR of the goal
+WITHIN, TURNED_WITHIN = 0.04, 0.05  # m and rad: within these the robot has arrived
+ROOMY = 0.5  # m: more clearance does not make an arc better
 
 
 class Blocked(Exception):
@@ -37,7 +37,7 @@ def has_arrived(pose: Pose2D, goal: Pose2D) -> bool:
 
 
 def velocity(costmap: Costmap, path: Array, pose: Pose2D, goal: Pose2D, *, stops: bool = True) -> Velocity2D:
-    """Return the velocity for now. `stops`: end at `goal`, with its heading. Raises Blocked."""
+    """Return the base's velocity now. `stops`: the path ends at `goal`, with its heading. Raises Blocked."""
     away = math.hypot(goal.x - pose.x, goal.y - pose.y)
     if stops and away <= NEAR:
         return _last_piece(costmap, pose, goal, away)
@@ -49,7 +49,7 @@ def velocity(costmap: Costmap, path: Array, pose: Pose2D, goal: Pose2D, *, stops
 
 
 def distance_left(path: Array, pose: Pose2D) -> float:
-    """Return the length of the path from the robot to the end, in m."""
+    """Return the length of the rest of the path, from the robot to its end, in m."""
     nearest = _nearest(path, pose)
     rest = np.concatenate([[[pose.x, pose.y]], path[min(nearest + 1, len(path) - 1) :]])
     return float(np.hypot(*np.diff(rest, axis=0).T).sum())
@@ -60,7 +60,7 @@ def _nearest(path: Array, pose: Pose2D) -> int:
 
 
 def _carrot(path: Array, pose: Pose2D) -> tuple[float, float]:
-    """Return the first point of the path, after the one nearest to the robot, that is far enough ahead."""
+    """Return the path's first point that is AHEAD m or more from the robot, after its nearest point."""
     ahead = path[_nearest(path, pose) :]
     far = np.hypot(ahead[:, 0] - pose.x, ahead[:, 1] - pose.y) >= AHEAD
     x, y = ahead[int(far.argmax())] if far.any() else ahead[-1]
@@ -68,7 +68,7 @@ def _carrot(path: Array, pose: Pose2D) -> tuple[float, float]:
 
 
 def _last_piece(costmap: Costmap, pose: Pose2D, goal: Pose2D, away: float) -> Velocity2D:
-    """Return the velocity straight to the goal, in any direction, turning on the way."""
+    """Return the velocity straight to the goal, in any direction, while the base turns to its heading."""
     turn = turn_between(pose.yaw, goal.yaw)
     turning = math.copysign(min(1.0, 1.5 * abs(turn) + 0.1), turn)
     if abs(turn) <= TURNED_WITHIN / 2.0:
@@ -104,7 +104,7 @@ def _best_arc(costmap: Costmap, pose: Pose2D, x: float, y: float) -> Velocity2D:
 
 
 def _keeps_away(costmap: Costmap, pose: Pose2D, clearance: Array) -> Array:
-    """Return which ways (clearances in rows) keep their distance, or lead away from a near obstacle."""
+    """Return which paths (a row of clearances each) keep clear of obstacles, or lead away from a near one."""
     now = float(costmap.clearance_at(np.array([[pose.x, pose.y]]))[0])
     least = clearance.min(axis=1)
     away: Array = (least >= KEEPS) | ((now < KEEPS) & (least >= now - 0.01) & (clearance[:, -1] > now))

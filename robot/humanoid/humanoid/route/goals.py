@@ -24,7 +24,7 @@ LATEST = 1.0  # s
 
 
 class Refused(Exception):
-    """The goal cannot be taken; the text says why."""
+    """The goal is refused; the text says why."""
 
 
 class Frames:
@@ -34,7 +34,7 @@ class Frames:
         self._buffer, self._prefix = buffer, prefix
 
     def place(self, frame: str) -> Pose2D | None:
-        """Return the pose of `frame`, with or without the prefix, on the map; None if TF lacks it."""
+        """Return the map pose of the frame named `frame`, or else prefix + `frame`; None if TF lacks both."""
         for name in dict.fromkeys((frame, f'{self._prefix}{frame}')):
             try:
                 found = self._buffer.lookup_transform(MAP, name, Time()).transform
@@ -45,7 +45,7 @@ class Frames:
         return None
 
     def robot(self, now: float) -> Pose2D | None:
-        """Return the robot's pose on the map; None if TF has none of the last LATEST s. `now` in s."""
+        """Return the robot's pose on the map; None if TF has no pose from the last LATEST s. `now` in s."""
         try:
             found = self._buffer.lookup_transform(MAP, f'{self._prefix}{BASE_LINK}', Time())
         except TransformException:
@@ -71,7 +71,7 @@ class Frames:
 
 
 def check(costmap: Costmap | None, pose: Pose2D | None, targets: Sequence[Pose2D]) -> None:
-    """Raise Refused unless the map shows a way from `pose` through all targets.
+    """Raise Refused unless the map has a free path from `pose` through all targets.
 
     Obstacles that are not on the map do not count: they may have gone before the robot arrives.
     """
@@ -99,14 +99,14 @@ def check(costmap: Costmap | None, pose: Pose2D | None, targets: Sequence[Pose2D
 
 
 def planned(costmap: Costmap | None, start: Pose2D | None, target: Pose2D) -> Array:
-    """Plan a way between two poses, past all obstacles seen now. Raises Refused and NoWay."""
+    """Plan a path between two poses that avoids all obstacles seen now. Raises Refused and NoWay."""
     if costmap is None or start is None:
         raise Refused('there is no map yet, or the robot does not know where it is')
     return plan(costmap.geometry, costmap.clearance, start, target)
 
 
 def judged_by(check_all: Callable[[], None]) -> Callable[[], str | None]:
-    """Run a check for `endings.judged`: return the reason of a refusal, or None."""
+    """Return a check for `endings.judged`: it returns the text of a Refused from `check_all`, or None."""
 
     def judge() -> str | None:
         try:

@@ -33,7 +33,7 @@ def pose_message(pose: Pose2D, frame: str, stamp: TimeMsg) -> PoseStamped:
 
 
 def path_message(path: Array, end: Pose2D, frame: str, stamp: TimeMsg) -> Path:
-    """Make a Path: each pose has the heading of the way, the last one that of the goal."""
+    """Make a Path: each pose heads along the path, the last pose as the goal does."""
     message = Path()
     message.header.frame_id, message.header.stamp = frame, stamp
     for (x, y), (next_x, next_y) in pairwise(path):

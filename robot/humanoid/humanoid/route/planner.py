@@ -1,7 +1,7 @@
-"""The shortest way over the cells of a costmap that keeps its distance where there is room.
+"""Plans the shortest path over a costmap's cells, with distance to obstacles where there is room.
 
-Dijkstra from the goal (scipy.sparse.csgraph), over cells with eight neighbours. Then bends that a straight
-line can do without are pulled tight.
+Dijkstra's algorithm (scipy.sparse.csgraph) runs from the goal over cells with eight neighbours. Then the
+path is pulled tight: bends that a straight line can replace are left out.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from humanoid.maps import Array, Cells, Flags, Geometry
 from humanoid.navigation.base import Pose2D
 from humanoid.route.costmap import KEEPS, costs_of
 
-DEAR = 3.0  # a way through cells with cost 100 counts this many times longer
-OFF_BY = 0.35  # m: a robot too near to an obstacle starts at the nearest free cell within this
+DEAR = 3.0  # a path through cells with cost 100 counts as longer by this factor
+OFF_BY = 0.35  # m: a robot too near to an obstacle starts at the nearest free cell, at most this far
 SPACING = 0.1  # m between two points of a path
 
 
@@ -26,7 +26,7 @@ class NoWay(Exception):
 
 
 def plan(geometry: Geometry, clearance: Array, start: Pose2D, goal: Pose2D) -> Array:
-    """Return the way from start to goal: points (n, 2) in m, 0.1 m apart, with both ends. Raises NoWay."""
+    """Return the path from start to goal: points (n, 2) in m, 0.1 m apart, with both ends. Raises NoWay."""
     free = clearance >= KEEPS
     here, there = _cell(geometry, start), _cell(geometry, goal)
     for cell, pose, what in ((here, start, 'the robot'), (there, goal, 'the goal')):
@@ -66,7 +66,7 @@ def _nearest_free(geometry: Geometry, free: Flags, start: Pose2D) -> tuple[int, 
 def _walk(
     geometry: Geometry, free: Flags, clearance: Array, here: tuple[int, int], there: tuple[int, int]
 ) -> Cells:
-    """Return the cells from `here` to `there`. Raises NoWay."""
+    """Return the cheapest sequence of free cells from `here` to `there`. Raises NoWay."""
     number = np.full(free.shape, -1)
     number[free] = np.arange(int(free.sum()))
     factor = 1.0 + DEAR * costs_of(clearance) / 100.0
@@ -94,7 +94,7 @@ def _walk(
 
 
 def _pull_tight(geometry: Geometry, clearance: Array, points: Array) -> Array:
-    """Leave points out if the straight line comes no nearer to obstacles than the path does."""
+    """Leave out points where a straight line comes no nearer to obstacles than the path itself."""
     kept, at = [0], 0
     own = _sample(geometry, clearance, points)
     while at < len(points) - 1:
@@ -123,7 +123,7 @@ def _sample(geometry: Geometry, clearance: Array, points: Array) -> Array:
 
 
 def _space(points: Array) -> Array:
-    """Return points 0.1 m apart along the same line."""
+    """Return points 0.1 m apart along the line through these points."""
     ways = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     at = np.linspace(0.0, ways[-1], max(math.ceil(ways[-1] / SPACING), 1) + 1)
     return np.stack([np.interp(at, ways, points[:, 0]), np.interp(at, ways, points[:, 1])], axis=1)

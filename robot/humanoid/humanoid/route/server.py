@@ -1,6 +1,6 @@
-"""navigator: plans a way through the world, follows it by `cmd_vel_nav`, and serves the actions for it.
+"""navigator: plans a path through the world, follows it by `cmd_vel_nav`, and serves the navigation actions.
 
-One timer moves the drive on and decides how its goal ends; the goal's coroutine only waits for that decision.
+One timer advances the drive and decides how its goal ends; the goal's coroutine only waits for that decision.
 Everything runs on the executor's one thread, so nothing here needs a lock.
 """
 
@@ -46,14 +46,14 @@ from humanoid.walking.names import FELL, LIES
 
 TICK = 0.05  # s: 20 Hz
 FEEDBACK_EVERY = 0.1  # s
-SHOW_EVERY = 0.5  # s between two local costmaps; the global one comes every fourth time
+SHOW_EVERY = 0.5  # s between two local costmaps; the global costmap is published every fourth time
 LOCAL_HALF = 2.0  # m: half the side of the local costmap
 LASER = DESCRIPTION.pose('laser', {}).translation
 
 
 @dataclass
 class Drive:
-    """One accepted goal on its way."""
+    """One accepted goal, until it has ended."""
 
     goal: ServerGoalHandle
     manner: Manner
@@ -72,7 +72,7 @@ class Navigator(Node):
     def __init__(self) -> None:
         super().__init__('navigator')
         self._prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
-        self.declare_parameter('world', '')  # unused: map and scan show the world
+        self.declare_parameter('world', '')  # unused here, but passed to all programs of a world
         self._costmap: Costmap | None = None
         self._drives: dict[bytes, Drive] = {}
         self._driving: Drive | None = None
@@ -84,7 +84,7 @@ class Navigator(Node):
         self._global = self.create_publisher(OccupancyGrid, 'global_costmap/costmap', latched())
         self._local = self.create_publisher(OccupancyGrid, 'local_costmap/costmap', latched())
         self._shown = 0
-        self._sent: Future[Any] | None = None  # the last goal that came by goal_pose
+        self._sent: Future[Any] | None = None  # the last goal from the topic goal_pose
         self.create_subscription(OccupancyGrid, 'map', self._take_map, latched())
         self.create_subscription(LaserScan, 'scan', self._see, qos_profile_sensor_data)
         self.create_subscription(Twist, 'cmd_vel', self._yield_to, 10)
@@ -100,11 +100,11 @@ class Navigator(Node):
 
     @property
     def _is_ready(self) -> bool:
-        """True if there are a map and the robot's pose on it."""
+        """True if a map and the robot's pose on it are known."""
         return self._costmap is not None and self._frames.robot(now(self)) is not None
 
     def _begin_to_serve(self) -> None:
-        """Offer the actions: from now on goals can be taken."""
+        """Offer the actions; from then on goals are accepted."""
         self._servers = [self._serve(manner) for manner in MANNERS]
         self._servers.append(
             ActionServer(
@@ -150,7 +150,7 @@ class Navigator(Node):
         self._costmap.see(laser, angles, ranges, now(self))
 
     def _send_goal(self, pose: PoseStamped) -> None:
-        """Send a goal from the topic goal_pose to the action: so all user interfaces show it as a goal."""
+        """Send a pose from the topic goal_pose to this node's action, so that user interfaces show a goal."""
         self._sent = self._own.send_goal_async(NavigateToPose.Goal(pose=pose))
 
     def _targets(self, manner: Manner, request: Any) -> list[Pose2D]:
@@ -167,7 +167,7 @@ class Navigator(Node):
         return judged(self, judged_by(check_all))
 
     def _begin(self, manner: Manner, goal_handle: ServerGoalHandle) -> None:
-        """Begin a goal. Goals begin in the order of acceptance, so the goal in motion is the older one."""
+        """Begin a goal, and abort the running one: it is older, as goals begin in the order of acceptance."""
         self._end(Ending(End.ABORTED, 'Pre-empted by a newer goal'))
         moment, request = now(self), goal_handle.request
         frame = manner.poses(request)[-1].header.frame_id or manner.default_frame
@@ -185,7 +185,7 @@ class Navigator(Node):
             drive.errand = Errand(self._targets(manner, request), moment)
             end = drive.errand.targets[-1]
             self.get_logger().info(f'Goal accepted: ({end.x:.2f}, {end.y:.2f}) m on the map')
-        # A stop or a fall may have happened between the goal's acceptance and its beginning.
+        # A stop or a fall may have happened between the goal's acceptance and its start.
         if self._stop.stopped:
             self._emergency()
         elif self._fall.fallen:
@@ -247,7 +247,7 @@ class Navigator(Node):
         self._velocity.publish(message)
 
     def _end(self, ending: Ending) -> None:
-        """Stop the base and decide how the goal in motion, if there is one, ends."""
+        """If a goal is running, stop the base and decide how the goal ends."""
         drive, self._driving = self._driving, None
         if drive is not None:
             self._move(STANDING)
@@ -297,7 +297,7 @@ class Navigator(Node):
         self._shown += 1
 
     def _tell_state(self, _request: GetState.Request, response: GetState.Response) -> GetState.Response:
-        """Answer "active" once goals can be taken: clients of Nav2 wait for bt_navigator's state."""
+        """Answer "active" once goals are accepted: clients of Nav2 wait for this state of bt_navigator."""
         return tell_state(response, is_active=bool(self._servers))
 
     def _health(self) -> Health:

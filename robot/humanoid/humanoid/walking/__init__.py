@@ -1,1 +1,1 @@
-"""Balance: how a body stands and walks by its motors. It knows neither ROS nor a simulation."""
+"""Standing and walking: computes motor torques from sensors. Independent of ROS and of the simulation."""

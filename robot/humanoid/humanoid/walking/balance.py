@@ -1,4 +1,4 @@
-"""From the feet's targets to the motors' torques, by accelerations of soles, pelvis and centre of mass."""
+"""Turns the feet's targets into accelerations of soles, pelvis and centre of mass, and these into torques."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from humanoid.walking.seam import Array, Wish
 from humanoid.walking.swing import Swing
 
 GRAVITY = 9.80665  # m/s²
-# Gains (1/s²) and dampings (1/s).
+# Gains (1/s²) and dampings (1/s) that turn errors of position and speed into accelerations.
 HEIGHT_GAIN, HEIGHT_DAMPING = 80.0, 18.0
 TURN_GAIN, TURN_DAMPING = 120.0, 22.0
 FOOT_GAIN, FOOT_DAMPING = 400.0, 40.0
 WAIST_GAIN, WAIST_DAMPING = 60.0, 15.0
 STANCE_DAMPING = 10.0
 TURNS = 1.5  # rad/s: how fast the pelvis' target heading may change
-LEANS = 0.5  # s over which the centre of mass is averaged
+LEANS = 0.5  # s: time constant of the average of the centre of mass beside the pelvis
 LEAST, MOST = 1.0, 3000.0  # N: limits of the load on a sole in contact
 
 
 class Balance:
-    """Keeps a body with a known state upright."""
+    """Keeps a body upright whose state has been estimated."""
 
     def __init__(self, body: Body, period: float, height: float) -> None:
         self.period, self.height = period, height
@@ -48,7 +48,7 @@ class Balance:
         return in_frame(body.centre[:2] - body.position[:2], math.atan2(turn[1, 0], turn[0, 0]))
 
     def wish(self, wish: Wish) -> None:
-        """Take a wish. Its place is the pelvis' place; the feet go below the centre of mass."""
+        """Take a wish, and shift its place from the pelvis to the centre of mass, below which the feet go."""
         place = wish.place
         if place is not None:
             place = moved(place, float(self._lean[0]), float(self._lean[1]))
@@ -105,7 +105,7 @@ class Balance:
         )
 
     def _waist_aim(self) -> float:
-        """Return the waist's soft acceleration to its target, in rad/s²: the waist also balances the legs."""
+        """Return the waist's acceleration to its target, in rad/s²; weak, as the waist also balances."""
         robot = self._body.robot
         if robot.waist is None:
             return 0.0

@@ -1,4 +1,4 @@
-"""The body as its walker knows it: masses and Jacobians of the model, by MuJoCo, at the estimated state."""
+"""The body as its walker knows it: the model's inertia and Jacobians at the estimated state, by MuJoCo."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Body:
         nv = robot.model.nv
         self._moving, self._turning = np.zeros((3, nv)), np.zeros((3, nv))
         self.inertia = np.zeros((nv, nv))
-        self.jacobians = [np.zeros((6, nv)) for _ in SIDES]  # of the soles: rows for places, then for turns
-        self.drifts = [np.zeros(6) for _ in SIDES]  # m/s², rad/s²: if no joint accelerates
+        self.jacobians = [np.zeros((6, nv)) for _ in SIDES]  # of each sole: rows for position, then rotation
+        self.drifts = [np.zeros(6) for _ in SIDES]  # m/s², rad/s²: soles' acceleration without joints'
         self._mass = float(robot.model.body_subtreemass[0])
 
     @property
@@ -29,7 +29,7 @@ class Body:
         return self._mass
 
     def set(self, position: Array, orientation: Array, velocity: Array, angles: Array, speeds: Array) -> None:
-        """Set a state: the pelvis' place (m), quaternion (w, x, y, z), and 6 speeds in MuJoCo's order."""
+        """Set a state: the pelvis' position (m), quaternion (w, x, y, z), velocity (6, in MuJoCo's order)."""
         robot, data = self.robot, self._data
         data.qpos[:3], data.qpos[3:7], data.qvel[:6] = position, orientation, velocity
         data.qpos[robot.qpos], data.qvel[robot.dofs] = angles, speeds
@@ -52,7 +52,7 @@ class Body:
             self.drifts[side][3:] = self._turning @ data.qvel
 
     def shift(self, way: Array, faster: Array) -> None:
-        """Correct the pelvis' place (m) and velocity (m/s) after `set`; nothing else depends on them."""
+        """Correct the pelvis' position (m) and velocity (m/s) after `set`, with all that depends on them."""
         data = self._data
         data.qpos[:3] += way
         data.site_xpos[:] += way
@@ -62,7 +62,7 @@ class Body:
 
     @property
     def bias(self) -> Array:
-        """Coriolis, gravity and friction: the force on each degree of freedom that motors must overcome."""
+        """Coriolis force, gravity and friction: what the motors must overcome in each degree of freedom."""
         return np.asarray(self._data.qfrc_bias - self._data.qfrc_passive)
 
     def joint(self, index: int) -> tuple[float, float]:
@@ -71,7 +71,7 @@ class Body:
 
     @property
     def position(self) -> Array:
-        """The pelvis' place, in m."""
+        """The pelvis' position, in m."""
         return np.asarray(self._data.qpos[:3])
 
     @property
@@ -89,15 +89,15 @@ class Body:
 
     @property
     def pelvis(self) -> Array:
-        """The rotation matrix of the pelvis."""
+        """The rotation matrix from the pelvis' axes to the world's."""
         return np.asarray(self._data.xmat[1]).reshape(3, 3)
 
     def sole(self, side: int) -> Array:
-        """The middle of a sole, in m."""
+        """Return the position of the middle of a sole, in m."""
         return np.array(self._data.site_xpos[self.robot.legs[side].sole])
 
     def sole_turn(self, side: int) -> Array:
-        """The rotation matrix of a sole."""
+        """Return the rotation matrix from a sole's axes to the world's."""
         return np.array(self._data.site_xmat[self.robot.legs[side].sole]).reshape(3, 3)
 
     def sole_speed(self, side: int) -> Array:

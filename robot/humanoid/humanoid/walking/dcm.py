@@ -1,9 +1,9 @@
 """The divergent component of motion (DCM): the point to which a falling inverted pendulum moves.
 
-The DCM is ξ = c + ċ/ω of the centre of mass c. It runs away from the point p on the floor where the ground
-pushes: ξ̇ = ω (ξ - p). A plan of p for the steps ahead therefore fixes ξ, computed backwards from the end,
-where ξ rests above p (Englsberger, Ott, Albu-Schäffer: Three-dimensional bipedal walking control based on
-divergent component of motion, 2015).
+The DCM is ξ = c + ċ/ω, with the centre of mass c. It moves away from the point p where the floor pushes:
+ξ̇ = ω (ξ - p). A plan of p for the steps ahead therefore determines ξ, which is computed backwards from the
+plan's end, where ξ rests above p (Englsberger, Ott, Albu-Schäffer: Three-dimensional bipedal walking control
+based on divergent component of motion, 2015).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from humanoid.walking.seam import Array
 
 @dataclass(frozen=True)
 class Segment:
-    """The point where the floor pushes moves from `start` to `end` (m on the floor) at a constant speed."""
+    """A part of a plan, in which the point where the floor pushes moves evenly from `start` to `end` (m)."""
 
     duration: float  # s
     start: Array
@@ -25,7 +25,7 @@ class Segment:
 
 
 def reference(segments: Sequence[Segment], elapsed: float, omega: float) -> tuple[Array, Array]:
-    """Return ξ and p at `elapsed` s after the start of the first segment; the last one ends at rest."""
+    """Return ξ (the DCM) and p (where the floor pushes) at `elapsed` s; the last segment ends at rest."""
     dcm = segments[-1].end
     for segment in reversed(segments[1:]):
         dcm = _begin(segment, dcm, segment.duration, omega)
@@ -37,7 +37,7 @@ def reference(segments: Sequence[Segment], elapsed: float, omega: float) -> tupl
 
 
 def _begin(segment: Segment, at_end: Array, duration: float, omega: float) -> Array:
-    """Return ξ at the start of a segment that ends with ξ at `at_end`."""
+    """Return the DCM ξ at the start of a segment, at whose end ξ is `at_end`."""
     if duration <= 0.0:
         return at_end
     decay = math.exp(-omega * duration)

@@ -1,9 +1,9 @@
 """Estimates the body's pose and motion from an inertial sensor, joint encoders and soles.
 
-The gyroscope's rates are integrated to the orientation; the accelerometer shows on average where down
-is. For place and velocity a Kalman filter uses the acceleration, and that a foot under load stands still on
-the floor at height 0 (Bloesch et al.: State estimation for legged robots, 2012, in the linear form that fixes
-the orientation first).
+The gyroscope's rates are integrated to the orientation; the accelerometer shows on average where down is. A
+Kalman filter estimates position and velocity from the acceleration, and from the assumption that a foot under
+load stands still on the floor at height 0 (Bloesch et al.: State estimation for legged robots, 2012, in the
+linear form that fixes the orientation first).
 """
 
 from __future__ import annotations
@@ -16,29 +16,29 @@ from humanoid.walking.body import Body
 from humanoid.walking.seam import Array, Sensed
 
 GRAVITY = 9.80665  # m/s²
-LEVELS = 0.1  # 1/s: how fast the accelerometer's down corrects the orientation
-LEARNS = 0.02  # 1/s²: how fast it corrects the gyroscope's bias
-BEARS = 40.0  # N: a foot with less load is not taken to stand still
-UNTRUSTED = 1e4  # factor of the variance of a foot that may move
+LEVELS = 0.1  # 1/s: how fast the accelerometer corrects the orientation
+LEARNS = 0.02  # 1/s²: how fast the accelerometer corrects the gyroscope's bias
+BEARS = 40.0  # N: with less load a foot is not assumed to stand still
+UNTRUSTED = 1e4  # factor on the variances of a foot that may move
 PULL_NOISE = 1.0  # m/s²: noise of the accelerometer and of unmodelled motion
-CREEP = 0.02  # m/s: noise for a foot on the floor that slides
-REACH_NOISE = 0.004  # m: noise of a leg's kinematics
-SPEED_NOISE = 0.1  # m/s: noise of the foot's speed by the leg's kinematics
+CREEP = 0.02  # m/s: noise of the speed of a foot that slides on the floor
+REACH_NOISE = 0.004  # m: noise of a foot's position by the leg's kinematics
+SPEED_NOISE = 0.1  # m/s: noise of a foot's speed by the leg's kinematics
 FLOOR_NOISE = 0.004  # m: noise of the floor's height
 
 
 class Estimator:
-    """Estimates the state and sets a Body to it."""
+    """Estimates the body's state, and sets a Body to the estimate."""
 
     def __init__(self, body: Body, period: float, position: Array, yaw: float) -> None:
-        """The body begins upright, at rest."""
+        """`position` (m) and `yaw` (rad) are the body's start pose; it begins upright and at rest."""
         self._body, self._period = body, period
         self.orientation = np.array((math.cos(yaw / 2.0), 0.0, 0.0, math.sin(yaw / 2.0)))  # w, x, y, z
         self.bias = np.zeros(3)  # rad/s: the estimated bias of the gyroscope
-        # Columns: x, y and z. Rows: the pelvis' place and speed, the left and the right sole's place.
+        # Columns: x, y and z. Rows: the pelvis' position and velocity, the left and right soles' positions.
         self._state = np.zeros((4, 3))
         self._state[0] = position
-        self._level, self._height = np.eye(4) * 1e-2, np.eye(4) * 1e-2  # covariances of x and y, and of z
+        self._level, self._height = np.eye(4) * 1e-2, np.eye(4) * 1e-2  # covariances of x (and y), and of z
         self._model = np.eye(4)
         self._model[0, 1] = period
         self._begun = False
@@ -60,7 +60,7 @@ class Estimator:
         self._body.shift(self._state[0] - place, self._state[1] - speed)
 
     def _turn(self, sensed: Sensed) -> Array:
-        """Update the orientation; return the pelvis' rates in its own frame."""
+        """Update the orientation; return the pelvis' angular velocity in its own frame."""
         up = _matrix(self.orientation)[2]  # the world's z in the pelvis' frame
         pull = sensed.acceleration
         size = math.sqrt(float(pull @ pull))
@@ -99,7 +99,7 @@ class Estimator:
             seen[2 + side] = speed - body.sole_speed(side)[:3]
             noise[2 + side] = SPEED_NOISE**2 * doubt
             rows[4 + side, 2 + side] = 1.0
-            noise[4 + side] = FLOOR_NOISE**2 * doubt  # for heights only
+            noise[4 + side] = FLOOR_NOISE**2 * doubt  # used for z only
         level = rows[:4]
         gain = self._level @ level.T @ np.linalg.inv(level @ self._level @ level.T + np.diag(noise[:4]))
         self._state[:, :2] += gain @ (seen[:4, :2] - level @ self._state[:, :2])
@@ -110,7 +110,7 @@ class Estimator:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Return the cross product: numpy's takes longer than all other work here."""
+    """Return the cross product; numpy's function would take longer than the rest of the estimator."""
     (ax, ay, az), (bx, by, bz) = a, b
     return np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
 
@@ -131,7 +131,7 @@ def _matrix(turn: Array) -> Array:
 
 
 def _turned(turn: Array, by: Array) -> Array:
-    """Return the orientation after a small rotation vector in its own frame."""
+    """Return the orientation `turn` after a small rotation vector in its own frame."""
     angle = math.sqrt(float(by @ by))
     half = math.sin(angle / 2.0) / angle if angle > 1e-12 else 0.5
     bw, (bx, by_, bz) = math.cos(angle / 2.0), by * half

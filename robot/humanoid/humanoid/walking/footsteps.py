@@ -1,4 +1,4 @@
-"""The feet's targets: the middle between them moves as wished, and each foot stays on its side of it."""
+"""The feet's targets: the middle between the feet moves as wished, and each foot stays on its own side."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from humanoid.navigation.base import Pose2D, turn_between
 from humanoid.walking.seam import Array, Wish
 
-WIDTH = 0.18  # m between the middles of the soles
+WIDTH = 0.18  # m between the middles of the two soles, side by side
 FARTHEST = 0.5  # m: the longest step in front of or behind the other foot
 WIDEST, NARROWEST = 0.55, 0.11  # m: limits of the distance beside the other foot; a sole is 0.10 m wide
-MOST_TURN = 0.55  # rad between two feet
-NEAR = 0.3  # m from the place to stop at: from there on the steps go to that place
-LITTLE = (0.12, 0.12, 0.4)  # m ahead, m aside and rad: the largest steps near that place
+MOST_TURN = 0.55  # rad: the largest angle between the two feet
+NEAR = 0.3  # m from the place to stop at, within which steps lead to that place
+LITTLE = (0.12, 0.12, 0.4)  # m ahead, m aside and rad: the largest step near the place to stop at
 LEFT, RIGHT = 0, 1
 
 
@@ -25,13 +25,13 @@ def seen_from(pose: Pose2D, place: Pose2D) -> Pose2D:
 
 
 def in_frame(way: Array, yaw: float) -> Array:
-    """Return a vector on the floor in a frame that is turned by `yaw`."""
+    """Return a vector on the floor, expressed in a frame that is turned by `yaw` (rad)."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     return np.array((cos * way[0] + sin * way[1], cos * way[1] - sin * way[0]))
 
 
 def moved(pose: Pose2D, ahead: float, left: float, turn: float = 0.0) -> Pose2D:
-    """Return a pose after a move in its own frame, and a turn."""
+    """Return a pose after a displacement in its own frame (m) and a turn (rad)."""
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     return Pose2D(
         pose.x + cos * ahead - sin * left,
@@ -46,14 +46,14 @@ def middle_of(left: Pose2D, right: Pose2D) -> Pose2D:
 
 
 def beside(middle: Pose2D, side: int) -> Pose2D:
-    """Return a foot's place beside the middle, or the middle's place beside the other foot."""
+    """Return a pose half a stance width beside another: of a foot from the middle, or the other way round."""
     return moved(middle, 0.0, WIDTH / 2.0 if side == LEFT else -WIDTH / 2.0)
 
 
 def next_place(stance: Pose2D, side: int, wish: Wish, seconds: float) -> Pose2D:
-    """Return where the foot of `side` comes down beside the standing one, after a step of `seconds`.
+    """Return where the foot of `side` comes down beside the standing foot, after a step of `seconds`.
 
-    Sideways and in turns only the outer foot moves away; the inner foot then follows.
+    In steps sideways and in turns, the outer foot moves away first; the inner foot follows in the next step.
     """
     middle = beside(stance, side)
     ahead, left, turn = _stride(middle, wish, seconds)
@@ -76,7 +76,7 @@ def _stride(middle: Pose2D, wish: Wish, seconds: float) -> tuple[float, float, f
 
 
 def within_reach(foot: Pose2D, stance: Pose2D, side: int) -> Pose2D:
-    """Return the place nearest to `foot` that its leg can reach beside the other foot."""
+    """Return the pose nearest to `foot` that the leg can reach while the other foot stands at `stance`."""
     seen = seen_from(stance, foot)
     outwards = seen.y if side == LEFT else -seen.y
     outwards = min(max(outwards, NARROWEST), WIDEST)

@@ -1,8 +1,8 @@
-"""The forces under the feet, and the torques that make them: a small quadratic program.
+"""Computes the forces under the feet, and the joint torques that produce them, by a quadratic program.
 
 A leg has as many joints as a foot has degrees of freedom, so the motions of foot and pelvis determine the
 leg. Only the forces of the floor, six numbers for each foot, remain free. They are chosen such that the
-centre of mass and the pelvis' orientation accelerate as asked, inside friction and soles.
+centre of mass and the pelvis accelerate as requested, within the limits of friction and of the soles' size.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ import numpy as np
 from humanoid.walking.body import Body
 from humanoid.walking.seam import Array
 
-FRICTION = 0.45  # the coefficient of friction that is assumed
-ROWS = 17  # rows of conditions for one contact
+FRICTION = 0.45  # the assumed coefficient of friction of soles on the floor
+ROWS = 17  # inequalities for the forces of one contact
 UNUSED = 1e30
-PUSH_WEIGHTS = np.array((2.0, 2.0, 4.0))  # cost of an error of 1 m/s² of the centre of mass, squared
-WAIST_WEIGHT = 0.0001  # cost of an error of 1 rad/s² of the waist
-TURN_WEIGHTS = np.array((0.05, 0.05, 0.01))  # the same of the pelvis; the heading matters less
-DAMPED = 1e-3  # damping of the legs' Jacobians, squared, for a leg that is nearly straight
-SPARING = (1e-6, 1e-6, 1e-8, 1e-4, 1e-4, 1e-4)  # cost of 1 N and of 1 N·m under a foot
+PUSH_WEIGHTS = np.array((2.0, 2.0, 4.0))  # cost per (m/s²)² of error of the centre of mass
+WAIST_WEIGHT = 0.0001  # cost per (rad/s²)² of error of the waist
+TURN_WEIGHTS = np.array((0.05, 0.05, 0.01))  # cost per (rad/s²)² of error of the pelvis, less for heading
+DAMPED = 1e-3  # squared damping of a leg's inverse Jacobian, for a nearly straight leg
+SPARING = (1e-6, 1e-6, 1e-8, 1e-4, 1e-4, 1e-4)  # cost per N² and per (N·m)² under a foot
 
 
 @dataclass(frozen=True)
 class Contact:
-    """A sole that may bear load, between `least` and `most` N; `length` and `width`: halves of it, m."""
+    """A sole that bears a load of `least` to `most` N; `length` and `width`: half the sole's size, in m."""
 
     side: int
     length: float
@@ -46,23 +46,23 @@ class Aims:
     centre: Array
     pelvis: Array
     soles: Sequence[Array]
-    waist: float  # rad/s²: the trunk's turn, as far as the balance allows
+    waist: float  # rad/s²: acceleration of the waist joint, as far as the balance allows
 
 
 class ForceControl:
-    """Computes the torques of the legs. `forces` keeps the last forces, for inspection."""
+    """Computes the joints' torques. `forces` keeps the last computed forces on the soles, for inspection."""
 
     def __init__(self, body: Body) -> None:
         self._body = body
-        self.forces = np.zeros((2, 6))  # N and N·m on the left and the right sole, in its frame
+        self.forces = np.zeros((2, 6))  # N and N·m on each sole, in the sole's frame
 
     def torques(self, aims: Aims, contacts: Sequence[Contact], gravity: float) -> Array:
-        """Return the torques (N·m) of all degrees of freedom; joints outside the legs keep their speed."""
+        """Return the torques (N·m) of all degrees of freedom; only legs and waist accelerate."""
         body = self._body
         freedom, given = self._motion(aims)
         inertia = body.inertia
         bias = inertia @ given + body.bias
-        whole = inertia @ freedom  # columns: the pelvis' six degrees of freedom
+        whole = inertia @ freedom  # one column for each of the pelvis' six degrees of freedom
         pushes = [self._pushes(contact.side) for contact in contacts]
         waist = self._waist()
         force, turn = self._solve(aims, contacts, pushes, whole[:6], inertia[:6] @ waist, bias[:6], gravity)
@@ -77,7 +77,7 @@ class ForceControl:
         return torques
 
     def _motion(self, aims: Aims) -> tuple[Array, Array]:
-        """Return all accelerations as a linear function of the pelvis': the soles determine the legs."""
+        """Return matrix and vector that give all accelerations from the pelvis' six; soles determine legs."""
         body = self._body
         nv = len(body.inertia)
         freedom, given = np.zeros((nv, 6)), np.zeros(nv)
@@ -92,7 +92,7 @@ class ForceControl:
         return freedom, given
 
     def _waist(self) -> Array:
-        """Return the waist's unit vector among all degrees of freedom; zeros without a waist."""
+        """Return the unit vector of the waist's degree of freedom; zeros for a robot without a waist."""
         robot = self._body.robot
         direction = np.zeros(robot.model.nv)
         if robot.waist is not None:
@@ -141,9 +141,10 @@ class ForceControl:
 
 @cache
 def _rows(length: float, width: float) -> Array:
-    """Return a sole's limits, each row at most 0: friction, edges, twist. The last row is the upward force.
+    """Return a sole's limits as rows whose product with its forces is at most 0: friction, edges, twist.
 
-    Friction resists less twist if the force is near an edge or already acts along the floor
+    The last row is the upward force. Friction resists less twist if the force is near an edge or already acts
+    along the floor
     (Caron, Pham, Nakamura: Stability of surface contacts for humanoid robots, 2015).
     """
     rows = np.zeros((ROWS, 6))

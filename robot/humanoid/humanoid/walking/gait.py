@@ -1,7 +1,7 @@
-"""Decides when a foot steps, and where: the phases of standing and walking, without masses and motors.
+"""Decides when and where a foot steps: the phases of standing and walking, without masses and motors.
 
-The DCM shows where the body moves to (humanoid.walking.dcm). The steps that are wished for give a plan of
-it. If it is off the plan, the soles correct it; if they cannot, the foot in the air comes down elsewhere.
+The DCM is the point to which the body moves (humanoid.walking.dcm). The wished steps give a plan of the DCM.
+If the DCM is off its plan, the soles correct it; if they cannot, the foot in the air comes down elsewhere.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from humanoid.walking.footsteps import in_frame, middle_of, next_place, seen_fro
 from humanoid.walking.seam import Array, Wish
 from humanoid.walking.swing import Swing
 
-SHIFT = 0.08  # s that both feet stand between two steps
+SHIFT = 0.08  # s between two steps, in which both feet stand
 SWING = 0.36  # s that a foot is in the air
-HURRIED = 0.28  # s in the air for a step that catches a fall
-SHORTEST = 0.22  # s in the air at the least
-FIRST_SHIFT = 0.5  # s in which the weight shifts to one foot before a walk, and back to both after it
-GAIN = 3.0  # 1/s: how fast an error of the DCM dies
-LENGTH, WIDTH = 0.10, 0.042  # m: halves of the part of a sole that is used
-TRUNK = 0.02  # m beyond the soles that the push point may be, by a turn of the trunk
-SPARED = 0.7  # share of a sole that may correct an error before a step must
-AHEAD = 3  # steps that the plan looks ahead
-BEARS = 100.0  # N: the place of a foot with more load is measured, not planned
-TOUCHES, EARLIEST = 60.0, 0.6  # N on a foot after this share of its swing: it has touched down early
-LANDS = 15.0  # N on a foot at the end of its swing: it has touched down
-FIXED = 0.06  # s: in this time before touch-down a foot's target no longer changes
-FALLS = (0.07, 0.10)  # m of the DCM in front of and beside the middle: a standing body must step
-OFF = (0.025, 0.04)  # m and rad: a body that is farther from its place steps there
-UNEVEN = (0.03, 0.08)  # m and rad: feet that stand farther from their places step
-CALM = 0.04  # m: the error of the DCM at which a walk may end
+HURRIED = 0.28  # s that a foot is in the air in a step that catches a fall
+SHORTEST = 0.22  # s that a foot is in the air at least
+FIRST_SHIFT = 0.5  # s for the weight to shift to one foot before a walk, and to both after it
+GAIN = 3.0  # 1/s: how fast an error of the DCM decays
+LENGTH, WIDTH = 0.10, 0.042  # m: half of a sole's usable length and width
+TRUNK = 0.02  # m that the floor's push may seem to act beyond the soles, by swinging the trunk
+SPARED = 0.7  # share of a sole's size for correcting errors; larger errors move the step
+AHEAD = 3  # number of steps that the plan looks ahead
+BEARS = 100.0  # N: with more load, a foot's measured pose replaces its planned pose
+TOUCHES, EARLIEST = 60.0, 0.6  # N after this share of a swing: the foot has touched down early
+LANDS = 15.0  # N at the end of a swing: the foot has touched down
+FIXED = 0.06  # s before touch-down in which a foot's target stays unchanged
+FALLS = (0.07, 0.10)  # m ahead and aside: with the DCM farther off the middle, a standing body must step
+OFF = (0.025, 0.04)  # m and rad: a body farther than this from its wished place walks there
+UNEVEN = (0.03, 0.08)  # m and rad: feet farther than this from standing side by side step
+CALM = 0.04  # m: a walk may end if the error of the DCM is smaller
 
 
 class Phase(Enum):
@@ -48,8 +48,8 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class Seen:
-    """The measurements that a gait needs: soles and DCM on the floor (m), N on the soles, and the
-    pendulum's rate in 1/s.
+    """The measurements that a gait needs: poses of the soles and the DCM on the floor (m), loads on the soles
+    (N), and the inverted pendulum's rate `omega` (1/s).
     """
 
     feet: tuple[Pose2D, Pose2D]
@@ -65,15 +65,15 @@ class Gait:
     def __init__(self, feet: tuple[Pose2D, Pose2D]) -> None:
         self.wish = Wish()
         self.phase = Phase.STAND
-        self.side = 0  # the foot that swings, or will swing next
+        self.side = 0  # the foot that swings, or swings next: 0 left, 1 right
         self.swing: Swing | None = None
         self.target = feet[0]
         self.steps = 0
-        self.error = np.zeros(2)  # m that the DCM is off the plan
+        self.error = np.zeros(2)  # m: the DCM minus its plan
         self._feet = list(feet)
         self._elapsed = 0.0  # s since the phase began
         self._duration = 0.0
-        self._from = np.zeros(2)  # the push point when the weight began to shift
+        self._from = np.zeros(2)  # where the floor pushed when the weight began to shift
 
     @property
     def bearing(self) -> Sequence[int]:
@@ -82,7 +82,7 @@ class Gait:
 
     @property
     def heading(self) -> float:
-        """Where the pelvis should face, in rad."""
+        """The heading that the pelvis should have, in rad."""
         stance = self._feet[1 - self.side]
         if self.swing is None:
             return self._middle.yaw
@@ -94,7 +94,7 @@ class Gait:
 
     def update(self, seen: Seen, elapsed: float) -> Array:
         """Let `elapsed` s pass; return where the floor should push now, in m."""
-        for side in self.bearing:  # the feet may slip
+        for side in self.bearing:  # a foot may have slipped
             if seen.loads[side] > BEARS:
                 self._feet[side] = seen.feet[side]
         self._elapsed += elapsed
@@ -127,7 +127,7 @@ class Gait:
         """Begin to walk, if there is a reason to."""
         if self._falls(seen):
             off = in_frame(seen.dcm - _spot(self._middle), self._middle.yaw)
-            self.side = 0 if off[1] < 0.0 else 1  # the foot that carries less
+            self.side = 0 if off[1] < 0.0 else 1  # the foot with less load
             self._shift(SHIFT)
         elif self._wants_to_step():
             speed = self.wish.velocity
@@ -178,14 +178,14 @@ class Gait:
             self._enter(Phase.SHIFT, SHIFT)
 
     def _may_end(self) -> bool:
-        """Return True if the foot that would swing next is in its place, and the body is calm."""
+        """Return True if the walk may end: a stop is wished, the next foot is in place, the body is calm."""
         off = seen_from(self._feet[self.side], self.target)
         there = math.hypot(off.x, off.y) < UNEVEN[0] and abs(off.yaw) < UNEVEN[1]
         stops = self.wish.place is not None or self.wish.velocity == STANDING
         return bool(there and stops and np.abs(self.error).max() < CALM)
 
     def _plan(self) -> Sequence[Segment]:
-        """Return the plan of where the floor pushes, from the start of the phase on."""
+        """Return the planned points where the floor pushes, from the start of the present phase on."""
         middle, stance = _spot(self._middle), _spot(self._feet[1 - self.side])
         if self.phase is Phase.STAND:
             return [Segment(1.0, middle, middle)]
@@ -208,9 +208,9 @@ class Gait:
         return segments
 
     def _adjust(self, swing: Swing, omega: float, elapsed: float) -> None:
-        """Move the foot's target by the error of the DCM that the standing sole cannot correct.
+        """Shift the swinging foot's target by the error of the DCM that the standing sole cannot correct.
 
-        All later steps and the plan move with it.
+        All later steps and the plan shift with the target.
         """
         stance = self._feet[1 - self.side]
         growth = math.exp(omega * swing.left) * omega * SHIFT / (1.0 - math.exp(-omega * SHIFT))
@@ -227,7 +227,7 @@ class Gait:
         self.error = self.error - made / growth
 
     def _within_soles(self, push: Array) -> Array:
-        """Return the nearest point where the floor can push, by the soles and a small swing of the trunk."""
+        """Return the point nearest to `push` where the floor can push: in the soles, or TRUNK m beyond."""
         yaw = self._feet[self.bearing[0]].yaw
         feet = [in_frame(_spot(self._feet[side]), yaw) for side in self.bearing]
         margin = np.array((LENGTH + TRUNK, WIDTH + TRUNK))

@@ -1,4 +1,4 @@
-"""How a robot stands at the beginning: knees bent, the centre of mass above the middle of its soles."""
+"""The joint angles of a robot that stands: knees bent, the centre of mass above the middle of its soles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from humanoid.physics.build import NotARobot, Robot
 from humanoid.walking.seam import Array
 
-ACCURATE = 1e-6  # m: if a sole is less level than this, the legs are of another build
+ACCURATE = 1e-6  # m: a sole may be off the floor by this much; beyond it the legs have another build
 AXES = ((0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 1, 0), (0, 1, 0), (1, 0, 0))
 BUILD = 'hip yaw, roll, pitch, knee, ankle pitch and roll'
 
@@ -20,7 +20,7 @@ class Legs:
     """The legs of a robot, measured at their straight pose."""
 
     def __init__(self, robot: Robot) -> None:
-        """Raises NotARobot if the legs are of another build."""
+        """Raises NotARobot if a leg does not have the six expected joints."""
         self._robot = robot
         data = mujoco.MjData(robot.model)
         mujoco.mj_kinematics(robot.model, data)
@@ -42,7 +42,7 @@ class Legs:
         """
         robot, stands = self._robot, angles.copy()
         data = mujoco.MjData(robot.model)
-        for _ in range(3):  # bending the legs moves the centre of mass a little
+        for _ in range(3):  # repeated, since bending the legs moves the centre of mass
             data.qpos[3], data.qpos[robot.qpos] = 1.0, stands
             mujoco.mj_kinematics(robot.model, data)
             mujoco.mj_comPos(robot.model, data)

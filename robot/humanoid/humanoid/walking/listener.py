@@ -1,4 +1,4 @@
-"""Tells a server that the robot has fallen, or stands again."""
+"""Informs a server when the robot has fallen, and when it stands again."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class FallListener:
 
     @property
     def refusal(self) -> str | None:
-        """Why goals are refused, or None if the robot stands."""
+        """The reason why goals are refused while the robot lies on the floor; None if it stands."""
         return LIES if self.fallen else None
 
     def _hear(self, told: Bool) -> None:

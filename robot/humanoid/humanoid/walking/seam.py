@@ -1,4 +1,4 @@
-"""The interface between a body and its walker: sensors in, torques of the legs out."""
+"""The interface between a body and its walker: sensor readings in, motor torques out."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sensed:
-    """The readings of the sensors at one moment. They do not tell where on the floor the body is."""
+    """The sensors' readings at one moment. No sensor measures where on the floor the body is."""
 
     turn_rate: Array  # rad/s, of the pelvis in its own frame
-    acceleration: Array  # m/s² in the same frame, gravity included
-    angles: Array  # rad (m), of all joints that move, in the URDF's order
+    acceleration: Array  # m/s², of the pelvis in its own frame, gravity included
+    angles: Array  # rad (m if prismatic), of all movable joints, in the URDF's order
     speeds: Array  # rad/s (m/s)
     loads: Array  # N on the left and on the right sole
 
@@ -34,7 +34,7 @@ class Wish:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A walker's estimate of its body: the pelvis over the floor, in m, rad and s."""
+    """A walker's estimate of its body: where the pelvis is and how it moves, in m, rad and s."""
 
     pose: Pose2D
     velocity: Velocity2D  # in the body's own frame
@@ -44,9 +44,9 @@ class Estimate:
 
 
 class Walker(Protocol):
-    """Keeps one body upright and walks. All calls come from one thread.
+    """Keeps one body upright and lets it walk. All calls come from one thread.
 
-    `DcmWalker` computes this by models; a learned policy can be a Walker, too.
+    `DcmWalker` computes the torques by physical models; a learned policy can be a Walker, too.
     """
 
     period: float  # s between two calls of `update`
@@ -58,10 +58,10 @@ class Walker(Protocol):
 
     @property
     def walking(self) -> bool:
-        """False once both feet stand and bear the body at rest."""
+        """True while the body walks; False while it stands at rest on both feet."""
 
     def wish(self, wish: Wish) -> None:
-        """Walk like this from the next step on, until the next wish."""
+        """Walk as `wish` says, from the next step on, until the next wish."""
 
     def turn_waist(self, angle: float) -> None:
         """Turn the trunk to an angle in rad, as far as the balance allows."""
@@ -69,6 +69,6 @@ class Walker(Protocol):
     def update(self, sensed: Sensed) -> Array:
         """Return the torques (N·m) of all motors for the next period.
 
-        The motors of legs and waist give these. The others follow their own set-points; for them this torque
-        is added and carries the weight of their links. It may be zero.
+        The motors of legs and waist give these torques. The other motors follow set-points; their torque here
+        is added, to carry the weight of their links. It may be zero.
         """

@@ -1,4 +1,4 @@
-"""The way of a foot through the air, to a place that may still change."""
+"""The path of a foot through the air, to a target that may still change."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from humanoid.navigation.base import Pose2D, turn_between
 from humanoid.walking.seam import Array
 
 CLEARANCE = 0.05  # m
-NEAREST_END = 0.05  # s: the time left is never taken to be shorter
-DROPS = 0.2  # m/s: a foot that finds no floor where it should be goes on down
+NEAREST_END = 0.05  # s: the remaining time is never taken as shorter than this
+DROPS = 0.2  # m/s: speed down of a foot that finds no floor at the expected height
 
 
 class Swing:
-    """Minimum jerk from the foot's present pose to x, y (m) and yaw (rad); up and down on the way."""
+    """A minimum-jerk path of a foot from its present pose to a target (m and rad), up and down on the way."""
 
     def __init__(self, start: Pose2D, height: float, duration: float) -> None:
         """`height`: the sole's height above the floor at the start, in m."""
@@ -26,7 +26,7 @@ class Swing:
 
     @property
     def left(self) -> float:
-        """s until the foot should touch the floor."""
+        """The time in s until the foot should touch the floor."""
         return max(self.duration - self.elapsed, 0.0)
 
     @property
@@ -34,7 +34,7 @@ class Swing:
         return self.elapsed / self.duration
 
     def hurry(self, seconds: float) -> None:
-        """Touch down sooner, as far as possible."""
+        """Touch down `seconds` sooner, or as much sooner as is possible."""
         self.duration = max(self.duration - seconds, self.elapsed + NEAREST_END)
 
     def advance(self, elapsed: float, target: Pose2D) -> None:
@@ -48,7 +48,7 @@ class Swing:
         self.place = self.place + self.speed * elapsed
 
     def height(self) -> Array:
-        """z of the sole above the floor, its speed and its acceleration: m, m/s, m/s²."""
+        """Return the sole's height above the floor, and its vertical speed and acceleration: m, m/s, m/s²."""
         late = self.elapsed - self.duration
         if late > 0.0:
             return np.array((-DROPS * late, -DROPS, 0.0))

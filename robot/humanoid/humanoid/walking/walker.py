@@ -21,12 +21,12 @@ class DcmWalker:
     """A Walker made of an estimator, a gait and a force control."""
 
     def __init__(self, robot: Robot, period: float, at: Pose2D, height: float = HEIGHT) -> None:
-        """The robot stands upright at `at`, its pelvis `height` m up."""
+        """The robot starts standing upright at `at`, its pelvis `height` m above the floor."""
         self.period, self.height = period, height
         self._body = Body(robot)
         self._estimator = Estimator(self._body, period, np.array((at.x, at.y, height)), at.yaw)
         self._estimate = Estimate(at, STANDING, height, 0.0, 0.0)
-        self._balance: Balance | None = None  # made after the first readings of the sensors
+        self._balance: Balance | None = None  # made at the first update: it needs a state
         self._wish, self._waist = Wish(), 0.0
 
     @property
@@ -35,7 +35,7 @@ class DcmWalker:
 
     @property
     def gait(self) -> Gait | None:
-        """None before the first update."""
+        """The gait of the walker; None before the first update."""
         return None if self._balance is None else self._balance.gait
 
     @property
@@ -61,7 +61,7 @@ class DcmWalker:
 
 
 def estimate_of(body: Body) -> Estimate:
-    """Return the pose and the motion of the pelvis that a body was set to."""
+    """Return the pose and the velocity of a body's pelvis, from the state that the body was set to."""
     turn, place = body.pelvis, body.position
     yaw = math.atan2(turn[1, 0], turn[0, 0])
     cos, sin = math.cos(yaw), math.sin(yaw)

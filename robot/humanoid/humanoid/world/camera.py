@@ -23,15 +23,15 @@ Depths = NDArray[np.float32]
 
 
 def rays() -> Array:
-    """Return each pixel's direction in camera_optical_frame, row by row, with 1 m depth."""
+    """Return each pixel's ray in camera_optical_frame, row by row: a vector whose depth is 1 m."""
     u, v = np.meshgrid(np.arange(WIDTH) + 0.5 - WIDTH / 2.0, np.arange(HEIGHT) + 0.5 - HEIGHT / 2.0)
     return np.stack([u / FOCAL, v / FOCAL, np.ones_like(u)], axis=-1).reshape(-1, 3)
 
 
 def look(scene: Scene, eye: Transform, noise: float, chance: np.random.Generator) -> Depths:
-    """Return the depth of each pixel in m, NaN out of range; `eye`: camera_optical_frame in the world.
+    """Return each pixel's depth in m, NaN out of range; `eye`: the pose of camera_optical_frame in the world.
 
-    `noise` is the standard deviation at 1 m, in m; it grows with the square of the depth.
+    `noise` is the standard deviation at a depth of 1 m, in m; it grows with the square of the depth.
     """
     axes = np.array([rotated(eye.rotation, axis) for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))])
     depths = scene.depths(np.array(eye.translation), rays() @ axes)
@@ -60,7 +60,7 @@ def camera_info(frame: str, stamp: TimeMsg) -> CameraInfo:
 
 
 def points(depths: Depths, frame: str, stamp: TimeMsg) -> PointCloud2:
-    """Make a PointCloud2 of the depths, in the order of the pixels; NaN if nothing is seen."""
+    """Make a PointCloud2 from the depths, one point for each pixel; NaN where nothing is seen."""
     message = PointCloud2(height=HEIGHT, width=WIDTH, point_step=12, row_step=12 * WIDTH, is_dense=False)
     message.header.frame_id, message.header.stamp = frame, stamp
     message.fields = [

@@ -1,4 +1,4 @@
-"""World files: a small YAML, read and checked. Every error names the file, the line and what to write."""
+"""Reads and checks world files, which are YAML. Every error names the file, the line and what to write."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from humanoid.text import brief, quoted
 from humanoid.world.names import SHIPPED, BadWorld, path_of
 from humanoid.world.solids import Block, Colour, Pillar, Solid
 
-LARGEST = 1_000_000  # bytes that a file may have
-MOST = 2000  # things of each kind
-FARTHEST = 100.0  # m that a thing may be from the origin
+LARGEST = 1_000_000  # bytes that a world file may have
+MOST = 2000  # things of each kind (walls, doors, furniture, people) at most
+FARTHEST = 100.0  # m: a thing's coordinates may be this large
 COLOURS: Mapping[str, Colour] = {
     'white': (0.93, 0.93, 0.91),
     'grey': (0.55, 0.57, 0.60),
@@ -32,7 +32,7 @@ NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]{0,39}')
 
 @dataclass(frozen=True)
 class Door:
-    """A sliding door: `panel` stands in its gap while it is closed."""
+    """A sliding door: while it is closed, its `panel` stands in the gap of a wall."""
 
     name: str
     panel: Block
@@ -41,7 +41,7 @@ class Door:
 
 @dataclass(frozen=True)
 class Person:
-    """A person who walks along `path` and back at `speed` m/s: a pillar of `radius` and `height` m."""
+    """A person, a pillar of `radius` and `height` m, who walks along `path` and back at `speed` m/s."""
 
     name: str
     path: Sequence[tuple[float, float]]
@@ -52,7 +52,7 @@ class Person:
 
 @dataclass(frozen=True)
 class WorldFile:
-    """The contents of a world file. `start`: the pose of the robot at first, x and y in m, heading in rad."""
+    """The contents of a world file. `start` is the robot's start pose: x and y in m, heading in rad."""
 
     name: str
     start: tuple[float, float, float]
@@ -79,7 +79,7 @@ def load(world: str) -> WorldFile:
 
 
 def parse(text: str, path: Path) -> WorldFile:
-    """Read the text of a world file; `path` is for errors. Raises BadWorld."""
+    """Read the text of a world file; `path` is named in errors. Raises BadWorld."""
     try:
         root = yaml.compose(text, Loader=yaml.SafeLoader)
     except yaml.MarkedYAMLError as error:
@@ -103,7 +103,7 @@ def parse(text: str, path: Path) -> WorldFile:
 
 
 class Entry:
-    """A mapping of the file, and its line."""
+    """A YAML mapping of a world file, with checked access to its values; errors name the file and line."""
 
     def __init__(self, path: Path, what: str, node: yaml.Node) -> None:
         self._path, self._what, self._node = path, what, node
@@ -112,12 +112,12 @@ class Entry:
         self._values = {str(key.value): value for key, value in node.value}
 
     def error(self, problem: str, at: yaml.Node | None = None) -> BadWorld:
-        """Return the error for this entry, or for one of its values."""
+        """Return an error that names the line of this entry, or of its value `at`."""
         line = (at or self._node).start_mark.line + 1
         return BadWorld(f'{self._path}:{line}: {self._what}: {problem}')
 
     def allow(self, *keys: str) -> None:
-        """Refuse unknown keys: they are misspelt."""
+        """Raise BadWorld for a key that is not among `keys`: it is probably misspelt."""
         for key, value in self._values.items():
             if key not in keys:
                 raise self.error(f'there is no key {quoted(key)}; use {", ".join(keys)}', value)
@@ -230,7 +230,7 @@ def _door(entry: Entry) -> Door:
 
 
 def _between(entry: Entry, kind: str, name: str, width: float, height: float, colour: Colour) -> Block:
-    """Return a block from one point to another."""
+    """Return a block from the entry's point `from` to its point `to`."""
     (x1, y1), (x2, y2) = (entry.numbers(key, 2, None, FARTHEST) for key in ('from', 'to'))
     length = math.hypot(x2 - x1, y2 - y1)
     if length < 0.01:
@@ -266,7 +266,7 @@ def _person(entry: Entry) -> Person:
 
 
 def _cut(wall: Block, doors: Sequence[Door]) -> list[Block]:
-    """Cut the doors' gaps out of a wall and return its pieces."""
+    """Cut gaps for the doors that stand in a wall, and return the wall's pieces."""
     cos, sin = math.cos(wall.yaw), math.sin(wall.yaw)
     gaps = []
     for door in doors:

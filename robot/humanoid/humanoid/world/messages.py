@@ -1,4 +1,4 @@
-"""The world as ROS messages: markers for screens, the map, a scan."""
+"""The world as ROS messages: markers to display it, the map, and laser scans."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from humanoid.world.solids import Array, Block, Outlines, Solid
 FRAME = 'map'
 WALL_ALPHA = 0.45  # walls are transparent, so that the robot behind them can be seen
 FREE, OCCUPIED = 0, 100
-MARGIN = 0.5  # m of the map around the outermost things
-EMPTY_SIZE = 10.0  # m in each direction from the start, if the floor is empty
+MARGIN = 0.5  # m by which the map extends beyond the outermost things
+EMPTY_SIZE = 10.0  # m: half the side of the map of an empty world
 
 
 def markers(solids: Sequence[Solid], stamp: TimeMsg) -> list[Marker]:
-    """Make a box or a cylinder of each solid; the marker's namespace is the kind, its id a number."""
+    """Make a marker of each solid, a box or a cylinder; its namespace is the kind, its id counts from 0."""
     count: dict[str, int] = {}
     made = []
     for solid in solids:
@@ -58,7 +58,7 @@ def marker_array(solids: Sequence[Solid], stamp: TimeMsg) -> MarkerArray:
 
 
 def occupancy(solids: Sequence[Solid], resolution: float, stamp: TimeMsg) -> OccupancyGrid:
-    """Make the map with cells of `resolution` m: cells with things are occupied, doors are open."""
+    """Make the map, with cells of `resolution` m: cells with `solids` are occupied, all others free."""
     corners = np.array([corner for solid in solids for corner in _bounds(solid)]).reshape(-1, 2)
     if len(corners):
         low, high = corners.min(axis=0) - MARGIN, corners.max(axis=0) + MARGIN
@@ -81,7 +81,7 @@ def occupancy(solids: Sequence[Solid], resolution: float, stamp: TimeMsg) -> Occ
 
 
 def _as_thick_as(solid: Solid, cell: float) -> Solid:
-    """Return the solid, or a thicker one if it might lie between the centres of the cells."""
+    """Return the solid, at least a cell thick: a thinner solid could lie between the centres of cells."""
     if isinstance(solid, Block):
         return replace(solid, length=max(solid.length, cell), width=max(solid.width, cell))
     return replace(solid, radius=max(solid.radius, cell))
@@ -97,7 +97,7 @@ def _bounds(solid: Solid) -> Iterable[Sequence[float]]:
 
 
 def laser_scan(ranges: Array, frame: str, stamp: TimeMsg, period: float) -> LaserScan:
-    """Make a scan of 360°, counter-clockwise from behind; inf: nothing near. `period`: s between scans."""
+    """Make a scan of 360°, counter-clockwise from behind; inf: no obstacle. `period`: s between scans."""
     message = LaserScan()
     message.header.frame_id, message.header.stamp = frame, stamp
     message.angle_min = -math.pi

@@ -1,4 +1,4 @@
-"""The shipped worlds and their files. It imports no further package, so that the command line starts fast."""
+"""The shipped worlds and their files. No package is imported here, so that the command line starts fast."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class BadWorld(ValueError):
 
 
 def path_of(world: str) -> Path:
-    """Return a world's file; a word without a dot or slash names a shipped world. Raises BadWorld."""
+    """Return the path of a world's file; a word without dot or slash is a shipped world. Raises BadWorld."""
     if '/' in world or '\\' in world or '.' in world:
         return Path(world)
     path = FOLDER / f'{world}.yaml'

@@ -10,8 +10,8 @@ from humanoid.world.solids import Pillar
 
 COLOUR = (0.86, 0.52, 0.25)
 PATIENCE = 3.0  # s that a person waits before turning back
-ROOM = 0.35  # m that a person keeps to an obstacle ahead
-BESIDE = 0.12  # m that a person keeps to an obstacle at the side
+ROOM = 0.35  # m: a person stops at this distance from an obstacle ahead
+BESIDE = 0.12  # m: a person keeps this distance from obstacles at the side
 
 
 class Walker:
@@ -22,17 +22,17 @@ class Walker:
         self.x, self.y = person.path[0]
         self.heading = 0.0
         self.walks = False
-        self._next, self._by = 1, 1  # the next point of the path, and the direction along it
+        self._next, self._by = 1, 1  # index of the path's next point, and its step: 1 or -1
         self._waited = 0.0
 
     @property
     def solid(self) -> Pillar:
-        """The pillar where this person stands now."""
+        """This person as a pillar, at the present position."""
         one = self.person
         return Pillar('person', one.name, self.x, self.y, one.radius, one.height, COLOUR)
 
     def step(self, elapsed: float, room: Callable[[float, float], float]) -> None:
-        """Walk for `elapsed` s. `room(x, y)`: m between a person at (x, y) and all that moves."""
+        """Walk for `elapsed` s. `room(x, y)`: m from this person at (x, y) to the nearest moving obstacle."""
         way, self.walks = self.person.speed * elapsed, False
         if way <= 0.0:
             return
@@ -59,7 +59,7 @@ class Walker:
             self._next = min(max(self._next + self._by, 0), len(self.person.path) - 1)
 
     def _pass_on(self) -> None:
-        """Choose the next point of the path; at an end, turn back."""
+        """Choose the path's next point to walk to; at an end of the path, turn back."""
         if not 0 <= self._next + self._by < len(self.person.path):
             self._by = -self._by
         self._next += self._by

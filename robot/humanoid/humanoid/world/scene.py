@@ -1,4 +1,4 @@
-"""The present state of a world: closed doors, people, and how near the robot is to things."""
+"""The present state of a world: closed doors, people, and what scanner and camera see."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LEAST_RANGE, GREATEST_RANGE = 0.1, 12.0  # m
 
 
 class Scene:
-    """A world whose doors move and whose people walk. It knows no ROS and no real time."""
+    """A world whose doors open and close and whose people walk. Independent of ROS and of real time."""
 
     def __init__(self, file: WorldFile) -> None:
         self.file = file
@@ -33,7 +33,7 @@ class Scene:
 
     @property
     def moving(self) -> list[Solid]:
-        """Closed doors and people."""
+        """All solids that can move: the panels of closed doors, and people."""
         return [*self.closed, *(walker.solid for walker in self.walkers)]
 
     def step(self, elapsed: float, robot: Pose2D | None) -> None:
@@ -60,13 +60,13 @@ class Scene:
         return all(float(outline.distance(place)[0]) > radius for place, radius in people)
 
     def clearance(self, robot: Pose2D) -> float:
-        """Return the m from the robot's outline, a disc, to the nearest thing; at most 0 if they touch."""
+        """Return the m from the robot's outline, a disc, to the nearest thing; 0 or less if they touch."""
         place = np.array([[robot.x, robot.y]])
         nearest = min(self._static.distance(place)[0], Outlines(self.moving).distance(place)[0])
         return float(nearest) - BASE.radius
 
     def scan(self, laser: Pose2D, height: float, noise: float, chance: np.random.Generator) -> Array:
-        """Return the ranges of a scanner `height` m up: BEAMS ranges in m from -π on, inf for no obstacle.
+        """Return the ranges of a scanner `height` m above the floor: in m, from angle -π on, inf for nothing.
 
         `noise` is the standard deviation of a range, in m.
         """
@@ -80,13 +80,13 @@ class Scene:
         return ranges
 
     def depths(self, eye: Array, rays: Array) -> Array:
-        """Return the distance along each ray (n, 3) from `eye` (m), in lengths of the ray; inf if free."""
+        """Return how far each ray (n, 3) from `eye` (m) reaches, in multiples of its length; inf: no hit."""
         return np.minimum(
             self._static.cast_in_space(eye, rays), Outlines(self.moving).cast_in_space(eye, rays)
         )
 
     def _tall(self, height: float) -> Outlines:
-        """Return the fixed things that reach a scanner's height, rounded to cm because the scanner sways."""
+        """Return the fixed things that reach a height, rounded to cm: so a swaying scanner reuses results."""
         key = round(height, 2)
         if key not in self._by_height:
             self._by_height[key] = Outlines([solid for solid in self.file.solids if solid.height > key])

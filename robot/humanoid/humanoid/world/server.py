@@ -1,6 +1,6 @@
 """world_server: simulates the world around the robot, its doors and people, and the robot's scanner.
 
-It replaces walls and a scanner, as the kinematic base replaces legs. A real robot runs without it.
+It replaces real walls and a real scanner; a real robot runs without it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from humanoid.world.messages import laser_scan, marker_array, occupancy
 from humanoid.world.names import BadWorld
 from humanoid.world.scene import Scene
 
-STEP = 0.05  # s between two steps of people: 20 Hz
+STEP = 0.05  # s between two steps of the simulated world: 20 Hz
 MARKERS_EVERY = 4  # steps between two marker messages: 5 Hz while a person walks
 SCAN_EVERY = 2  # steps between two scans: 10 Hz
 LOOK_EVERY = 4  # steps between two images: 5 Hz
@@ -43,7 +43,7 @@ LASER = DESCRIPTION.pose('laser', {}).translation
 
 
 class WorldServer(Node):
-    """Publishes the world and scans it from where `ground_truth` says that the robot is."""
+    """Publishes the world, and scans of it from the robot's true pose, which `ground_truth` has."""
 
     def __init__(self) -> None:
         super().__init__('world_server')
@@ -91,7 +91,7 @@ class WorldServer(Node):
 
     @property
     def _robot(self) -> Pose2D | None:
-        """Return the robot's pose in the world: `ground_truth` is relative to the robot's start."""
+        """The robot's true pose in the world, if known; `ground_truth` is relative to the robot's start."""
         if self._truth is None:
             return None
         return compose(Pose2D(*self._scene.file.start), target_of(self._truth.pose.pose))
@@ -105,7 +105,7 @@ class WorldServer(Node):
         }
 
     def _move_door(self, name: str, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        """Open a door (true) or close it; it does not close on a person or the robot."""
+        """Open a door (true) or close it (false); a door does not close on a person or the robot."""
         if not request.data and not self._scene.can_close(name, self._robot):
             response.message = f'the door {name} stays open: somebody stands in it'
             return response
@@ -134,7 +134,7 @@ class WorldServer(Node):
                 self._look(self._truth, robot)
 
     def _sense(self, truth: Odometry, robot: Pose2D) -> None:
-        """Scan the world from where the robot is, upright: the scanner's own tilt is left out."""
+        """Publish a scan from the robot's pose, as by an upright scanner: the robot's tilt is ignored."""
         laser = compose(robot, Pose2D(LASER[0], LASER[1]))
         height = truth.pose.pose.position.z + LASER[2]
         ranges = self._scene.scan(laser, height, self._noise, self._chance)

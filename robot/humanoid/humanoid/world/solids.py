@@ -1,4 +1,4 @@
-"""The things of a world: upright blocks and pillars, and the distances to them."""
+"""The things of a world as upright blocks and pillars, and distances to them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Colour = tuple[float, float, float]  # red, green, blue, each from 0 to 1
 
 @dataclass(frozen=True)
 class Block:
-    """An upright box on the floor: its centre and turn, its length, width and height; m and rad."""
+    """An upright box on the floor: its centre (m), heading (rad), length, width and height (m)."""
 
     kind: str
     name: str
@@ -52,7 +52,7 @@ Solid = Block | Pillar
 
 
 class Outlines:
-    """Solids as arrays, so that many rays and distances are computed at once. It is never changed."""
+    """Solids as arrays, so that many rays and distances are computed at once. Immutable."""
 
     def __init__(self, solids: Sequence[Solid]) -> None:
         blocks = [each for each in solids if isinstance(each, Block)]
@@ -67,7 +67,7 @@ class Outlines:
         self._rounds = np.array([(p.x, p.y, p.radius) for p in pillars]).reshape(-1, 3)
 
     def distance(self, points: Array) -> Array:
-        """Return the m from each point (n, 2) to the nearest solid: 0 within one, inf without any."""
+        """Return the m from each point (n, 2) to the nearest solid: 0 inside a solid, inf without solids."""
         nearest = np.full(len(points), np.inf)
         if len(self._frames):
             offset = points[:, None, :] - self._frames[None, :, :2]
@@ -83,7 +83,7 @@ class Outlines:
         return nearest
 
     def cast(self, x: float, y: float, angles: Array) -> Array:
-        """Return the m from (x, y) in the directions `angles` (rad) to the first solid, or inf."""
+        """Return the m from (x, y) to the first solid in each direction of `angles` (rad), inf for none."""
         rays = np.stack([np.cos(angles), np.sin(angles)], axis=1)
         reach = np.full(len(angles), np.inf)
         if len(self._starts):
@@ -93,9 +93,9 @@ class Outlines:
         return reach
 
     def cast_in_space(self, start: Array, rays: Array) -> Array:
-        """Return the distance along each ray (n, 3) from `start` (3,) to a solid or the floor.
+        """Return the distance along each ray (n, 3) from `start` (3,) to the first solid or the floor.
 
-        It is in lengths of the ray; inf if the ray meets nothing.
+        Distances are multiples of the ray's length; inf if the ray meets nothing.
         """
         with np.errstate(divide='ignore', invalid='ignore'):
             reach = np.where(rays[:, 2] < 0.0, -start[2] / rays[:, 2], np.inf)
@@ -106,7 +106,7 @@ class Outlines:
         return reach
 
     def _cast_at_boxes(self, start: Array, rays: Array) -> Array:
-        """Cast rays at boxes: a ray is in a box while it is between both sides of each pair."""
+        """Cast rays at boxes: a ray is in a box while it is between opposite faces, for all three pairs."""
         cos, sin = self._frames[:, 2], self._frames[:, 3]
         offset = start[:2] - self._frames[:, :2]
         begins = np.full((len(rays), len(cos)), 0.0)
@@ -126,7 +126,7 @@ class Outlines:
         return reach
 
     def _cast_at_cylinders(self, start: Array, rays: Array) -> Array:
-        """Cast rays at the round sides of cylinders; a cylinder has no top."""
+        """Cast rays at the round sides of cylinders; their tops are ignored."""
         offset = start[:2] - self._rounds[:, :2]
         a = (rays[:, :2] ** 2).sum(axis=1)[:, None]
         b = rays[:, :1] * offset[:, 0] + rays[:, 1:2] * offset[:, 1]
@@ -138,7 +138,10 @@ class Outlines:
         return reach
 
     def _cast_at_edges(self, x: float, y: float, rays: Array) -> Array:
-        """Cast rays: o + t r meets edge p + u e at t = cross(p-o, e) / cross(r, e); u has r for e above."""
+        """Cast rays at edges: the ray o + t r meets the edge p + u e at t = cross(p - o, e) / cross(r, e).
+
+        For u, the dividend is cross(p - o, r).
+        """
         start, edge = self._starts - [x, y], self._edges
         parallel = rays[:, :1] * edge[:, 1] - rays[:, 1:] * edge[:, 0]
         parallel = np.where(np.abs(parallel) < 1e-12, np.nan, parallel)
