@@ -1,6 +1,6 @@
 """A lock for code that a signal's handler or a finalizer may interrupt on the same thread.
 
-Python runs a signal's handler on the main thread between any two of its steps, and a finalizer on whichever
+Python runs a signal's handler on the main thread between any two bytecodes, and a finalizer on whichever
 thread has dropped or collected the last reference. Both may publish while the interrupted code is publishing.
 A plain lock would then wait for its own thread for ever. A re-entrant lock would let them in, and two
 messages would change places. So a call that finds its own thread in the section leaves its work in a list.
@@ -54,19 +54,19 @@ class CriticalSection:
         self.is_busy = False
         """True while the lock's holder is doing work. Only the holder may read this."""
         self.late: deque[Callable[[], object]] = deque()
-        """The calls that the same thread has made meanwhile; they are done on the way out."""
+        """The calls that the holder's own thread has made while it was busy; it does them when it leaves."""
 
     def run(self, do: Callable[[], object]) -> bool:
         """Call `do` while no other thread is in the section. If this call interrupts work of the same thread
         in the section, return False: `do` is called after that work.
 
-        An error of `do` is raised here in the first case only.
+        An error of `do` is raised here only if `do` is called here.
         """
         with self.lock:
             if self.is_busy:
                 self.late.append(do)
                 return False
-            if self.late:  # this call interrupts the code on its way out, which was about to do the late work
+            if self.late:  # this call interrupts an outer `run`, which was about to do the late work
                 self.run_late()
             try:
                 self.is_busy = True
@@ -81,7 +81,7 @@ class CriticalSection:
         return True
 
     def run_late(self) -> None:
-        """Do the work that was left for later. The caller holds the lock, and has no work half done."""
+        """Do the work that was left for later. The caller must hold the lock, and have no half-done work."""
         late = self.late
         while late:
             try:

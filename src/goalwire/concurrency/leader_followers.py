@@ -26,22 +26,26 @@ from goalwire.concurrency.wire_poller import Sleeper, WirePoller
 from goalwire.errors import TransportError
 
 AWAY_S = 0.05
-"""How long nobody leads before the session's own thread does; it may be twice that. Each check costs it some
-15 us, so this costs 20 checks a second while leaders come and go. Threads that wait are not delayed: an idle
-thread takes the lead itself, and for external sleepers the own thread leads at once."""
+"""How long, in s, nobody leads before the session's own thread takes the lead; it may be twice as long. Each
+check costs this thread some 15 us; there are 20 checks a second while leaders come and go. Threads that wait
+are not delayed: an idle thread takes the lead itself, and for external sleepers the own thread leads at once.
+"""
 LOOPS_IDLE_S = 1.0
-"""The longest pause between the own thread's checks while asyncio loops read the wire and nothing comes."""
+"""The longest pause in s between the own thread's checks, if asyncio loops read the wire and nothing comes.
+"""
 CLOSING_S = 5.0
-"""How long closing waits for the leader to finish a delivery."""
+"""How long, in s, closing waits for the leader to finish a delivery."""
 FOREVER = 2**63 - 1
 """A timeout of this many ns means no limit."""
 LOOK_VARIABLE = 'GOALWIRE_LOOK_US'
 """The environment variable for the longest spin on the wire before a sleep, in µs; 0: no spin."""
 DEFAULT_LOOK_US = 200
-"""Longer than another process needs to wake up and answer: so a side that spins gets its answer."""
+"""The default spin in µs: longer than another process needs to wake up and answer, so the answer comes in
+time.
+"""
 LONGEST_LOOK_US = 1000
 TRIED, KEPT, RAREST = 8, 64, 1024
-"""Numbers of waits: those that try the other way (spin or sleep); those that keep spinning once it pays; and
+"""Numbers of waits: those that try the other mode (spin or sleep); those that keep spinning once it pays; and
 those, at most, before spinning is tried again. The last number doubles each time that spinning does not
 pay."""
 WORTH = 7 / 8
@@ -67,8 +71,8 @@ class Look:
 
     A wake-up on another processor takes 35 to 100 µs. Spinning saves it if the message comes within that
     moment. Otherwise, or if other processes need the processor, spinning only costs. So the median time until
-    a message comes is measured with spinning and without. The quicker way is used for the next waits; then
-    the other way is tried for a few. If spinning does not pay, it is tried ever more rarely.
+    a message comes is measured with spinning and without. The quicker mode is used for the next waits; then
+    the other mode is tried for a few. If spinning does not pay, it is tried ever more rarely.
     """
 
     __slots__ = ('_before', '_left', '_longest_ns', '_looks', '_pause', '_times', '_tries', '_wait')
@@ -106,7 +110,7 @@ class Look:
         """Choose between spinning and sleeping for the next waits, from the times of the last ones."""
         median = sorted(self._times)[TRIED // 2]
         self._times.clear()
-        if not self._tries:  # the period is over: try the other way
+        if not self._tries:  # the period is over: try the other mode
             self._tries, self._before, self._left = True, median, TRIED
             self._looks = not self._looks
             return
@@ -137,7 +141,7 @@ class WireSet(Protocol):
         """Deliver the events that the last `wait` has found."""
 
     def interrupt(self) -> None:
-        """End the current `wait`, or the next one if no thread waits. Any thread."""
+        """End the current `wait`, or the next one if no thread waits. Any thread may call this."""
 
 
 class LeaderFollowers(WirePoller):
@@ -198,8 +202,8 @@ class LeaderFollowers(WirePoller):
             if leader.setdefault(_LEAD, sleeper) is sleeper:
                 return self._lead(sleeper, timeout_ns)
         finally:
-            # No call before the lead is free: Python runs signal handlers after calls, and a handler may
-            # raise.
+            # No function is called before the lead is free: Python runs signal handlers after calls, and they
+            # may raise.
             if _LEAD in leader and leader[_LEAD] is sleeper:
                 sleeper.interrupt = None
                 self._leaves += 1
@@ -232,14 +236,14 @@ class LeaderFollowers(WirePoller):
                 if left <= 0:
                     return False
             if self._loops and self._leaders_thread not in self._loops:
-                return True  # the caller then waits again, and sleeps on its lock
+                return True  # a false alarm: the caller waits again, and sleeps on its lock
             if left > self._least_ns and (self._awaited or self._was_busy):
                 look = self._look_for_answers if self._awaited else self._look_for_more
                 found = look(left)
             else:
                 found = self._set.wait(left)
             self._was_busy = found > 0
-            sleeper.interrupt = None  # if this thread delivers to itself, it needs no wake-up
+            sleeper.interrupt = None  # if this thread delivers what it awaits, it needs no wake-up
             if found < 0 or self._closed:
                 return True
             if found:
@@ -295,7 +299,7 @@ class LeaderFollowers(WirePoller):
                 if found > 0:
                     self._set.serve(found)
         finally:
-            # No call before the lead is free; see `wait`.
+            # No function is called before the lead is free; see `wait`.
             if _LEAD in leader and leader[_LEAD] is me:
                 self._leaves += 1
                 del leader[_LEAD]
@@ -345,7 +349,8 @@ class LeaderFollowers(WirePoller):
                 if _LEAD not in leader:
                     return
                 # The leader waits for long. This thread sets `_dozing` first and then looks for a leader; a
-                # leader gives up the lead first and then looks at `_dozing`. So one always notices.
+                # leader gives up the lead first and then looks at `_dozing`. So one of them always notices
+                # the other.
                 self._dozing = True
                 if _LEAD in leader:
                     gate.acquire()

@@ -36,7 +36,7 @@ class OrderedDispatcher(Generic[T]):
 
     def drain(self) -> None:
         """Deliver the queued items, unless another thread or an outer call already does."""
-        # The outer test is repeated after the turn is given back: else an item posted just before is lost.
+        # The outer test is repeated after the turn is given back: else an item posted just before would stay.
         items = self.items
         while items and self._turn.acquire(False):
             try:

@@ -32,9 +32,9 @@ Handler: TypeAlias = Callable[[int], None]
 """A handler of a descriptor's events: bits of IN and OUT, or other bits if the connection has ended."""
 
 _SOME = 64
-"""How many cancelled timers are kept until they are due."""
+"""How many cancelled timers are always kept until they are due."""
 _FORMER_DESCRIPTORS = 1024
-"""Descriptors that `select` can watch at most."""
+"""How many descriptors `select` can watch at most."""
 
 
 class Timer:
@@ -55,7 +55,9 @@ class Timer:
 
 
 class _Portable:
-    """The methods of epoll, done by `selectors`: for other systems, and for tests of these on Linux."""
+    """The methods of epoll, done by `selectors`: for systems without epoll, and for testing this code on
+    Linux.
+    """
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
@@ -211,7 +213,7 @@ class Poller:
         return timer
 
     def _note_cancelled(self) -> None:
-        """Count a cancelled timer. If most timers are cancelled, remove those now."""
+        """Count a cancelled timer. If most timers are cancelled, remove the cancelled ones now."""
         with self._lock:
             self._cancelled += 1
             if self._cancelled > _SOME and 2 * self._cancelled > len(self._timers):
@@ -226,7 +228,7 @@ class Poller:
         self.interrupt()
 
     def interrupt(self) -> None:
-        """End the current `wait`, or else the next. Any thread."""
+        """End the current `wait`, or else the next. Any thread may call this."""
         if not self.closed:
             with suppress(OSError, ValueError):
                 self._bell.ring()
@@ -242,7 +244,9 @@ class Poller:
         return self._next_due
 
     def wait(self, timeout_ns: int) -> int:
-        """Wait up to `timeout_ns`; return the number of events to `serve`, negative once this was closed."""
+        """Wait up to `timeout_ns`; return the number of events to `serve`, negative once the poller was
+        closed.
+        """
         if self.closed:
             return -1
         if self._unsent:
@@ -263,14 +267,14 @@ class Poller:
             if self._is_gone():
                 return -1
             if self._portable and isinstance(error, OSError):
-                # a socket was closed meanwhile, and select on Windows refuses it; the next call leaves it out
+                # select on Windows refuses a socket that was closed meanwhile; the next wait leaves it out
                 return 0
             raise
         self._events = events
         return len(events) or self._next_due <= monotonic()
 
     def _is_gone(self) -> bool:
-        """True if the descriptor was closed meanwhile."""
+        """True if this poller was closed meanwhile."""
         return self.closed
 
     def serve(self, _found: int = 0) -> None:
@@ -304,7 +308,7 @@ class Poller:
                 else:
                     heapq.heappush(self._timers, entry)
                     break
-            self._next_due = float('inf')  # reset first: a timer that is set meanwhile may lower it again
+            self._next_due = float('inf')  # first: a timer that is set meanwhile may lower it again
             if self._timers:
                 self._next_due = min(self._next_due, self._timers[0][0])
         return None
@@ -312,10 +316,10 @@ class Poller:
     def _quiet(self, _events: int) -> None:
         self._bell.quiet()
         try:
-            for _ in range(len(self._calls)):  # calls that are added from now on ring the bell again
+            for _ in range(len(self._calls)):  # later calls ring the bell again
                 self._run(self._calls.popleft())
         finally:
-            if self._calls:  # a signal's handler raised
+            if self._calls:  # a signal's handler raised: calls are left
                 self.interrupt()
 
     def _run(self, function: Callable[[], None] | None) -> None:

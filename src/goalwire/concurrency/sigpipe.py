@@ -6,7 +6,7 @@ default action, which kills them. So every write to a socket has these flags: it
 
 from __future__ import annotations
 
-import _socket  # rendezvous.py may not import all of `socket`
+import _socket  # not `socket`, which must not be imported while Ctrl-C ends the program
 import sys
 from typing import TYPE_CHECKING
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     import socket
 
 NO_SIGPIPE: int = getattr(_socket, 'MSG_NOSIGNAL', 0)
-"""The flag of a write. 0 if the system has no SIGPIPE, or sets this as an option of the socket."""
+"""The flag for each write. 0 if the system has no SIGPIPE, or has an option of the socket instead."""
 
 _SO_NOSIGPIPE = 0x1022
-"""The option on macOS; Python has no name for it."""
+"""The number of the socket's option on macOS; Python has no name for it."""
 
 
 def refuse_sigpipe(sock: socket.socket) -> None:

@@ -8,7 +8,7 @@ from time import monotonic
 from goalwire.concurrency.wire_poller import SleepingThread, WirePoller
 
 LONGEST_S = 1e6
-"""The longest single sleep; the timeout of a lock has an upper limit."""
+"""The longest single sleep, in s; the timeout of a lock has an upper limit."""
 
 
 class Waiters:
@@ -19,7 +19,7 @@ class Waiters:
         self._sleepers: set[SleepingThread] = set()
 
     def wake_all(self) -> None:
-        """Have all waiting threads check their conditions again. Any thread."""
+        """Have all waiting threads check their conditions again. Any thread may call this."""
         for sleeper in list(self._sleepers):
             sleeper.wake()
 

@@ -19,7 +19,7 @@ class Sleeper(Protocol):
     interrupt: Callable[[], None] | None
     """Ends the sleep of a thread that sleeps on the wire, not on its lock; `wake` calls it."""
     take_wake: Callable[[], bool]
-    """Takes an earlier wake-up, without sleep; False if there is none.
+    """Takes a wake-up that came earlier, without sleeping; False if there is none.
 
     hot path: it is a function of C, which saves two calls at each sleep."""
 
@@ -27,7 +27,7 @@ class Sleeper(Protocol):
         """Sleep on a lock until `wake` (True) or for `timeout_ns` (False)."""
 
     def wake(self) -> None:
-        """End its sleep, wherever it sleeps. Any thread, signal handlers too."""
+        """End this thread's sleep, on the wire or on its lock. Any thread or signal handler may call it."""
 
 
 class SleepingThread:
@@ -79,11 +79,13 @@ class WirePoller(ABC):
 
     @abstractmethod
     def ensure_polled(self) -> None:
-        """Have some thread wait on the wire, since sleepers depend on it. Any thread."""
+        """Have some thread wait on the wire, since sleepers depend on it. Any thread may call this."""
 
     @abstractmethod
     def interrupt(self) -> None:
-        """Interrupt the thread that waits on the wire, so that it runs signal handlers. Any thread."""
+        """Interrupt the thread that waits on the wire, so that it runs signal handlers. Any thread may call
+        this.
+        """
 
     def attach_loop(self) -> int | None:
         """Let an asyncio loop, on the calling thread, read the wire until `detach_loop`.
@@ -94,8 +96,12 @@ class WirePoller(ABC):
         return None
 
     def detach_loop(self, thread: int) -> None:  # noqa: B027 - nothing to undo where none can be attached
-        """Undo one `attach_loop` of a thread, given by `get_ident()`. Any thread, after the loop's end."""
+        """Undo one `attach_loop` of a thread, given by `get_ident()`. Any thread may call this, after the
+        loop's end.
+        """
 
     def serve_ready(self) -> float:
-        """Deliver the present events; return the latest time for the next call, on the monotonic clock."""
+        """Deliver the present events; return the time, on the monotonic clock, of the next call at the
+        latest.
+        """
         return float('inf')
